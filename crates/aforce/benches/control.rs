@@ -1,0 +1,75 @@
+//! One control sample of each action space, and the law alone. Run with `cargo bench -p aforce`.
+
+use std::hint::black_box;
+
+use aforce::{
+    AdaptiveImpedance, AdaptiveLaw, Controller, ControllerConfig, ForceConfig, ForceControl, Interpolation, Jacobian,
+    JointMatrix, JointVector, Measurement, OperationalSpace, Pose, TorqueLimits, Twist, Vector3, Vector6, Wrench,
+    pose_error, wrench,
+};
+use criterion::{Criterion, criterion_group, criterion_main};
+
+/// A fixed arm of full rank.
+fn measurement() -> Measurement {
+    let jacobian = Jacobian::from_fn(|i, j| if i == j { 1.0 } else { 0.1 * (i as f64 - 0.7 * j as f64).sin() });
+    let root = JointMatrix::from_fn(|i, j| 0.2 * (i as f64 + 2.0 * j as f64).cos());
+    Measurement {
+        q: JointVector::repeat(0.3),
+        qd: JointVector::repeat(0.01),
+        pose: Pose::new(Vector3::new(0.5, 0.0, 0.3), Vector3::new(3.1, 0.1, 0.0)),
+        twist: Twist::repeat(0.01),
+        jacobian,
+        mass: root * root.transpose() + JointMatrix::identity(),
+        bias: JointVector::repeat(1.0),
+        wrench: Wrench::new(0.0, 0.0, 10.0, 0.0, 0.0, 0.0),
+    }
+}
+
+fn controller(name: &str, interpolation: Interpolation, y: &Measurement) -> Controller {
+    let config = ControllerConfig { interpolation, ..ControllerConfig::default() };
+    let limits = TorqueLimits { max: JointVector::repeat(80.0), rate: None };
+    let mut control = Controller::new(name.parse().unwrap(), &config, limits, Vector3::z_axis()).unwrap();
+    control.reset(y);
+    control
+}
+
+fn control(c: &mut Criterion) {
+    let y = measurement();
+    let linear = Interpolation::Linear { ramp_ratio: 1.0 };
+    for name in ["aforce", "aforce-force", "variable", "osc", "low"] {
+        let mut control = controller(name, linear, &y);
+        c.bench_function(&format!("update/{name}"), |b| b.iter(|| control.update(black_box(&y))));
+    }
+    for (kind, interpolation) in [("linear", linear), ("jerk-limited", Interpolation::JerkLimited)] {
+        let mut control = controller("aforce", interpolation, &y);
+        c.bench_function(&format!("one action: set_goal and 25 updates/{kind}"), |b| {
+            let mut sign = 0.5;
+            b.iter(|| {
+                sign = -sign;
+                control.set_goal(&[sign; 6], &y);
+                for _ in 0..25 {
+                    black_box(control.update(black_box(&y)));
+                }
+            });
+        });
+    }
+    let space = OperationalSpace::new(&y.mass, &y.jacobian).unwrap();
+    c.bench_function("operational space", |b| b.iter(|| OperationalSpace::new(black_box(&y.mass), &y.jacobian)));
+
+    // The contribution without the robot: error, K and F_ff, force, wrench.
+    let config = AdaptiveImpedance::shaped();
+    let mut law = AdaptiveLaw::new(config);
+    let mut force = ForceControl::new(ForceConfig::default(), Vector3::z());
+    let x_d = Pose::new(Vector3::new(0.49, 0.01, 0.3), Vector3::new(3.0, 0.1, 0.1));
+    c.bench_function("law alone", |b| {
+        b.iter(|| {
+            let e: Vector6 = pose_error(black_box(&y.pose), &x_d);
+            law.update(&e, &y.twist, 0.002);
+            let f_d = force.update(&y.wrench, 0.002);
+            wrench(&config.form, &space, &force.axis(), &e, &y.twist, law.stiffness(), law.feedforward()) - f_d
+        });
+    });
+}
+
+criterion_group!(benches, control);
+criterion_main!(benches);

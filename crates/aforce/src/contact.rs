@@ -1,0 +1,66 @@
+//! Is the tool in contact? A threshold with hysteresis that has to hold for a while.
+
+/// Contact along the force axis.
+#[derive(Debug, Clone)]
+pub(crate) struct ContactDetector {
+    /// Force that makes contact, force that ends it (N).
+    on: f64,
+    off: f64,
+    /// Time that either has to last (s).
+    hold: f64,
+    /// Time that the opposite of the present state has lasted (s).
+    lasted: f64,
+    in_contact: bool,
+}
+
+impl ContactDetector {
+    pub(crate) fn new(on: f64, off: f64, hold: f64) -> Self {
+        Self { on, off, hold, lasted: 0.0, in_contact: false }
+    }
+
+    pub(crate) fn reset(&mut self) {
+        (self.lasted, self.in_contact) = (0.0, false);
+    }
+
+    pub(crate) fn in_contact(&self) -> bool {
+        self.in_contact
+    }
+
+    /// One sample of the normal force (N, positive when the environment pushes).
+    pub(crate) fn update(&mut self, force: f64, dt: f64) {
+        let opposite = if self.in_contact { force < self.off } else { force >= self.on };
+        self.lasted = if opposite { self.lasted + dt } else { 0.0 };
+        // Half a sample of slack: the sum of dt is not exact.
+        if self.lasted + 0.5 * dt > self.hold {
+            self.in_contact = !self.in_contact;
+            self.lasted = 0.0;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn feed(detector: &mut ContactDetector, force: f64, samples: usize) -> bool {
+        for _ in 0..samples {
+            detector.update(force, 0.002);
+        }
+        detector.in_contact()
+    }
+
+    #[test]
+    fn on_off_and_hold() {
+        let mut detector = ContactDetector::new(4.0, 1.5, 0.010);
+        assert!(!feed(&mut detector, 3.9, 100), "below the threshold");
+        assert!(!feed(&mut detector, 20.0, 4), "8 ms are too short");
+        assert!(!feed(&mut detector, 0.0, 1), "and the count starts over");
+        assert!(!feed(&mut detector, 20.0, 4));
+        assert!(feed(&mut detector, 20.0, 1), "10 ms make contact");
+        assert!(feed(&mut detector, 1.6, 100), "between the thresholds contact stays");
+        assert!(feed(&mut detector, 0.0, 4), "8 ms without force are no loss");
+        assert!(feed(&mut detector, 2.0, 1));
+        assert!(!feed(&mut detector, 0.0, 5), "10 ms are");
+        assert!(!feed(&mut detector, 3.0, 100), "between the thresholds it stays lost");
+    }
+}

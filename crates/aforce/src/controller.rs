@@ -1,0 +1,275 @@
+//! The controller: one action to one goal, one measurement to one torque.
+
+use nalgebra::UnitVector3;
+
+use crate::action::decode;
+use crate::action_space::{ActionSpace, Impedance, Level};
+use crate::adaptation::AdaptiveLaw;
+use crate::config::ControllerConfig;
+use crate::error::ConfigError;
+use crate::force::ForceControl;
+use crate::impedance::{Convention, ImpedanceForm, wrench};
+use crate::interpolator::Interpolator;
+use crate::limits::{TorqueExit, TorqueLimits};
+use crate::null_space::null_space_torque;
+use crate::operational_space::OperationalSpace;
+use crate::spatial::{JointVector, Measurement, Pose, Twist, Vector6, Wrench, all_finite, pose_error};
+
+/// Turns the actions of one [`ActionSpace`] into joint torques.
+#[derive(Debug, Clone)]
+pub struct Controller {
+    space: ActionSpace,
+    config: ControllerConfig,
+    form: ImpedanceForm,
+    dt: f64,
+    // The parts that run.
+    interpolator: Interpolator,
+    law: Option<AdaptiveLaw>,
+    force: ForceControl,
+    exit: TorqueExit,
+    // State of the episode.
+    goal: Pose,
+    q0: JointVector,
+    error: Vector6,
+    /// K in the units of the form's convention.
+    stiffness: Vector6,
+    /// F_ff in the units of the form's convention, and as the wrench that acts.
+    feedforward: Vector6,
+    feedforward_wrench: Wrench,
+    /// diag(Lambda) of the latest sample.
+    inertia: Vector6,
+    entries: u64,
+    clipped: u64,
+}
+
+impl Controller {
+    /// A controller for `space`. `contact_axis` is n: the direction, in world axes, in which the environment pushes on
+    /// the tool (+z for a table below); only spaces with force use it. Call [`reset`](Self::reset) before use.
+    ///
+    /// # Errors
+    /// If a value of `config` is not allowed, or the adaptive law in use is unstable.
+    pub fn new(
+        space: ActionSpace,
+        config: &ControllerConfig,
+        limits: TorqueLimits,
+        contact_axis: UnitVector3<f64>,
+    ) -> Result<Self, ConfigError> {
+        config.validate()?;
+        let settings = &config.impedance;
+        let form = match space.impedance {
+            Impedance::Adaptive => settings.aforce.form,
+            Impedance::Commanded => settings.variable.form,
+            Impedance::Fixed(level) => settings.level(level).form,
+        };
+        let law = (space.impedance == Impedance::Adaptive).then(|| AdaptiveLaw::new(settings.aforce));
+        if law.is_some() {
+            settings.aforce.check_stability()?;
+        }
+        Ok(Self {
+            space,
+            config: *config,
+            form,
+            dt: config.dt(),
+            interpolator: Interpolator::new(&config.interpolation, config.samples_per_action(), config.dt()),
+            law,
+            force: ForceControl::new(config.force, contact_axis.into_inner()),
+            exit: TorqueExit::new(limits),
+            goal: Pose::identity(),
+            q0: JointVector::zeros(),
+            error: Vector6::zeros(),
+            stiffness: Vector6::zeros(),
+            feedforward: Vector6::zeros(),
+            feedforward_wrench: Wrench::zeros(),
+            inertia: Vector6::repeat(1.0),
+            entries: 0,
+            clipped: 0,
+        })
+    }
+
+    /// Begins an episode: goal and set-point at the measured pose, the present posture to keep, K(0), no force.
+    pub fn reset(&mut self, y: &Measurement) {
+        self.goal = y.pose;
+        self.q0 = y.q;
+        self.interpolator.reset(&y.pose);
+        self.force.reset();
+        self.exit.reset(&y.bias);
+        self.error = Vector6::zeros();
+        (self.feedforward, self.feedforward_wrench) = (Vector6::zeros(), Wrench::zeros());
+        (self.entries, self.clipped) = (0, 0);
+        let settings = &self.config.impedance;
+        self.stiffness = match (&mut self.law, self.space.impedance) {
+            (Some(law), _) => {
+                law.reset();
+                *law.stiffness()
+            }
+            (None, Impedance::Fixed(level)) => settings.level(level).stiffness(),
+            // Until the policy speaks: the middle of its range.
+            (None, _) => Vector6::from_fn(|axis, _| settings.variable.range(axis).iter().sum::<f64>() / 2.0),
+        };
+        self.inertia =
+            OperationalSpace::new(&y.mass, &y.jacobian).map_or(Vector6::repeat(1.0), |space| space.diagonal());
+    }
+
+    /// One policy action, entries in [-1, 1] (others are clipped and counted): a new goal, counted from the reference;
+    /// stiffness and force, if commanded, take effect at once.
+    ///
+    /// # Panics
+    /// If `action` has not the length [`ActionSpace::dim`].
+    pub fn set_goal(&mut self, action: &[f64], y: &Measurement) {
+        let command = decode(self.space, &self.config, action);
+        self.entries += action.len() as u64;
+        self.clipped += u64::from(command.clipped);
+        if let Some(stiffness) = command.stiffness {
+            self.stiffness = stiffness;
+        }
+        if let Some(force) = command.force {
+            self.force.set_target(force);
+        }
+        let goal = self.config.reference.next_goal(&self.goal, &y.pose, &command.delta);
+        // A diverged plant must not poison the goal; `update` counts the fault.
+        if all_finite(&goal.translation.vector) && all_finite(&goal.rotation.coords) {
+            self.goal = goal;
+            self.interpolator.set_goal(&goal);
+        }
+    }
+
+    /// One control sample: tau = J^T (-F_ff - F_d - K e - D e_dot) + bias + null space (Nm), limited.
+    pub fn update(&mut self, y: &Measurement) -> JointVector {
+        // Set-point x_d, and how far the force controller owns the contact axis.
+        let (x_d, xd_dot) = self.interpolator.step();
+        let axis = self.force.axis();
+
+        // Error e = x - x_d and its rate; the contact axis, while engaged, has none.
+        self.error = pose_error(&y.pose, &x_d);
+        let e = axis.release(&self.error);
+        let reference = if self.form.reference_velocity { axis.release(&xd_dot) } else { Twist::zeros() };
+        let e_dot = y.twist - reference;
+        let readable = all_finite(&e) && all_finite(&e_dot) && all_finite(&y.wrench);
+        let Some(space) = OperationalSpace::new(&y.mass, &y.jacobian).filter(|_| readable) else {
+            // The law's state stays clean; gravity compensation holds the arm if it can.
+            return self.exit.pass(&JointVector::repeat(f64::NAN), &y.bias, self.dt);
+        };
+
+        // K and F_ff (eqs. 4-6).
+        if let Some(law) = &mut self.law {
+            law.update(&e, &axis.release(&e_dot), self.dt);
+            (self.stiffness, self.feedforward) = (*law.stiffness(), *law.feedforward());
+            self.feedforward_wrench = axis.release(&self.form.to_wrench(&self.feedforward, &space));
+        }
+
+        // F_d, by force control.
+        let f_d = if self.space.force { self.force.update(&y.wrench, self.dt) } else { Wrench::zeros() };
+
+        // Wrench -F_ff - F_d - K e - D e_dot.
+        let wrench = wrench(&self.form, &space, &axis, &e, &e_dot, &self.stiffness, &self.feedforward) - f_d;
+
+        // Joint torques, then the limits.
+        let null_space = null_space_torque(y, &space, &self.q0, self.config.null_space_stiffness);
+        let tau = y.jacobian.tr_mul(&wrench) + y.bias + null_space;
+        self.inertia = space.diagonal();
+        self.exit.pass(&tau, &y.bias, self.dt)
+    }
+
+    /// The action space that this controller decodes.
+    #[must_use]
+    pub fn space(&self) -> ActionSpace {
+        self.space
+    }
+
+    /// K in N/m and Nm/rad. In the shaped convention this is diag(Lambda) kp, which depends on the arm's pose. Along an
+    /// engaged contact axis the share [`engagement`](Self::engagement) of it does not act.
+    #[must_use]
+    pub fn stiffness(&self) -> Vector6 {
+        match self.form.convention {
+            Convention::Physical => self.stiffness,
+            Convention::Shaped => self.stiffness.component_mul(&self.inertia),
+        }
+    }
+
+    /// K in the units of the space's own convention (shaped: kp in 1/s^2).
+    #[must_use]
+    pub fn own_stiffness(&self) -> &Vector6 {
+        &self.stiffness
+    }
+
+    /// The convention of [`own_stiffness`](Self::own_stiffness).
+    #[must_use]
+    pub fn convention(&self) -> Convention {
+        self.form.convention
+    }
+
+    /// F_ff as it acts (N, Nm; world axes). It enters the torque law with a minus sign.
+    #[must_use]
+    pub fn feedforward(&self) -> &Wrench {
+        &self.feedforward_wrench
+    }
+
+    /// F_cmd, the force controller's output along the contact axis (N): what the environment should exert on the tool.
+    #[must_use]
+    pub fn force_command(&self) -> f64 {
+        self.force.command()
+    }
+
+    /// Share of the contact axis that force control has taken over, 0 to 1.
+    #[must_use]
+    pub fn engagement(&self) -> f64 {
+        self.force.axis().engagement
+    }
+
+    /// The goal of the latest action.
+    #[must_use]
+    pub fn goal(&self) -> &Pose {
+        &self.goal
+    }
+
+    /// The set-point x_d of the latest sample.
+    #[must_use]
+    pub fn set_point(&self) -> &Pose {
+        self.interpolator.pose()
+    }
+
+    /// The set-point's velocity (m/s, rad/s; world axes).
+    #[must_use]
+    pub fn set_point_velocity(&self) -> &Twist {
+        self.interpolator.twist()
+    }
+
+    /// e = x - x_d of the latest sample (m, rad; world axes), contact axis included.
+    #[must_use]
+    pub fn error(&self) -> &Vector6 {
+        &self.error
+    }
+
+    /// Joints whose torque was cut by a limit in the latest sample.
+    #[must_use]
+    pub fn saturated(&self) -> [bool; 7] {
+        self.exit.saturated()
+    }
+
+    /// Share of the action entries since reset that lay outside [-1, 1].
+    #[must_use]
+    pub fn clipped_fraction(&self) -> f64 {
+        if self.entries == 0 { 0.0 } else { self.clipped as f64 / self.entries as f64 }
+    }
+
+    /// Samples since reset whose measurement or torque was not finite: the episode has diverged.
+    #[must_use]
+    pub fn faults(&self) -> u64 {
+        self.exit.faults()
+    }
+}
+
+impl crate::config::ImpedanceSettings {
+    fn level(&self, level: Level) -> &crate::impedance::FixedImpedance {
+        match level {
+            Level::Low => &self.low,
+            Level::Mid => &self.mid,
+            Level::High => &self.high,
+            Level::Osc => &self.osc,
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "controller_tests.rs"]
+mod tests;

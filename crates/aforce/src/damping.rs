@@ -1,0 +1,53 @@
+//! Damping that follows the stiffness, in the same sample.
+
+use serde::{Deserialize, Serialize};
+
+use crate::spatial::Vector6;
+
+/// How D is formed from K.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Damping {
+    /// D_i = 2 zeta sqrt(K_i m_i) with m_i the apparent inertia of axis i: about critical at any inertia.
+    MassAware,
+    /// D = 2 zeta sqrt(K), as the paper prints it: critical at unit inertia only, 2-6 times too weak on an arm.
+    Literal,
+}
+
+impl Damping {
+    /// D of each axis (Ns/m, Nms/rad; in the shaped convention 1/s).
+    ///
+    /// `inertia` is the diagonal of Lambda (kg, kg m^2), or ones in the shaped convention, where both kinds agree.
+    #[must_use]
+    pub fn of(self, stiffness: &Vector6, inertia: &Vector6, damping_ratio: f64) -> Vector6 {
+        stiffness.zip_map(inertia, |k, m| self.of_axis(k, m, damping_ratio))
+    }
+
+    /// D of one axis.
+    #[must_use]
+    pub fn of_axis(self, stiffness: f64, inertia: f64, damping_ratio: f64) -> f64 {
+        match self {
+            Self::MassAware => 2.0 * damping_ratio * (stiffness * inertia).sqrt(),
+            Self::Literal => 2.0 * damping_ratio * stiffness.sqrt(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn by_hand() {
+        assert_eq!(Damping::MassAware.of_axis(100.0, 4.0, 1.0), 40.0);
+        assert_eq!(Damping::Literal.of_axis(100.0, 4.0, 1.0), 20.0);
+        assert_eq!(Damping::MassAware.of_axis(100.0, 4.0, 0.5), 20.0);
+    }
+
+    #[test]
+    fn mass_aware_reduces_to_literal_at_unit_inertia() {
+        let k = Vector6::new(0.0, 20.0, 150.0, 300.0, 7.0, 1500.0);
+        let ones = Vector6::repeat(1.0);
+        assert_eq!(Damping::MassAware.of(&k, &ones, 1.0), Damping::Literal.of(&k, &ones, 1.0));
+    }
+}

@@ -1,0 +1,73 @@
+//! What can be wrong with a configuration. Every message carries the numbers.
+
+use std::ops::RangeInclusive;
+
+/// A configuration that cannot be used.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ConfigError {
+    /// A value lies outside its allowed range.
+    #[error("{field} = {value} is not allowed; allowed: {allowed}")]
+    OutOfRange {
+        /// Dotted path of the field, as in the configuration file.
+        field: String,
+        /// The value found.
+        value: f64,
+        /// The range in words.
+        allowed: String,
+    },
+    /// The control rate is not a whole multiple of the policy rate.
+    #[error("control_hz = {control_hz} is not a whole multiple of policy_hz = {policy_hz}")]
+    Rates {
+        /// Control rate (Hz).
+        control_hz: u32,
+        /// Policy rate (Hz).
+        policy_hz: u32,
+    },
+    /// The adaptive law would grow oscillations at its lowest stiffness.
+    #[error(
+        "impedance.aforce.{group}: feedforward_gain (alpha) = {alpha} is unstable at stiffness_min = {stiffness}: the limit is \
+         {alpha_max:.1} (inertia {inertia}, damping {damping:.2}); lower it, raise stiffness_min, or set allow_unstable = true"
+    )]
+    Unstable {
+        /// `translation` or `rotation`.
+        group: &'static str,
+        /// The feed-forward gain found.
+        alpha: f64,
+        /// The largest stable feed-forward gain.
+        alpha_max: f64,
+        /// The lowest stiffness, where the loop is least stable.
+        stiffness: f64,
+        /// Inertia of the axis (kg, kg m^2; 1 in the shaped convention).
+        inertia: f64,
+        /// Damping of the axis at that stiffness.
+        damping: f64,
+    },
+}
+
+/// `value` must lie in `range`.
+pub(crate) fn within(field: &str, value: f64, range: RangeInclusive<f64>) -> Result<(), ConfigError> {
+    if range.contains(&value) {
+        return Ok(());
+    }
+    Err(out_of_range(field, value, format!("{} to {}", range.start(), range.end())))
+}
+
+/// `value` must be finite and above zero.
+pub(crate) fn positive(field: &str, value: f64) -> Result<(), ConfigError> {
+    if value > 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(out_of_range(field, value, "above 0".to_owned()))
+}
+
+/// `value` must be finite and not negative.
+pub(crate) fn not_negative(field: &str, value: f64) -> Result<(), ConfigError> {
+    if value >= 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(out_of_range(field, value, "0 or above".to_owned()))
+}
+
+fn out_of_range(field: &str, value: f64, allowed: String) -> ConfigError {
+    ConfigError::OutOfRange { field: field.to_owned(), value, allowed }
+}

@@ -1,0 +1,64 @@
+//! Adaptive force-impedance control (AFORCE, arXiv 2110.09904) and the action spaces it is compared with.
+//!
+//! A slow policy says where to go and how hard to press; a fast law adapts stiffness K(t) and feed-forward wrench
+//! F_ff(t) by itself. With e = x - x_d (actual minus desired):
+//!
+//! ```text
+//! tau   = J^T ( -F_ff - F_d - K e - D e_dot )  + gravity and Coriolis + null space
+//! K_dot = beta |eps| - gamma 1        (eq. 4)
+//! F_ff_dot = alpha eps - mu F_ff      (eq. 5)
+//! eps   = e + delta e_dot             (eq. 6; the paper prints e - delta e_dot, see [`DeltaSign`])
+//! ```
+//!
+//! Conventions, stated once and used everywhere: SI units; six-vectors are *linear first*, in world axes, at the tool
+//! point; a [`Wrench`] in a [`Measurement`] is what the environment exerts *on the tool*, and F_d is the wrench the
+//! environment *should* exert (pressing on a table below with 10 N is F_d = +10 N along +z).
+//!
+//! The way in is [`Controller`]: `reset`, then one `set_goal` per policy action and one `update` per control sample.
+//! Nothing here knows the plant: any simulator or arm that fills a [`Measurement`] can host it. The control step does
+//! not allocate.
+
+mod action;
+mod action_space;
+mod adaptation;
+mod config;
+mod contact;
+mod controller;
+mod damping;
+mod energy;
+mod error;
+mod force;
+mod impedance;
+mod interpolator;
+mod jerk_limited;
+mod limits;
+mod linear;
+mod null_space;
+mod operational_space;
+mod reference;
+mod spatial;
+mod stability;
+
+pub use action_space::{ActionSpace, Component, Impedance, Level, UnknownActionSpace};
+pub use adaptation::{AdaptiveImpedance, AdaptiveLaw, AxisLaw, DeltaSign};
+pub use config::{ControllerConfig, ImpedanceSettings};
+pub use controller::Controller;
+pub use damping::Damping;
+pub use energy::EnergyLedger;
+pub use error::ConfigError;
+pub use force::{ForceAxis, ForceConfig, ForceControl};
+pub use impedance::{CommandedImpedance, Convention, FixedImpedance, ImpedanceForm, wrench};
+pub use interpolator::{Interpolation, Interpolator};
+pub use limits::TorqueLimits;
+pub use null_space::null_space_torque;
+pub use operational_space::OperationalSpace;
+pub use reference::Reference;
+pub use spatial::{
+    Jacobian, JointMatrix, JointVector, Measurement, Pose, Twist, Vector3, Vector6, Wrench, pose_error, rotation_vector,
+};
+pub use stability::{StabilityMargin, stability_margin};
+
+#[cfg(test)]
+mod law_tests;
+#[cfg(test)]
+mod testing;

@@ -1,0 +1,58 @@
+//! A straight ramp from one set-point to the next goal.
+
+use nalgebra::{Translation3, UnitQuaternion};
+
+use crate::spatial::{Pose, Twist, Vector3, Vector6, pose_error, rotational};
+
+/// Moves the set-point in equal increments, then holds it.
+///
+/// robosuite's linear interpolator adds a growing fraction of a start that never moves; this one is a true ramp.
+#[derive(Debug, Clone)]
+pub(crate) struct LinearRamp {
+    /// Samples that the ramp takes.
+    samples: u32,
+    /// Samples taken of the present ramp.
+    taken: u32,
+    /// Duration of the ramp (s).
+    duration: f64,
+    start: Pose,
+    /// `[position; rotation vector]` from start to goal, world axes (m, rad).
+    travel: Vector6,
+}
+
+impl LinearRamp {
+    pub(crate) fn new(samples: u32, dt: f64) -> Self {
+        let duration = f64::from(samples) * dt;
+        Self { samples, taken: samples, duration, start: Pose::identity(), travel: Vector6::zeros() }
+    }
+
+    pub(crate) fn reset(&mut self, pose: &Pose) {
+        self.start = *pose;
+        self.travel = Vector6::zeros();
+        self.taken = self.samples;
+    }
+
+    pub(crate) fn set_goal(&mut self, goal: &Pose) {
+        self.start = self.pose();
+        self.travel = pose_error(goal, &self.start);
+        self.taken = 0;
+    }
+
+    /// The next set-point and its velocity (m/s, rad/s).
+    pub(crate) fn step(&mut self) -> (Pose, Twist) {
+        if self.taken == self.samples {
+            return (self.pose(), Twist::zeros());
+        }
+        self.taken += 1;
+        (self.pose(), self.travel / self.duration)
+    }
+
+    fn pose(&self) -> Pose {
+        let travelled = self.travel * (f64::from(self.taken) / f64::from(self.samples));
+        let position: Vector3 = self.start.translation.vector + travelled.fixed_rows::<3>(0);
+        let turn = UnitQuaternion::from_scaled_axis(rotational(&travelled));
+        let mut rotation = turn * self.start.rotation;
+        rotation.renormalize(); // The start is itself the end of an earlier product.
+        Pose::from_parts(Translation3::from(position), rotation)
+    }
+}

@@ -1,0 +1,117 @@
+//! When the adaptive loop is stable: a closed-form certificate for one axis.
+
+use crate::adaptation::{AxisLaw, DeltaSign};
+
+/// How far the feed-forward gain of an axis is from its limit, at the lowest stiffness.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StabilityMargin {
+    /// The feed-forward gain of the law, alpha (N/m/s, Nm/rad/s; shaped: 1/s^3).
+    pub alpha: f64,
+    /// The largest stable alpha; infinite if every one is stable.
+    pub alpha_max: f64,
+    /// Damping of the axis at the lowest stiffness (Ns/m, Nms/rad; shaped: 1/s).
+    pub damping: f64,
+}
+
+impl StabilityMargin {
+    /// Small oscillations die out.
+    #[must_use]
+    pub fn is_stable(&self) -> bool {
+        self.alpha < self.alpha_max
+    }
+}
+
+/// The margin of `law` at its lowest stiffness K, for an axis of inertia M (kg, kg m^2; 1 in the shaped convention)
+/// with damping D.
+///
+/// The loop M e'' + D e' + K e + F = 0, F' = alpha (e + s delta e') - mu F is stable exactly when, with T = D/M + mu,
+///
+/// ```text
+/// K + D mu + s alpha delta > 0    and    alpha (1/T - s delta) < (K D/M)/T + D mu
+/// ```
+///
+/// The limit falls as K relaxes, so it is taken at the lowest stiffness and not at the starting one.
+#[must_use]
+pub fn stability_margin(law: &AxisLaw, sign: DeltaSign, inertia: f64, damping: f64) -> StabilityMargin {
+    let (k, d, mu) = (law.stiffness_min, damping, law.forgetting);
+    let s_delta = sign.factor() * law.delta;
+    let t = d / inertia + mu;
+    let no_divergence = if s_delta < 0.0 { (k + d * mu) / -s_delta } else { f64::INFINITY };
+    let slope = 1.0 / t - s_delta;
+    let no_oscillation = if slope > 0.0 { (k * d / inertia / t + d * mu) / slope } else { f64::INFINITY };
+    StabilityMargin { alpha: law.alpha(), alpha_max: no_divergence.min(no_oscillation), damping }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::adaptation::AdaptiveImpedance;
+    use crate::damping::Damping;
+
+    fn law(stiffness_min: f64, alpha: f64, delta: f64) -> AxisLaw {
+        AxisLaw {
+            stiffness_min,
+            feedforward_gain: alpha,
+            delta,
+            forgetting: 1.0,
+            ..AdaptiveImpedance::physical().translation
+        }
+    }
+
+    /// The table of control-facts, section 3.
+    #[test]
+    fn limits_of_the_published_table() {
+        let table = [
+            (1.0, Damping::Literal, 300.0, [2547.0, 11_627.0, f64::INFINITY]),
+            (4.0, Damping::Literal, 20.0, [56.0, 74.0, 109.0]),
+            (4.0, Damping::Literal, 50.0, [166.0, 241.0, 441.0]),
+            (4.0, Damping::Literal, 150.0, [638.0, 1093.0, 3800.0]),
+            (4.0, Damping::MassAware, 50.0, [322.0, 582.0, 3016.0]),
+            (4.0, Damping::MassAware, 300.0, [2283.0, 6465.0, f64::INFINITY]),
+        ];
+        for (mass, damping, k, limits) in table {
+            let d = damping.of_axis(k, mass, 1.0);
+            for (sign, limit) in [DeltaSign::Literal, DeltaSign::Off, DeltaSign::Damping].into_iter().zip(limits) {
+                let found = stability_margin(&law(k, 1.0, 0.1), sign, mass, d).alpha_max;
+                // The table is rounded to whole numbers.
+                assert!(found == limit || (found - limit).abs() < 0.6, "{mass} {k} {sign:?}: {found} not {limit}");
+            }
+        }
+    }
+
+    /// Growth of the linear loop over 20 s, in fine steps (semi-implicit Euler, 0.05 ms).
+    fn grows(mass: f64, k: f64, alpha: f64, s_delta: f64) -> bool {
+        let (d, mu, dt) = (2.0 * k.sqrt(), 1.0, 5e-5);
+        let (mut e, mut e_dot, mut f) = (0.01, 0.0, 0.0);
+        let mut peaks = [0.0f64; 2];
+        for step in 0..400_000 {
+            f += dt * (alpha * (e + s_delta * e_dot) - mu * f);
+            e_dot += dt * (-d * e_dot - k * e - f) / mass;
+            e += dt * e_dot;
+            if step >= 200_000 {
+                let half = usize::from(step >= 300_000);
+                peaks[half] = peaks[half].max(f64::abs(e));
+            }
+        }
+        peaks[1] > peaks[0]
+    }
+
+    #[test]
+    fn the_limit_is_the_boundary_between_decay_and_growth() {
+        for sign in [DeltaSign::Damping, DeltaSign::Off, DeltaSign::Literal] {
+            for (mass, k) in [(4.0, 20.0), (4.0, 150.0), (12.0, 50.0)] {
+                let margin = |alpha| stability_margin(&law(k, alpha, 0.1), sign, mass, 2.0 * f64::sqrt(k));
+                let limit = margin(1.0).alpha_max;
+                let s_delta = 0.1 * sign.factor();
+                assert!(
+                    margin(0.95 * limit).is_stable() && !grows(mass, k, 0.95 * limit, s_delta),
+                    "{sign:?} {mass} {k}"
+                );
+                assert!(
+                    !margin(1.05 * limit).is_stable() && grows(mass, k, 1.05 * limit, s_delta),
+                    "{sign:?} {mass} {k}"
+                );
+            }
+        }
+    }
+}

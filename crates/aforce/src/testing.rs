@@ -1,0 +1,59 @@
+//! Plants for tests.
+
+use nalgebra::UnitQuaternion;
+
+use crate::spatial::{Jacobian, JointMatrix, JointVector, Measurement, Pose, Twist, Wrench, linear, rotational};
+
+/// A generic arm at rest: random Jacobian, random positive definite mass matrix.
+pub(crate) fn random_arm(seed: u64) -> Measurement {
+    let mut state = seed;
+    let mut random = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1u64 << 53) as f64 * 2.0 - 1.0
+    };
+    let jacobian = Jacobian::from_fn(|_, _| random());
+    let root = JointMatrix::from_fn(|_, _| random());
+    let q = JointVector::from_fn(|_, _| random());
+    let qd = JointVector::from_fn(|_, _| 0.3 * random());
+    Measurement {
+        q,
+        qd,
+        pose: Pose::identity(),
+        twist: jacobian * qd,
+        jacobian,
+        mass: root * root.transpose() + JointMatrix::identity() * 0.3,
+        bias: JointVector::from_fn(|_, _| 5.0 * random()),
+        wrench: Wrench::zeros(),
+    }
+}
+
+/// Six axes that move the tool along and about the world axes with the given inertias (kg, kg m^2), and an idle
+/// seventh joint: the torques of joints 1 to 6 are the tool's wrench.
+pub(crate) fn gantry(inertia: [f64; 6]) -> Measurement {
+    let mut mass = JointMatrix::identity();
+    for (i, m) in inertia.into_iter().enumerate() {
+        mass[(i, i)] = m;
+    }
+    Measurement {
+        q: JointVector::zeros(),
+        qd: JointVector::zeros(),
+        pose: Pose::identity(),
+        twist: Twist::zeros(),
+        jacobian: Jacobian::identity(),
+        mass,
+        bias: JointVector::zeros(),
+        wrench: Wrench::zeros(),
+    }
+}
+
+/// Moves the gantry's tool for `dt` seconds under joint torques and what the environment exerts (semi-implicit Euler).
+pub(crate) fn move_gantry(y: &mut Measurement, tau: &JointVector, external: &Wrench, dt: f64) {
+    for i in 0..7 {
+        let push = if i < 6 { external[i] } else { 0.0 };
+        y.qd[i] += dt * (tau[i] - y.bias[i] + push) / y.mass[(i, i)];
+    }
+    y.q += y.qd * dt;
+    y.twist = y.jacobian * y.qd;
+    y.pose.translation.vector += linear(&y.twist) * dt;
+    y.pose.rotation = UnitQuaternion::from_scaled_axis(rotational(&y.twist) * dt) * y.pose.rotation;
+}

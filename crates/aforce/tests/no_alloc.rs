@@ -1,0 +1,74 @@
+//! The control step allocates nothing: neither `update` nor, with linear interpolation, `set_goal`.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use aforce::{
+    ActionSpace, Controller, ControllerConfig, Interpolation, Jacobian, JointMatrix, JointVector, Measurement, Pose,
+    TorqueLimits, Twist, Vector3, Wrench,
+};
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+// SAFETY: hands every call to the system allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        // SAFETY: the caller's contract is passed on.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller's contract is passed on.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// A fixed arm of full rank.
+fn measurement() -> Measurement {
+    let jacobian = Jacobian::from_fn(|i, j| if i == j { 1.0 } else { 0.1 * (i as f64 - 0.7 * j as f64).sin() });
+    let root = JointMatrix::from_fn(|i, j| 0.2 * (i as f64 + 2.0 * j as f64).cos());
+    Measurement {
+        q: JointVector::repeat(0.3),
+        qd: JointVector::repeat(0.01),
+        pose: Pose::new(Vector3::new(0.5, 0.0, 0.3), Vector3::new(3.1, 0.1, 0.0)),
+        twist: Twist::repeat(0.01),
+        jacobian,
+        mass: root * root.transpose() + JointMatrix::identity(),
+        bias: JointVector::repeat(1.0),
+        wrench: Wrench::new(0.0, 0.0, 10.0, 0.0, 0.0, 0.0),
+    }
+}
+
+#[test]
+fn the_control_step_allocates_nothing() {
+    let limits = TorqueLimits { max: JointVector::repeat(80.0), rate: Some(JointVector::repeat(1000.0)) };
+    let y = measurement();
+    for interpolation in [Interpolation::Linear { ramp_ratio: 1.0 }, Interpolation::JerkLimited] {
+        let config = ControllerConfig { interpolation, ..ControllerConfig::default() };
+        for space in ActionSpace::ALL {
+            let mut control = Controller::new(space, &config, limits, Vector3::z_axis()).unwrap();
+            control.reset(&y);
+            let (mut in_goals, mut in_updates) = (0, 0);
+            for step in 0..20 {
+                let action = [0.9 * f64::sin(f64::from(step)); 13];
+                let start = ALLOCATIONS.get();
+                control.set_goal(&action[..space.dim()], &y);
+                in_goals += ALLOCATIONS.get() - start;
+                let start = ALLOCATIONS.get();
+                for _ in 0..25 {
+                    std::hint::black_box(control.update(&y));
+                }
+                in_updates += ALLOCATIONS.get() - start;
+            }
+            assert_eq!((in_goals, in_updates), (0, 0), "{space} {interpolation:?}");
+        }
+    }
+}

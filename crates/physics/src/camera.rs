@@ -1,0 +1,69 @@
+//! Draws the simulated collision shapes by ray casting: no GPU, no display.
+
+use aforce::Vector3;
+
+use crate::Simulation;
+
+/// A pinhole camera.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Camera {
+    /// Position (m, world).
+    pub eye: [f64; 3],
+    /// The point in the middle of the picture (m, world).
+    pub target: [f64; 3],
+    /// Full vertical opening angle (rad).
+    pub field_of_view: f64,
+}
+
+/// A picture, rows from the top, 8-bit RGB.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Image {
+    /// Pixels per row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// `3 * width * height` bytes.
+    pub rgb: Vec<u8>,
+}
+
+/// From the sun (unit length after normalisation).
+const LIGHT: [f64; 3] = [-0.4, -0.5, 1.0];
+const SKY: [u8; 3] = [238, 241, 245];
+
+impl Camera {
+    /// Draws what the camera sees.
+    pub fn render(&self, simulation: &Simulation, width: usize, height: usize) -> Image {
+        let eye = Vector3::from(self.eye);
+        let forward = (Vector3::from(self.target) - eye).normalize();
+        let right = forward.cross(&Vector3::z()).normalize();
+        let up = right.cross(&forward);
+        let scale = (self.field_of_view / 2.0).tan();
+        let light = Vector3::from(LIGHT).normalize();
+        let mut rgb = Vec::with_capacity(3 * width * height);
+        for row in 0..height {
+            for column in 0..width {
+                let x = (2.0 * (column as f64 + 0.5) - width as f64) / height as f64 * scale;
+                let y = (1.0 - 2.0 * (row as f64 + 0.5) / height as f64) * scale;
+                let direction = (forward + right * x + up * y).normalize();
+                rgb.extend(shade(simulation, &eye, &direction, &light));
+            }
+        }
+        Image { width, height, rgb }
+    }
+}
+
+fn shade(simulation: &Simulation, eye: &Vector3, direction: &Vector3, light: &Vector3) -> [u8; 3] {
+    let Some((distance, normal, color)) = simulation.cast_ray(eye, direction) else {
+        return SKY;
+    };
+    let point = eye + direction * distance;
+    let lit = normal.dot(light).max(0.0);
+    let in_shadow = lit > 0.0 && simulation.cast_ray(&(point + normal * 1e-4), light).is_some();
+    let brightness = 0.45 + if in_shadow { 0.0 } else { 0.55 * lit };
+    // Far surfaces fade into the sky, so that the floor has no hard edge.
+    let haze = ((distance - 2.0) / 3.0).clamp(0.0, 1.0);
+    std::array::from_fn(|i| {
+        let surface = f64::from(color[i]) * brightness;
+        (surface + (f64::from(SKY[i]) - surface) * haze).round() as u8
+    })
+}

@@ -1,0 +1,407 @@
+//! The Rapier world behind a simulation. The only file that knows the engine's types.
+
+use aforce::{Pose, Twist, Vector3, Wrench};
+use nalgebra::{Matrix3, Quaternion, Translation3, UnitQuaternion};
+use rapier3d_f64::dynamics::{
+    GenericJointBuilder, IntegrationParameters, JointAxesMask, MassProperties, MultibodyJointHandle, RigidBodyBuilder,
+    RigidBodyHandle, SpringCoefficients,
+};
+use rapier3d_f64::geometry::{
+    ColliderBuilder, ColliderHandle, ContactPair, Group, InteractionGroups, InteractionTestMode,
+};
+use rapier3d_f64::math as rapier;
+use rapier3d_f64::parry::query::Ray;
+use rapier3d_f64::parry::shape::SharedShape;
+use rapier3d_f64::pipeline::PhysicsWorld;
+use rapier3d_f64::prelude::CoefficientCombineRule;
+
+use crate::model::GRAVITY;
+use crate::scene::{Axis, Inertial, Joint, Role, Scene, Shape};
+
+/// Engine settings that differ between scenes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Length of one step (s).
+    pub dt: f64,
+    /// Substeps inside one step. One has the accuracy of MuJoCo's Euler integrator.
+    pub substeps: usize,
+    /// Natural frequency (Hz) and damping ratio with which penetration is pushed out.
+    pub contact_softness: [f64; 2],
+}
+
+/// A joint of the scene in the engine.
+#[derive(Clone, Copy)]
+struct EngineJoint {
+    handle: MultibodyJointHandle,
+    child: RigidBodyHandle,
+    /// `None` when the parent is the world.
+    parent: Option<RigidBodyHandle>,
+    /// Coordinate index in the engine: 0 for slides, 3 for hinges.
+    coordinate: usize,
+    /// Joint axis in the child's frame.
+    direction: Vector3,
+}
+
+/// A simulated scene.
+pub(crate) struct Engine {
+    world: PhysicsWorld,
+    settings: Settings,
+    /// The rigid body of each moving scene body.
+    bodies: Vec<Option<RigidBodyHandle>>,
+    /// In the order of [`Engine::axes`].
+    joints: Vec<EngineJoint>,
+    axes: Vec<Axis>,
+    /// Collider, role, colour of each geom, and its index in the scene's flat geom list.
+    geoms: Vec<(ColliderHandle, Role, [u8; 3])>,
+    /// Role by raw collider index.
+    roles: Vec<Option<Role>>,
+}
+
+impl Engine {
+    pub fn new(scene: &Scene, settings: Settings) -> Self {
+        let mut world = PhysicsWorld::new();
+        world.gravity = rapier::Vector::new(0.0, 0.0, -GRAVITY);
+        let softness =
+            SpringCoefficients { natural_frequency: settings.contact_softness[0], damping_ratio: settings.contact_softness[1] };
+        world.integration_parameters = IntegrationParameters {
+            dt: settings.dt,
+            num_solver_iterations: settings.substeps,
+            contact_softness: softness,
+            static_contact_softness: softness,
+            // Recycled contacts let a grasped object creep by 0.7 mm/s.
+            contact_recycling: false,
+            ..IntegrationParameters::default()
+        };
+        let mut engine = Engine {
+            world,
+            settings,
+            bodies: vec![None; scene.bodies.len()],
+            joints: vec![],
+            axes: vec![],
+            geoms: vec![],
+            roles: vec![],
+        };
+        for index in 0..scene.bodies.len() {
+            engine.add_body(scene, index);
+        }
+        engine.finish_multibodies();
+        engine
+    }
+
+    fn add_body(&mut self, scene: &Scene, index: usize) {
+        let body = &scene.bodies[index];
+        match &body.joint {
+            Joint::Fixed => {}
+            Joint::Free => {
+                self.bodies[index] = Some(self.insert_dynamic(&body.pose, &scene.merged_inertial(index)));
+            }
+            Joint::Hinge(axis) => self.add_axis(scene, index, axis, JointAxesMask::LOCKED_REVOLUTE_AXES, 3),
+            Joint::Slide(axis) => self.add_axis(scene, index, axis, JointAxesMask::LOCKED_PRISMATIC_AXES, 0),
+        }
+        let (root, root_pose) = scene.moving_root(index);
+        let parent = root.map(|root| self.bodies[root].expect("parents come first"));
+        for geom in &body.geoms {
+            let collider = ColliderBuilder::new(shared_shape(&geom.shape))
+                .position(to_engine(&(root_pose * geom.pose)))
+                .density(0.0)
+                .friction(geom.friction)
+                .friction_combine_rule(CoefficientCombineRule::Max)
+                .collision_groups(groups(geom.role));
+            let handle = self.world.insert_collider(collider, parent);
+            self.geoms.push((handle, geom.role, geom.color));
+            let raw = handle.into_raw_parts().0 as usize;
+            self.roles.resize(self.roles.len().max(raw + 1), None);
+            self.roles[raw] = Some(geom.role);
+        }
+    }
+
+    fn insert_dynamic(&mut self, pose: &Pose, inertial: &Inertial) -> RigidBodyHandle {
+        let com = inertial.com;
+        let properties = MassProperties::with_inertia_matrix(vector(&com), inertial.mass, matrix(&inertial.inertia));
+        let body = RigidBodyBuilder::dynamic()
+            .pose(to_engine(pose))
+            .additional_mass_properties(properties)
+            .can_sleep(false);
+        self.world.insert_body(body)
+    }
+
+    fn add_axis(&mut self, scene: &Scene, index: usize, axis: &Axis, locked: JointAxesMask, coordinate: usize) {
+        let body = &scene.bodies[index];
+        let child = self.insert_dynamic(&Pose::identity(), &scene.merged_inertial(index));
+        let (root, pose) = match body.parent {
+            Some(parent) => scene.moving_root(parent),
+            None => (None, Pose::identity()),
+        };
+        // A mechanism that stands on the world gets a root of its own: bodies that share
+        // one become one multibody, and its cost grows with the square of its joints.
+        let parent = root.map(|root| self.bodies[root].expect("parents come first"));
+        let anchor = parent.unwrap_or_else(|| self.world.insert_body(RigidBodyBuilder::fixed()));
+        let align = UnitQuaternion::rotation_between(&Vector3::x(), &axis.direction)
+            .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::PI));
+        let joint = GenericJointBuilder::new(locked)
+            .local_frame1(to_engine(&(pose * body.pose * align)))
+            .local_frame2(to_engine(&Pose::from_parts(Translation3::identity(), align)))
+            .build();
+        let handle = self.world.insert_multibody_joint(anchor, child, joint).expect("scenes are trees");
+        self.bodies[index] = Some(child);
+        self.joints.push(EngineJoint { handle, child, parent, coordinate, direction: axis.direction.into_inner() });
+        self.axes.push(axis.clone());
+    }
+
+    /// Joint parameters can be written only once mass and degrees of freedom are known.
+    fn finish_multibodies(&mut self) {
+        let PhysicsWorld { bodies, colliders, multibody_joints, .. } = &mut self.world;
+        for handle in self.bodies.iter().flatten() {
+            bodies[*handle].recompute_mass_properties_from_colliders(colliders);
+        }
+        for joint in &self.joints {
+            let (multibody, _) = multibody_joints.get_mut(joint.handle).expect("inserted above");
+            multibody.forward_kinematics(bodies, true);
+            multibody.update_rigid_bodies(bodies, true);
+            multibody.set_self_contacts_enabled(false);
+        }
+        for (joint, axis) in self.joints.iter().zip(&self.axes) {
+            let (multibody, link) = multibody_joints.get_mut(joint.handle).expect("inserted above");
+            let dof = multibody.link(link).expect("inserted above").assembly_id();
+            multibody.damping_mut()[dof] = axis.damping;
+            multibody.frictions_mut()[dof] = axis.friction;
+            multibody.armature_mut()[dof] = axis.armature;
+        }
+    }
+
+    /// The joints, in the order in which coordinates and efforts are given.
+    pub fn axes(&self) -> &[Axis] {
+        &self.axes
+    }
+
+    /// Position (rad or m) and velocity of joint `i`.
+    pub fn coordinate(&self, i: usize) -> (f64, f64) {
+        let joint = &self.joints[i];
+        let (multibody, link) = self.world.multibody_joints.get(joint.handle).expect("never removed");
+        let link = multibody.link(link).expect("never removed");
+        (link.joint().coords()[joint.coordinate], multibody.generalized_velocity()[link.assembly_id()])
+    }
+
+    /// Puts joint `i` at `q`, moving with `qd`. Call [`Engine::settle`] after the last.
+    pub fn set_coordinate(&mut self, i: usize, q: f64, qd: f64) {
+        let joint = self.joints[i];
+        let (multibody, id) = self.world.multibody_joints.get_mut(joint.handle).expect("never removed");
+        let link = multibody.link_mut(id).expect("never removed");
+        let dof = link.assembly_id();
+        let now = link.joint.coords()[joint.coordinate];
+        link.joint.apply_displacement(&[q - now]);
+        multibody.generalized_velocity_mut()[dof] = qd;
+    }
+
+    /// Brings the bodies where the joints are.
+    pub fn settle(&mut self) {
+        let PhysicsWorld { bodies, multibody_joints, .. } = &mut self.world;
+        for joint in &self.joints {
+            let (multibody, _) = multibody_joints.get_mut(joint.handle).expect("never removed");
+            multibody.forward_kinematics(bodies, false);
+            multibody.update_rigid_bodies(bodies, true);
+        }
+    }
+
+    /// World pose of a moving scene body.
+    pub fn pose(&self, body: usize) -> Pose {
+        from_engine(self.world.bodies[self.bodies[body].expect("a moving body")].position())
+    }
+
+    /// Velocity of a moving scene body: linear at its centre of mass, world axes.
+    pub fn velocity(&self, body: usize) -> Twist {
+        let body = &self.world.bodies[self.bodies[body].expect("a moving body")];
+        let (v, w) = (body.linvel(), body.angvel());
+        Twist::new(v.x, v.y, v.z, w.x, w.y, w.z)
+    }
+
+    /// Puts a free body at rest at `pose`.
+    pub fn place(&mut self, body: usize, pose: &Pose) {
+        let body = &mut self.world.bodies[self.bodies[body].expect("a moving body")];
+        body.set_position(to_engine(pose), true);
+        body.set_linvel(rapier::Vector::ZERO, true);
+        body.set_angvel(rapier::Vector::ZERO, true);
+    }
+
+    /// Advances by one step with `efforts` (Nm or N) on the joints.
+    ///
+    /// An effort acts as equal and opposite torques (or forces along one line) on child
+    /// and parent: the engine has no generalized forces, and this yields exactly the
+    /// effort on that coordinate and nothing on the others.
+    pub fn step(&mut self, efforts: &[f64]) {
+        let bodies = &mut self.world.bodies;
+        for joint in &self.joints {
+            bodies[joint.child].reset_forces(false);
+            bodies[joint.child].reset_torques(false);
+        }
+        for (joint, &effort) in self.joints.iter().zip(efforts) {
+            let child = &mut bodies[joint.child];
+            let push = child.rotation() * vector(&joint.direction) * effort;
+            if joint.coordinate == 3 {
+                child.add_torque(push, true);
+                if let Some(parent) = joint.parent {
+                    bodies[parent].add_torque(-push, true);
+                }
+            } else {
+                let at = child.center_of_mass();
+                child.add_force(push, true);
+                if let Some(parent) = joint.parent {
+                    bodies[parent].add_force_at_point(-push, at, true);
+                }
+            }
+        }
+        self.world.step();
+    }
+
+    /// Whether every body still has a finite state.
+    pub fn is_finite(&self) -> bool {
+        self.world.quarantine().is_empty()
+            && self.bodies.iter().flatten().all(|&handle| {
+                let body = &self.world.bodies[handle];
+                body.is_enabled() && body.translation().is_finite() && body.linvel().is_finite()
+            })
+    }
+
+    /// Wrench that the environment exerted in the last step on all geoms beyond the wrist
+    /// (world axes, torque about `point`); `None` without contact.
+    pub fn wrench_beyond_wrist(&self, point: &Vector3) -> Option<Wrench> {
+        let mut wrench = None;
+        for pair in self.world.narrow_phase.contact_pairs() {
+            let beyond = |collider| self.role(collider).is_some_and(Role::is_beyond_wrist);
+            let (first, second) = (beyond(pair.collider1), beyond(pair.collider2));
+            if first != second && pair.has_any_active_contact() {
+                let on_first = self.contact_wrench(pair, point);
+                *wrench.get_or_insert_with(Wrench::zeros) += if first { on_first } else { -on_first };
+            }
+        }
+        wrench
+    }
+
+    /// Wrench on the first collider of a pair.
+    fn contact_wrench(&self, pair: &ContactPair, point: &Vector3) -> Wrench {
+        let dt = self.settings.dt;
+        let frame = self.world.colliders[pair.collider1].position();
+        let mut wrench = Wrench::zeros();
+        for manifold in pair.solver_manifolds() {
+            let frame = manifold.subshape_pos1().map_or(*frame, |sub| *frame * *sub);
+            for contact in &manifold.points {
+                // The normal impulse is the step's total, the tangential one the last
+                // substep's.
+                let friction = contact.data.warmstart_tangent_world * self.settings.substeps as f64;
+                let force = (friction - manifold.data.normal * contact.data.impulse) / dt;
+                let force = Vector3::new(force.x, force.y, force.z);
+                let at = frame * contact.local_p1;
+                let torque = (Vector3::new(at.x, at.y, at.z) - point).cross(&force);
+                wrench += Wrench::new(force.x, force.y, force.z, torque.x, torque.y, torque.z);
+            }
+        }
+        wrench
+    }
+
+    /// Whether geoms `a` and `b` (indices in the scene's order) press on each other.
+    pub fn touching(&self, a: usize, b: usize) -> bool {
+        self.world
+            .narrow_phase
+            .contact_pair(self.geoms[a].0, self.geoms[b].0)
+            .is_some_and(|pair| pair.total_impulse_magnitude() > 0.0)
+    }
+
+    /// Deepest overlap (m) of any two geoms that may touch; 0 without contact.
+    pub fn deepest_penetration(&self) -> f64 {
+        self.world
+            .narrow_phase
+            .contact_pairs()
+            .flat_map(|pair| pair.manifolds())
+            .flat_map(|manifold| &manifold.points)
+            .fold(0.0, |deepest: f64, point| deepest.max(-point.dist))
+    }
+
+    fn role(&self, collider: ColliderHandle) -> Option<Role> {
+        self.roles.get(collider.into_raw_parts().0 as usize).copied().flatten()
+    }
+
+    /// The nearest geom along a ray: distance, surface normal, colour.
+    pub fn cast_ray(&self, origin: &Vector3, direction: &Vector3) -> Option<(f64, Vector3, [u8; 3])> {
+        let ray = Ray::new(vector(origin), vector(direction));
+        let mut nearest: Option<(f64, Vector3, [u8; 3])> = None;
+        for &(handle, _, color) in &self.geoms {
+            let collider = &self.world.colliders[handle];
+            let limit = nearest.map_or(100.0, |(distance, ..)| distance);
+            if let Some(hit) = collider.shape().cast_ray_and_get_normal(collider.position(), &ray, limit, true) {
+                let n = hit.normal;
+                nearest = Some((hit.time_of_impact, Vector3::new(n.x, n.y, n.z), color));
+            }
+        }
+        nearest
+    }
+
+    /// A copy from which the simulation continues bit for bit.
+    pub fn snapshot(&self) -> EngineState {
+        let mut state = PhysicsWorld::new();
+        copy_world(&self.world, &mut state);
+        EngineState(state)
+    }
+
+    /// Returns to a snapshot of this engine.
+    pub fn restore(&mut self, state: &EngineState) {
+        copy_world(&state.0, &mut self.world);
+    }
+}
+
+/// The changing part of a world.
+pub(crate) struct EngineState(PhysicsWorld);
+
+/// Field by field: the engine's world as a whole cannot be cloned. `clone_from` keeps
+/// allocations, which makes a reset about five times cheaper than a fresh copy.
+fn copy_world(from: &PhysicsWorld, to: &mut PhysicsWorld) {
+    to.gravity = from.gravity;
+    to.integration_parameters = from.integration_parameters;
+    to.islands.clone_from(&from.islands);
+    to.broad_phase.clone_from(&from.broad_phase);
+    to.narrow_phase.clone_from(&from.narrow_phase);
+    to.bodies.clone_from(&from.bodies);
+    to.colliders.clone_from(&from.colliders);
+    to.impulse_joints.clone_from(&from.impulse_joints);
+    to.multibody_joints.clone_from(&from.multibody_joints);
+    to.soft_bodies.clone_from(&from.soft_bodies);
+}
+
+fn groups(role: Role) -> InteractionGroups {
+    let group = Group::from_bits_truncate;
+    InteractionGroups::new(group(role.bit()), group(role.mask()), InteractionTestMode::And)
+}
+
+fn shared_shape(shape: &Shape) -> SharedShape {
+    match *shape {
+        Shape::Box(h) => SharedShape::cuboid(h.x, h.y, h.z),
+        Shape::Sphere(radius) => SharedShape::ball(radius),
+        Shape::Capsule { half_length, radius } => SharedShape::capsule_z(half_length, radius),
+        // The engine's cylinders stand along y.
+        Shape::Cylinder { half_length, radius } => {
+            let upright = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
+            let pose = Pose::from_parts(Translation3::identity(), upright);
+            SharedShape::compound(vec![(to_engine(&pose), SharedShape::cylinder(half_length, radius))])
+        }
+    }
+}
+
+fn vector(v: &Vector3) -> rapier::Vector {
+    rapier::Vector::new(v.x, v.y, v.z)
+}
+
+fn matrix(m: &Matrix3<f64>) -> rapier::Matrix {
+    rapier::Matrix::from_cols(vector(&m.column(0).into()), vector(&m.column(1).into()), vector(&m.column(2).into()))
+}
+
+fn to_engine(pose: &Pose) -> rapier::Pose {
+    let q = pose.rotation;
+    rapier::Pose::from_parts(vector(&pose.translation.vector), rapier::Rotation::from_xyzw(q.i, q.j, q.k, q.w))
+}
+
+fn from_engine(pose: &rapier::Pose) -> Pose {
+    let (p, q) = (pose.translation, pose.rotation);
+    Pose::from_parts(
+        Translation3::new(p.x, p.y, p.z),
+        UnitQuaternion::new_normalize(Quaternion::new(q.w, q.x, q.y, q.z)),
+    )
+}

@@ -1,0 +1,113 @@
+//! robosuite's Panda gripper: two fingers on slides, driven by position servos whose
+//! target is advanced by the sign of the command.
+
+use aforce::Vector3;
+use nalgebra::{Translation3, Vector3 as V3};
+
+use crate::panda::tool_rotation;
+use crate::scene::{Actuator, Axis, Body, Geom, Inertial, Joint, Role, Scene, Shape, Stop, at, pose};
+use aforce::Pose;
+
+/// Centre of the grip in the gripper frame (m): the point that the arm controls.
+pub const GRIP_SITE: [f64; 3] = [0.0, 0.0, 0.097];
+/// Finger travel (m).
+pub const TRAVEL: f64 = 0.04;
+/// Finger opening at the start of an episode (m).
+pub const INITIAL_OPENING: f64 = 0.020833;
+/// Stiffness of the finger servo (N/m).
+const SERVO_STIFFNESS: f64 = 1000.0;
+/// Largest servo force (N).
+const MAX_FORCE: f64 = 20.0;
+/// Change of the internal command per control substep of 2 ms, full swing being 2.
+const COMMAND_RATE: f64 = 0.01 / 0.002;
+
+/// Adds the gripper below `right_hand`; returns the body that carries the grip site.
+pub fn add_gripper(scene: &mut Scene, right_hand: usize) -> usize {
+    let gripper = scene.add(Body {
+        name: "gripper".into(),
+        parent: Some(right_hand),
+        pose: Pose::from_parts(Translation3::identity(), tool_rotation()),
+        joint: Joint::Fixed,
+        // Principal moments 0.09, 0.07, 0.05 in axes turned by +90 degrees about x.
+        inertial: Inertial::diagonal(0.3, [0.0, 0.0, 0.17], [0.09, 0.05, 0.07]),
+        geoms: vec![Geom {
+            name: "hand".into(),
+            shape: Shape::Box(Vector3::new(0.1022, 0.0316, 0.04595)),
+            pose: at([0.0018, 0.0, 0.02005]),
+            friction: 1.0,
+            role: Role::Hand,
+            color: [60, 62, 68],
+        }],
+    });
+    add_finger(scene, gripper, "left", 1.0);
+    add_finger(scene, gripper, "right", -1.0);
+    gripper
+}
+
+/// `side` is +1 for the left finger, whose joint coordinate grows as it opens, and -1
+/// for the right one, whose coordinate falls.
+fn add_finger(scene: &mut Scene, gripper: usize, name: &str, side: f64) {
+    const Q: f64 = std::f64::consts::FRAC_1_SQRT_2;
+    let tip_offset = [0.0, 0.0085 * side, 0.056];
+    let tip = Inertial::diagonal(0.01, tip_offset, [0.01; 3]);
+    scene.add(Body {
+        name: format!("{name}_finger"),
+        parent: Some(gripper),
+        pose: pose([0.0, 0.0, 0.0524], [Q, 0.0, 0.0, Q]),
+        joint: Joint::Slide(Axis {
+            name: format!("{name}_finger_joint"),
+            direction: V3::y_axis(),
+            range: if side > 0.0 { [0.0, TRAVEL] } else { [-TRAVEL, 0.0] },
+            damping: 100.0,
+            friction: 1.0,
+            armature: 1.0,
+            stop: Stop { stiffness: 20_000.0, damping: 100.0 },
+        }),
+        inertial: Inertial::diagonal(0.1, [0.0, 0.0, 0.05], [0.01, 0.01, 0.005]).merged(&tip),
+        geoms: vec![
+            Geom {
+                name: format!("{name}_shell"),
+                // Its inner face stays 1 mm behind the pad's: the pad alone may grasp.
+                shape: Shape::Box(Vector3::new(0.0105, 0.01295, 0.0269)),
+                pose: at([0.0, 0.01345 * side, 0.0269]),
+                friction: 1.0,
+                role: Role::Hand,
+                color: [120, 122, 128],
+            },
+            Geom {
+                name: format!("{name}_pad"),
+                shape: Shape::Box(Vector3::new(0.008, 0.004, 0.008)),
+                pose: at([0.0, 0.0035 * side, 0.041]),
+                friction: 2.0,
+                role: Role::Pad,
+                color: [40, 40, 44],
+            },
+        ],
+    });
+    scene.actuators.push(Actuator { joint: format!("{name}_finger_joint"), max_effort: MAX_FORCE });
+}
+
+/// The finger servos with their internal command, advanced at the control rate.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Gripper {
+    /// -1 closed, +1 open; 0 at the start of an episode.
+    command: f64,
+}
+
+impl Gripper {
+    /// Starts an episode: the command is in the middle.
+    pub fn reset(&mut self) {
+        self.command = 0.0;
+    }
+
+    /// Servo forces (N) of the left and right finger for one substep of `dt` seconds.
+    /// Only the sign of `action` counts: -1 opens, +1 closes, 0 holds. `q` are the finger
+    /// coordinates (m; left positive, right negative when open).
+    pub fn update(&mut self, action: f64, q: [f64; 2], dt: f64) -> [f64; 2] {
+        let direction = if action == 0.0 { 0.0 } else { action.signum() };
+        self.command = (self.command - COMMAND_RATE * dt * direction).clamp(-1.0, 1.0);
+        let opening = 0.5 * TRAVEL * (1.0 + self.command);
+        let servo = |target: f64, q: f64| (SERVO_STIFFNESS * (target - q)).clamp(-MAX_FORCE, MAX_FORCE);
+        [servo(opening, q[0]), servo(-opening, q[1])]
+    }
+}

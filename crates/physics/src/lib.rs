@@ -1,0 +1,24 @@
+//! The plant: a torque-controlled Franka Panda and the scenes it works in.
+//!
+//! One description of a scene ([`scene::Scene`]) feeds three consumers: the Rapier
+//! world that is simulated ([`Simulation`]), the MJCF file with which MuJoCo checks it
+//! ([`mjcf`]), and the ray caster that draws it ([`camera`]). The arm's kinematics and
+//! dynamics are computed a second time, independently of the engine, by [`model`]: that
+//! is what a controller reads.
+//!
+//! SI units; world frame with z up; quaternions w, x, y, z; six-vectors linear part
+//! first. Only this crate knows Rapier.
+
+pub mod camera;
+mod contact;
+mod engine;
+pub mod gripper;
+pub mod mjcf;
+pub mod model;
+pub mod panda;
+pub mod scene;
+pub mod scenes;
+mod simulation;
+
+pub use contact::ContactReading;
+pub use simulation::{Diverged, Plant, Simulation, SimulationConfig, Snapshot};

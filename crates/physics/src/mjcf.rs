@@ -1,0 +1,120 @@
+//! Writes a scene as MJCF, so that MuJoCo can load what Rapier simulates.
+
+use std::fmt::Write;
+
+use crate::model::GRAVITY;
+use crate::scene::{Axis, Body, Geom, Joint, Scene, Shape};
+use aforce::Pose;
+
+/// The scene as an MJCF document with the given time step (s).
+///
+/// Joint stops become direct stiffness and damping (`solreflimit`), contact roles become
+/// contype and conaffinity masks, and every actuator a motor with its effort limit.
+/// Contact softness is the engine's own affair and stays at MuJoCo's default.
+pub fn export(scene: &Scene, dt: f64) -> String {
+    let mut out = String::new();
+    let w = &mut out;
+    writeln!(w, r#"<mujoco model="scene">"#).unwrap();
+    writeln!(w, r#"  <compiler angle="radian" autolimits="true"/>"#).unwrap();
+    writeln!(w, r#"  <option timestep="{dt}" gravity="0 0 {}" integrator="Euler" cone="elliptic"/>"#, -GRAVITY).unwrap();
+    writeln!(w, "  <worldbody>").unwrap();
+    for (index, _) in scene.bodies.iter().enumerate().filter(|(_, b)| b.parent.is_none()) {
+        write_body(w, scene, index, 2);
+    }
+    writeln!(w, "  </worldbody>\n  <actuator>").unwrap();
+    for actuator in &scene.actuators {
+        let (joint, max) = (&actuator.joint, actuator.max_effort);
+        writeln!(w, r#"    <motor name="{joint}" joint="{joint}" ctrlrange="-{max} {max}"/>"#).unwrap();
+    }
+    writeln!(w, "  </actuator>\n</mujoco>").unwrap();
+    out
+}
+
+fn write_body(w: &mut String, scene: &Scene, index: usize, depth: usize) {
+    let body = &scene.bodies[index];
+    let pad = "  ".repeat(depth);
+    writeln!(w, r#"{pad}<body name="{}" {}>"#, body.name, placement(&body.pose)).unwrap();
+    write_inertial(w, body, &pad);
+    match &body.joint {
+        Joint::Fixed => {}
+        Joint::Free => writeln!(w, r#"{pad}  <freejoint name="{}"/>"#, body.name).unwrap(),
+        Joint::Hinge(axis) => write_axis(w, axis, "hinge", &pad),
+        Joint::Slide(axis) => write_axis(w, axis, "slide", &pad),
+    }
+    for geom in &body.geoms {
+        write_geom(w, geom, &pad);
+    }
+    for (child, _) in scene.bodies.iter().enumerate().filter(|(_, b)| b.parent == Some(index)) {
+        write_body(w, scene, child, depth + 1);
+    }
+    writeln!(w, "{pad}</body>").unwrap();
+}
+
+fn write_inertial(w: &mut String, body: &Body, pad: &str) {
+    let inertial = &body.inertial;
+    if inertial.mass == 0.0 {
+        return;
+    }
+    let (c, i) = (inertial.com, inertial.inertia);
+    writeln!(
+        w,
+        r#"{pad}  <inertial mass="{}" pos="{} {} {}" fullinertia="{} {} {} {} {} {}"/>"#,
+        inertial.mass,
+        c.x,
+        c.y,
+        c.z,
+        i.m11,
+        i.m22,
+        i.m33,
+        i.m12,
+        i.m13,
+        i.m23
+    )
+    .unwrap();
+}
+
+fn write_axis(w: &mut String, axis: &Axis, kind: &str, pad: &str) {
+    let d = axis.direction;
+    writeln!(
+        w,
+        r#"{pad}  <joint name="{}" type="{kind}" axis="{} {} {}" range="{} {}" damping="{}" frictionloss="{}" armature="{}" solreflimit="-{} -{}"/>"#,
+        axis.name,
+        d.x,
+        d.y,
+        d.z,
+        axis.range[0],
+        axis.range[1],
+        axis.damping,
+        axis.friction,
+        axis.armature,
+        axis.stop.stiffness,
+        axis.stop.damping
+    )
+    .unwrap();
+}
+
+fn write_geom(w: &mut String, geom: &Geom, pad: &str) {
+    let (kind, size) = match geom.shape {
+        Shape::Box(h) => ("box", format!("{} {} {}", h.x, h.y, h.z)),
+        Shape::Sphere(r) => ("sphere", format!("{r}")),
+        Shape::Capsule { half_length, radius } => ("capsule", format!("{radius} {half_length}")),
+        Shape::Cylinder { half_length, radius } => ("cylinder", format!("{radius} {half_length}")),
+    };
+    let [r, g, b] = geom.color.map(|c| f64::from(c) / 255.0);
+    // Mass 0: bodies carry their own inertia.
+    writeln!(
+        w,
+        r#"{pad}  <geom name="{}" type="{kind}" size="{size}" {} mass="0" friction="{} 0.005 0.0001" contype="{}" conaffinity="{}" rgba="{r:.3} {g:.3} {b:.3} 1"/>"#,
+        geom.name,
+        placement(&geom.pose),
+        geom.friction,
+        geom.role.bit(),
+        geom.role.mask(),
+    )
+    .unwrap();
+}
+
+fn placement(pose: &Pose) -> String {
+    let (p, q) = (pose.translation.vector, pose.rotation);
+    format!(r#"pos="{} {} {}" quat="{} {} {} {}""#, p.x, p.y, p.z, q.w, q.i, q.j, q.k)
+}

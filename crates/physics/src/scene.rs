@@ -1,0 +1,321 @@
+//! What a scene consists of, as plain data: bodies, joints, collision shapes.
+
+use aforce::{Pose, Vector3};
+use nalgebra::{Matrix3, Translation3, Unit, UnitQuaternion};
+
+/// Everything that is simulated. A body's parent stands before the body.
+#[derive(Debug, Clone, Default)]
+pub struct Scene {
+    /// Bodies in topological order.
+    pub bodies: Vec<Body>,
+    /// Actuators, in the order in which efforts are given to the simulation.
+    pub actuators: Vec<Actuator>,
+}
+
+/// A rigid body.
+#[derive(Debug, Clone)]
+pub struct Body {
+    /// Unique name.
+    pub name: String,
+    /// Index of the parent body; `None` is the world.
+    pub parent: Option<usize>,
+    /// Pose of the body frame in the parent's frame (with the joint at zero).
+    pub pose: Pose,
+    /// How the body moves against its parent.
+    pub joint: Joint,
+    /// Mass and inertia; zero for static bodies.
+    pub inertial: Inertial,
+    /// Collision shapes.
+    pub geoms: Vec<Geom>,
+}
+
+/// Connection of a body to its parent.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Joint {
+    /// Welded: the body is a part of its parent.
+    Fixed,
+    /// Six free degrees of freedom; only for children of the world.
+    Free,
+    /// Rotation about an axis (rad, Nm).
+    Hinge(Axis),
+    /// Translation along an axis (m, N).
+    Slide(Axis),
+}
+
+/// One degree of freedom.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    /// Unique name.
+    pub name: String,
+    /// Direction in the body frame; the axis passes through the body's origin.
+    pub direction: Unit<Vector3>,
+    /// Lower and upper end of travel (rad or m).
+    pub range: [f64; 2],
+    /// Viscous damping (Nm s/rad or N s/m).
+    pub damping: f64,
+    /// Dry friction (Nm or N).
+    pub friction: f64,
+    /// Rotor inertia reflected to the joint (kg m2 or kg).
+    pub armature: f64,
+    /// Spring and damper at the ends of travel, and their unit: see [`Stop`].
+    pub stop: Stop,
+}
+
+/// The soft end stop of a joint: a spring and a damper that act beyond the range.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stop {
+    /// Nm/rad or N/m.
+    pub stiffness: f64,
+    /// Nm s/rad or N s/m.
+    pub damping: f64,
+}
+
+impl Stop {
+    /// Effort (Nm or N) that pushes a joint at `q`, moving with `qd`, back into `range`.
+    /// A stop pushes and never pulls.
+    pub fn effort(&self, range: [f64; 2], q: f64, qd: f64) -> f64 {
+        if q < range[0] {
+            (self.stiffness * (range[0] - q) - self.damping * qd).max(0.0)
+        } else if q > range[1] {
+            (self.stiffness * (range[1] - q) - self.damping * qd).min(0.0)
+        } else {
+            0.0
+        }
+    }
+}
+
+/// A motor on a joint.
+#[derive(Debug, Clone)]
+pub struct Actuator {
+    /// Name of the driven joint.
+    pub joint: String,
+    /// Largest effort in either direction (Nm or N).
+    pub max_effort: f64,
+}
+
+/// Mass properties in the body frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Inertial {
+    /// kg
+    pub mass: f64,
+    /// Centre of mass in the body frame (m).
+    pub com: Vector3,
+    /// Inertia about the centre of mass, axes of the body frame (kg m2).
+    pub inertia: Matrix3<f64>,
+}
+
+impl Inertial {
+    /// No mass: static bodies and frames.
+    pub const NONE: Inertial =
+        Inertial { mass: 0.0, com: Vector3::new(0.0, 0.0, 0.0), inertia: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0) };
+
+    /// With principal axes parallel to the body frame.
+    pub fn diagonal(mass: f64, com: [f64; 3], inertia: [f64; 3]) -> Self {
+        Inertial { mass, com: com.into(), inertia: Matrix3::from_diagonal(&inertia.into()) }
+    }
+
+    /// A homogeneous box with the given half extents (m) and density (kg/m3).
+    pub fn solid_box(half: Vector3, density: f64) -> Self {
+        let mass = 8.0 * half.x * half.y * half.z * density;
+        let s = half.component_mul(&half) * (mass / 3.0);
+        Self::diagonal(mass, [0.0; 3], [s.y + s.z, s.x + s.z, s.x + s.y])
+    }
+
+    /// The same matter, described in the frame in which this body frame has pose `pose`.
+    pub fn transformed(&self, pose: &Pose) -> Self {
+        let r = pose.rotation.to_rotation_matrix();
+        Inertial {
+            mass: self.mass,
+            com: (pose * nalgebra::Point3::from(self.com)).coords,
+            inertia: r.matrix() * self.inertia * r.matrix().transpose(),
+        }
+    }
+
+    /// Two pieces of matter welded together (parallel-axis theorem).
+    pub fn merged(&self, other: &Inertial) -> Self {
+        let mass = self.mass + other.mass;
+        if mass == 0.0 {
+            return Self::NONE;
+        }
+        let com = (self.com * self.mass + other.com * other.mass) / mass;
+        let about = |part: &Inertial| {
+            let d = part.com - com;
+            part.inertia + part.mass * (Matrix3::identity() * d.norm_squared() - d * d.transpose())
+        };
+        Inertial { mass, com, inertia: about(self) + about(other) }
+    }
+}
+
+/// A collision shape on a body.
+#[derive(Debug, Clone)]
+pub struct Geom {
+    /// Unique name.
+    pub name: String,
+    /// Shape, centred on the geom frame.
+    pub shape: Shape,
+    /// Pose of the geom frame in the body frame.
+    pub pose: Pose,
+    /// Sliding friction coefficient; a pair takes the larger of its two.
+    pub friction: f64,
+    /// What the geom belongs to; decides what it collides with.
+    pub role: Role,
+    /// Colour in pictures.
+    pub color: [u8; 3],
+}
+
+/// Geometric primitives (m).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Shape {
+    /// Half extents along x, y, z.
+    Box(Vector3),
+    /// Radius.
+    Sphere(f64),
+    /// Half length of the segment along local z, radius.
+    Capsule {
+        /// Half length of the segment.
+        half_length: f64,
+        /// Radius.
+        radius: f64,
+    },
+    /// Half length along local z, radius.
+    Cylinder {
+        /// Half length.
+        half_length: f64,
+        /// Radius.
+        radius: f64,
+    },
+}
+
+/// What a geom belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// Floor, table, pedestal.
+    Fixture,
+    /// Links 1 and 2, which only loose objects can touch.
+    Shoulder,
+    /// Links 3 to 7.
+    Link,
+    /// Hand and finger shells, beyond the wrist.
+    Hand,
+    /// A finger pad, beyond the wrist.
+    Pad,
+    /// What is manipulated.
+    Object,
+}
+
+impl Role {
+    /// Whether contacts of this geom belong to the wrench beyond the wrist.
+    pub fn is_beyond_wrist(self) -> bool {
+        matches!(self, Role::Hand | Role::Pad)
+    }
+
+    /// Whether two geoms can touch. The distal half of the arm (from link 3 on) meets
+    /// the world; the arm does not meet itself: neighbouring hulls overlap by design.
+    pub fn collides_with(self, other: Role) -> bool {
+        use Role::*;
+        let arm = |role| matches!(role, Link | Hand | Pad);
+        match (self, other) {
+            (Shoulder, other) | (other, Shoulder) => other == Object,
+            (a, b) if arm(a) && arm(b) => false,
+            (Fixture, Fixture) => false,
+            _ => true,
+        }
+    }
+}
+
+impl Role {
+    const ALL: [Role; 6] = [Role::Fixture, Role::Shoulder, Role::Link, Role::Hand, Role::Pad, Role::Object];
+
+    /// This role's bit in a collision mask.
+    pub fn bit(self) -> u32 {
+        1 << Role::ALL.iter().position(|&r| r == self).expect("listed above")
+    }
+
+    /// The bits of all roles this one can touch.
+    pub fn mask(self) -> u32 {
+        Role::ALL.iter().filter(|&&other| self.collides_with(other)).map(|r| r.bit()).sum()
+    }
+}
+
+impl Scene {
+    /// Adds a body and returns its index.
+    pub fn add(&mut self, body: Body) -> usize {
+        self.bodies.push(body);
+        self.bodies.len() - 1
+    }
+
+    /// Adds a static body (child of the world, welded) made of one geom each.
+    pub fn add_static(&mut self, name: &str, geoms: Vec<Geom>) -> usize {
+        self.add(Body {
+            name: name.into(),
+            parent: None,
+            pose: Pose::identity(),
+            joint: Joint::Fixed,
+            inertial: Inertial::NONE,
+            geoms,
+        })
+    }
+
+    /// Index of the body called `name`.
+    ///
+    /// # Panics
+    /// If there is none: names are fixed by the code that builds the scene.
+    pub fn body(&self, name: &str) -> usize {
+        self.bodies.iter().position(|b| b.name == name).unwrap_or_else(|| panic!("no body {name:?} in the scene"))
+    }
+
+    /// Place of the geom called `name` among all geoms of the scene.
+    ///
+    /// # Panics
+    /// If there is none.
+    pub fn geom(&self, name: &str) -> usize {
+        let mut geoms = self.bodies.iter().flat_map(|b| &b.geoms);
+        geoms.position(|g| g.name == name).unwrap_or_else(|| panic!("no geom {name:?} in the scene"))
+    }
+
+    /// The body that `index` is welded to (itself if it moves), and its pose in that
+    /// body's frame.
+    pub fn moving_root(&self, index: usize) -> (Option<usize>, Pose) {
+        let body = &self.bodies[index];
+        match (&body.joint, body.parent) {
+            (Joint::Fixed, Some(parent)) => {
+                let (root, pose) = self.moving_root(parent);
+                (root, pose * body.pose)
+            }
+            (Joint::Fixed, None) => (None, body.pose),
+            _ => (Some(index), Pose::identity()),
+        }
+    }
+
+    /// Mass properties of the moving body `index` with everything welded to it.
+    pub fn merged_inertial(&self, index: usize) -> Inertial {
+        (0..self.bodies.len()).fold(Inertial::NONE, |sum, i| match self.moving_root(i) {
+            (Some(root), pose) if root == index => sum.merged(&self.bodies[i].inertial.transformed(&pose)),
+            _ => sum,
+        })
+    }
+}
+
+/// Pose from a position and a quaternion w, x, y, z (normalised here: published
+/// tables round them).
+pub fn pose(position: [f64; 3], wxyz: [f64; 4]) -> Pose {
+    let [w, x, y, z] = wxyz;
+    Pose::from_parts(
+        Translation3::from(Vector3::from(position)),
+        UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z)),
+    )
+}
+
+/// Pose without rotation.
+pub fn at(position: [f64; 3]) -> Pose {
+    pose(position, [1.0, 0.0, 0.0, 0.0])
+}
+
+/// Pose and half length of the capsule or cylinder whose axis runs from `a` to `b`.
+pub fn between(a: [f64; 3], b: [f64; 3]) -> (Pose, f64) {
+    let (a, b) = (Vector3::from(a), Vector3::from(b));
+    let axis = b - a;
+    let rotation = UnitQuaternion::rotation_between(&Vector3::z(), &axis)
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
+    (Pose::from_parts(Translation3::from((a + b) / 2.0), rotation), axis.norm() / 2.0)
+}

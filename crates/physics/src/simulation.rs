@@ -1,0 +1,229 @@
+//! The plant as a controller sees it: measure, apply torque, repeat.
+
+use aforce::{JointVector, Measurement, Pose, Twist, Vector3};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::contact::ContactReading;
+use crate::engine::{Engine, EngineState, Settings};
+use crate::gripper::{Gripper, INITIAL_OPENING};
+use crate::model::Model;
+use crate::panda::Parameters;
+use crate::scene::Scene;
+
+/// What is simulated apart from the scene: the arm's numbers, the rate, the engine.
+#[derive(Debug, Clone)]
+pub struct Plant {
+    /// Dynamics of the arm.
+    pub parameters: Parameters,
+    /// Length of one control and physics step (s).
+    pub dt: f64,
+    /// Engine settings.
+    pub config: SimulationConfig,
+}
+
+/// Settings of the engine.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SimulationConfig {
+    /// Engine substeps inside one step; one has the accuracy of MuJoCo's Euler
+    /// integrator at the same step, two halve the error and cost a third more time.
+    pub substeps: usize,
+    /// Natural frequency of contacts (Hz): higher is stiffer.
+    pub contact_frequency: f64,
+    /// Damping ratio of contacts.
+    pub contact_damping_ratio: f64,
+    /// Cut-off of the low-pass on the contact wrench (Hz).
+    pub force_cutoff_hz: f64,
+}
+
+impl Default for SimulationConfig {
+    fn default() -> Self {
+        SimulationConfig {
+            substeps: 1,
+            contact_frequency: 200.0,
+            contact_damping_ratio: 5.0,
+            force_cutoff_hz: 30.0,
+        }
+    }
+}
+
+/// The state of a simulation stopped being finite or plausible.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[error("the simulation diverged")]
+pub struct Diverged;
+
+/// A joint faster than this (rad/s) is a numerical accident: the arm's own limit is 2.6.
+const MAX_PLAUSIBLE_SPEED: f64 = 100.0;
+
+/// An arm with its tool in a scene.
+pub struct Simulation {
+    engine: Engine,
+    model: Model,
+    dt: f64,
+    force_cutoff_hz: f64,
+    gripper: Option<Gripper>,
+    contact: ContactReading,
+    /// Work space: one effort per joint of the engine.
+    efforts: Vec<f64>,
+}
+
+/// Everything that changes in a simulation; continuing from it is exact to the bit.
+pub struct Snapshot {
+    engine: EngineState,
+    gripper: Option<Gripper>,
+    contact: ContactReading,
+}
+
+impl Simulation {
+    /// Simulates `scene`, whose controlled point lies at `offset` in the body `tool`, one step being
+    /// `plant.dt` long.
+    pub fn new(scene: &Scene, tool: usize, offset: [f64; 3], plant: &Plant) -> Self {
+        let config = plant.config;
+        let settings = Settings {
+            dt: plant.dt,
+            substeps: config.substeps,
+            contact_softness: [config.contact_frequency, config.contact_damping_ratio],
+        };
+        let engine = Engine::new(scene, settings);
+        let has_gripper = engine.axes().get(7).is_some_and(|axis| axis.name == "left_finger_joint");
+        Simulation {
+            efforts: vec![0.0; engine.axes().len()],
+            engine,
+            model: Model::new(scene, tool, offset),
+            dt: plant.dt,
+            force_cutoff_hz: config.force_cutoff_hz,
+            gripper: has_gripper.then(Gripper::default),
+            contact: ContactReading::default(),
+        }
+    }
+
+    /// Length of one step (s).
+    pub fn dt(&self) -> f64 {
+        self.dt
+    }
+
+    /// The arm's own rigid-body model.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// Starts an episode: arm at rest at `q`, gripper half open, no contact remembered.
+    pub fn reset(&mut self, q: &JointVector) {
+        for (i, &q) in q.iter().enumerate() {
+            self.engine.set_coordinate(i, q, 0.0);
+        }
+        for i in 7..self.efforts.len() {
+            let start = match (i, &self.gripper) {
+                (7, Some(_)) => INITIAL_OPENING,
+                (8, Some(_)) => -INITIAL_OPENING,
+                _ => 0.0,
+            };
+            self.engine.set_coordinate(i, start, 0.0);
+        }
+        self.engine.settle();
+        if let Some(gripper) = &mut self.gripper {
+            gripper.reset();
+        }
+        self.contact = ContactReading::default();
+    }
+
+    /// Puts a free body at rest at `pose` (world).
+    pub fn place(&mut self, body: usize, pose: &Pose) {
+        self.engine.place(body, pose);
+    }
+
+    /// Joint angles (rad) and velocities (rad/s) of the arm.
+    pub fn joints(&self) -> (JointVector, JointVector) {
+        let (mut q, mut qd) = (JointVector::zeros(), JointVector::zeros());
+        for i in 0..7 {
+            (q[i], qd[i]) = self.engine.coordinate(i);
+        }
+        (q, qd)
+    }
+
+    /// Position and velocity of any joint, by its place in the scene (arm first).
+    pub fn joint(&self, i: usize) -> (f64, f64) {
+        self.engine.coordinate(i)
+    }
+
+    /// What the controller reads. The wrench is the filtered one.
+    pub fn measure(&self) -> Measurement {
+        let (q, qd) = self.joints();
+        self.model.measure(q, qd, self.contact.filtered)
+    }
+
+    /// Advances by one step under joint torques `tau` (Nm); the gripper follows the sign
+    /// of `grip` (-1 opens, +1 closes).
+    ///
+    /// # Errors
+    /// If the state stops being finite; the simulation must then be reset.
+    pub fn step(&mut self, tau: &JointVector, grip: f64) -> Result<(), Diverged> {
+        self.efforts[..7].copy_from_slice(tau.as_slice());
+        self.efforts[7..].fill(0.0);
+        if let Some(gripper) = &mut self.gripper {
+            let q = [self.engine.coordinate(7).0, self.engine.coordinate(8).0];
+            self.efforts[7..9].copy_from_slice(&gripper.update(grip, q, self.dt));
+        }
+        for (i, effort) in self.efforts.iter_mut().enumerate() {
+            let axis = &self.engine.axes()[i];
+            let (q, qd) = self.engine.coordinate(i);
+            *effort += axis.stop.effort(axis.range, q, qd);
+        }
+        if !self.efforts.iter().all(|e| e.is_finite()) {
+            return Err(Diverged);
+        }
+        self.engine.step(&self.efforts);
+
+        let (q, qd) = self.joints();
+        if !self.engine.is_finite() || !(qd.amax() < MAX_PLAUSIBLE_SPEED) {
+            return Err(Diverged);
+        }
+        let tool = self.model.kinematics(&q).tool.translation.vector;
+        let raw = self.engine.wrench_beyond_wrist(&tool);
+        self.contact.update(raw, self.force_cutoff_hz, self.dt);
+        Ok(())
+    }
+
+    /// The contact wrench beyond the wrist after the last step.
+    pub fn contact(&self) -> &ContactReading {
+        &self.contact
+    }
+
+    /// World pose of a moving body.
+    pub fn body_pose(&self, body: usize) -> Pose {
+        self.engine.pose(body)
+    }
+
+    /// Velocity of a moving body: linear at its centre of mass, world axes.
+    pub fn body_velocity(&self, body: usize) -> Twist {
+        self.engine.velocity(body)
+    }
+
+    /// Whether two geoms (by their place in the scene) press on each other.
+    pub fn touching(&self, a: usize, b: usize) -> bool {
+        self.engine.touching(a, b)
+    }
+
+    /// Deepest overlap of geoms in contact (m).
+    pub fn deepest_penetration(&self) -> f64 {
+        self.engine.deepest_penetration()
+    }
+
+    /// Nearest surface along a ray: distance (m), outward normal, colour.
+    pub fn cast_ray(&self, origin: &Vector3, direction: &Vector3) -> Option<(f64, Vector3, [u8; 3])> {
+        self.engine.cast_ray(origin, direction)
+    }
+
+    /// A copy of the changing state.
+    pub fn snapshot(&self) -> Snapshot {
+        Snapshot { engine: self.engine.snapshot(), gripper: self.gripper, contact: self.contact }
+    }
+
+    /// Returns to a snapshot taken of this simulation.
+    pub fn restore(&mut self, snapshot: &Snapshot) {
+        self.engine.restore(&snapshot.engine);
+        self.gripper = snapshot.gripper;
+        self.contact = snapshot.contact;
+    }
+}

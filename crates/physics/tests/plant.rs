@@ -1,0 +1,150 @@
+//! The simulated plant: forces, friction, gripper, limits, restoring.
+
+use aforce::{JointVector, Vector3};
+use approx::assert_relative_eq;
+use nalgebra::{Translation3, UnitQuaternion};
+use physics::panda::{HOME, ParameterSet};
+use physics::scenes::lift::{Lift, TABLE_HEIGHT};
+use physics::{Plant, Simulation, SimulationConfig};
+
+fn lift(set: ParameterSet) -> (Simulation, Lift) {
+    let plant = Plant { parameters: set.parameters(), dt: 0.002, config: SimulationConfig::default() };
+    let (mut simulation, lift) = Lift::simulate(&plant, Vector3::repeat(0.021));
+    simulation.reset(&HOME.into());
+    (simulation, lift)
+}
+
+fn hold(simulation: &mut Simulation, steps: usize, grip: f64) {
+    let home = JointVector::from(HOME);
+    for _ in 0..steps {
+        let y = simulation.measure();
+        let tau = y.bias + y.mass * ((home - y.q) * 400.0 - y.qd * 40.0);
+        simulation.step(&tau, grip).unwrap();
+    }
+}
+
+/// Closes the fingers on the cube, which is kept between them until they hold it.
+fn grasp(simulation: &mut Simulation, lift: &Lift) {
+    hold(simulation, 250, -1.0);
+    for _ in 0..300 {
+        let grip = simulation.measure().pose;
+        lift.place_cube(simulation, &grip);
+        hold(simulation, 1, 1.0);
+    }
+    hold(simulation, 500, 1.0);
+    assert!(lift.is_grasped(simulation));
+}
+
+/// The engine accelerates as the independent model says: qdd = M^-1 (tau - bias - friction).
+#[test]
+fn engine_agrees_with_the_model() {
+    for set in [ParameterSet::Robosuite, ParameterSet::Identified] {
+        let mut parameters = set.parameters();
+        parameters.damping.fill(0.0);
+        parameters.friction.fill(0.0);
+        let plant = Plant { parameters, dt: 1e-6, config: SimulationConfig::default() };
+        let (mut simulation, _) = Lift::simulate(&plant, Vector3::repeat(0.021));
+        simulation.reset(&HOME.into());
+        let tau = JointVector::from([5.0, -20.0, 3.0, 15.0, -2.0, 4.0, 1.0]);
+        let before = simulation.measure();
+        simulation.step(&tau, 0.0).unwrap();
+        let qdd = (simulation.joints().1 - before.qd) * 1e6;
+        let expected = before.mass.cholesky().unwrap().solve(&(tau - before.bias));
+        // The fingers slide freely in the engine and are welded in the model.
+        assert_relative_eq!(qdd, expected, max_relative = 2e-3, epsilon = 2e-3);
+    }
+}
+
+#[test]
+fn cube_rests_on_the_table() {
+    let (mut simulation, lift) = lift(ParameterSet::Robosuite);
+    hold(&mut simulation, 500, 0.0);
+    let z = lift.cube_pose(&simulation).translation.z;
+    assert!((z - TABLE_HEIGHT - 0.021).abs() < 5e-4, "cube centre at {z}");
+    assert!(simulation.deepest_penetration() < 5e-4);
+    assert!(!simulation.contact().touching);
+}
+
+/// A cube held in the air pulls the hand down by its weight; the two grip forces cancel.
+#[test]
+fn contact_wrench_has_the_right_sign_and_size() {
+    let (mut simulation, cube) = lift(ParameterSet::Robosuite);
+    let weight = 8.0 * 0.021f64.powi(3) * 1000.0 * 9.81;
+    grasp(&mut simulation, &cube);
+    let wrench = simulation.contact().filtered;
+    assert_relative_eq!(wrench[2], -weight, max_relative = 0.02);
+    assert!(wrench.fixed_rows::<2>(0).norm() < 0.05 * weight, "{wrench}");
+}
+
+/// Opening of the left finger after 1 to 12 closing actions from open, as measured in
+/// robosuite (m).
+#[test]
+fn gripper_closes_as_measured() {
+    const MEASURED: [f64; 12] =
+        [0.0392, 0.0371, 0.0337, 0.0297, 0.0252, 0.0205, 0.0156, 0.0107, 0.0066, 0.0041, 0.0028, 0.0020];
+    let (mut simulation, _) = lift(ParameterSet::Robosuite);
+    hold(&mut simulation, 1000, -1.0);
+    for (action, expected) in MEASURED.into_iter().enumerate() {
+        hold(&mut simulation, 25, 1.0);
+        let opening = simulation.joint(7).0;
+        assert!((opening - expected).abs() < 5e-4, "after {} actions: {opening}, measured {expected}", action + 1);
+    }
+}
+
+#[test]
+fn joints_stop_at_their_range() {
+    let (mut simulation, _) = lift(ParameterSet::Robosuite);
+    for _ in 0..2000 {
+        let bias = simulation.measure().bias;
+        let mut tau = bias;
+        tau[6] += 12.0;
+        simulation.step(&tau, 0.0).unwrap();
+    }
+    let overshoot = simulation.joints().0[6] - physics::panda::RANGE[6][1];
+    assert!((0.0..0.01).contains(&overshoot), "overshoot {overshoot} rad");
+}
+
+#[test]
+fn restoring_continues_bit_for_bit() {
+    let (mut simulation, cube) = lift(ParameterSet::Robosuite);
+    grasp(&mut simulation, &cube);
+    let snapshot = simulation.snapshot();
+    let run = |simulation: &mut Simulation| {
+        hold(simulation, 300, 1.0);
+        let (q, qd) = simulation.joints();
+        (q, qd, cube.cube_pose(simulation), simulation.contact().filtered)
+    };
+    let first = run(&mut simulation);
+    simulation.restore(&snapshot);
+    assert_eq!(first, run(&mut simulation));
+}
+
+/// A grasped cube does not creep.
+#[test]
+fn grasp_holds_for_ten_seconds() {
+    let (mut simulation, cube) = lift(ParameterSet::Robosuite);
+    grasp(&mut simulation, &cube);
+    let in_hand = |s: &Simulation| s.measure().pose.inverse() * cube.cube_pose(s);
+    let start = in_hand(&simulation);
+    hold(&mut simulation, 5000, 1.0);
+    let slip = (in_hand(&simulation).translation.vector - start.translation.vector).norm();
+    assert!(slip < 2e-4, "slipped by {slip} m");
+}
+
+#[test]
+fn non_finite_torque_is_a_divergence() {
+    let (mut simulation, _) = lift(ParameterSet::Robosuite);
+    assert!(simulation.step(&JointVector::repeat(f64::NAN), 0.0).is_err());
+    simulation.reset(&HOME.into());
+    simulation.step(&JointVector::zeros(), 0.0).unwrap();
+}
+
+#[test]
+fn cube_falls_onto_the_floor_and_stays() {
+    let (mut simulation, cube) = lift(ParameterSet::Robosuite);
+    let beside = nalgebra::Isometry3::from_parts(Translation3::new(0.6, 0.0, 0.5), UnitQuaternion::identity());
+    cube.place_cube(&mut simulation, &beside);
+    hold(&mut simulation, 1000, 0.0);
+    let z = cube.cube_pose(&simulation).translation.z;
+    assert!((z - 0.021).abs() < 1e-3, "cube centre at {z}");
+}

@@ -1,0 +1,5 @@
+//! Lets the tests and benchmarks of this crate find libtorch.
+
+fn main() {
+    libtorch::link();
+}

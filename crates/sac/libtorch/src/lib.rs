@@ -1,0 +1,14 @@
+//! Build-time help for packages whose programs or tests link libtorch.
+//!
+//! Such a package has `torch-sys` as a direct dependency (cargo hands the folder of libtorch only to direct dependents), this crate as a
+//! build-dependency, and a build script of one line: `libtorch::link()`.
+
+/// Writes the folder of libtorch into the package's programs and tests, so that they start without `LD_LIBRARY_PATH`.
+///
+/// # Panics
+///
+/// If torch-sys is not a direct dependency of the package.
+pub fn link() {
+    let folder = std::env::var("DEP_TCH_LIBTORCH_LIB").expect("torch-sys must be a direct dependency");
+    println!("cargo::rustc-link-arg=-Wl,-rpath,{folder}");
+}

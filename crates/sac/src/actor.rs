@@ -1,0 +1,78 @@
+//! The policy on its own: all that acting and evaluation need.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use tch::Tensor;
+
+use crate::Config;
+use crate::gaussian::SquashedGaussian;
+use crate::network::Networks;
+
+/// How an action is chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Act {
+    /// tanh of the mean: evaluation.
+    Mean,
+    /// A sample of the policy: training.
+    Sample,
+    /// Uniform in [-1, 1], whatever is observed: the first steps of a run.
+    Random,
+}
+
+/// A policy: a network from an observation to a distribution of actions, and the generator of its noise.
+#[derive(Debug, Clone)]
+pub struct Actor {
+    /// `observation -> [mean of each action | raw log std of each action]`.
+    pub(crate) network: Networks,
+    pub(crate) policy: SquashedGaussian,
+    pub(crate) rng: ChaCha8Rng,
+}
+
+impl Actor {
+    /// An actor with all parameters zero.
+    pub(crate) fn zeros(config: &Config, observation_dim: usize, action_dim: usize, rng: ChaCha8Rng) -> Self {
+        let sizes = [&[observation_dim], config.hidden.as_slice(), &[2 * action_dim]].concat();
+        Self { network: Networks::zeros(&["actor"], &sizes), policy: SquashedGaussian::new(config), rng }
+    }
+
+    /// Numbers in an observation.
+    pub fn observation_dim(&self) -> usize {
+        self.network.sizes[0]
+    }
+
+    /// Numbers in an action.
+    pub fn action_dim(&self) -> usize {
+        self.network.sizes.last().expect("an output size") / 2
+    }
+
+    /// Writes the action for `observation`, each entry in [-1, 1], into `action`.
+    ///
+    /// # Panics
+    ///
+    /// If a slice has the wrong length.
+    pub fn act(&mut self, observation: &[f32], action: &mut [f32], mode: Act) {
+        let n = self.action_dim();
+        assert_eq!(observation.len(), self.observation_dim(), "length of observation");
+        assert_eq!(action.len(), n, "length of action");
+        if mode == Act::Random {
+            return action.fill_with(|| self.rng.random_range(-1.0..=1.0));
+        }
+        let _no_grad = tch::no_grad_guard();
+        let output = self.network.forward(&Tensor::from_slice(observation).unsqueeze(0)).remove(0);
+        let output: Vec<f32> = Vec::try_from(output.view(-1)).expect("f32");
+        for (i, action) in action.iter_mut().enumerate() {
+            *action = match mode {
+                Act::Sample => {
+                    self.policy.sample(output[i], output[n + i], StandardNormal.sample(&mut self.rng)).action
+                }
+                _ => self.policy.mean(output[i]),
+            };
+        }
+    }
+
+    /// The same policy with noise of its own, so that evaluating it does not shift the noise of training.
+    pub fn with_seed(&self, seed: u64) -> Self {
+        Self { rng: ChaCha8Rng::seed_from_u64(seed), ..self.clone() }
+    }
+}

@@ -1,0 +1,50 @@
+//! Flat memory that both libtorch (matrix products) and plain Rust loops (everything else) work on.
+
+use tch::{Kind, Tensor};
+
+/// A contiguous vector of f32 in main memory, owned by libtorch.
+#[derive(Debug)]
+pub(crate) struct Buffer(Tensor);
+
+impl Buffer {
+    pub fn zeros(len: usize) -> Self {
+        Self(Tensor::zeros([len as i64], (Kind::Float, tch::Device::Cpu)))
+    }
+
+    pub fn from_slice(values: &[f32]) -> Self {
+        let mut buffer = Self::zeros(values.len());
+        buffer.copy_from_slice(values);
+        buffer
+    }
+
+    /// The part from `offset` as a tensor of `shape`. It shares the memory: what is written to either is seen in both. Such views are
+    /// made once and used for matrix products only.
+    pub fn view(&self, offset: usize, shape: &[usize]) -> Tensor {
+        let length = shape.iter().product::<usize>() as i64;
+        let shape: Vec<i64> = shape.iter().map(|&n| n as i64).collect();
+        self.0.narrow(0, offset as i64, length).view(shape.as_slice())
+    }
+}
+
+impl Clone for Buffer {
+    fn clone(&self) -> Self {
+        Self::from_slice(self)
+    }
+}
+
+impl std::ops::Deref for Buffer {
+    type Target = [f32];
+
+    fn deref(&self) -> &[f32] {
+        // SAFETY: the tensor was made by `zeros`: contiguous, f32, main memory, never resized, and kept alive by `self`. Matrix products
+        // write through views, but only in calls that take no slice of the buffer they write to, so no slice lives while they run.
+        unsafe { std::slice::from_raw_parts(self.0.data_ptr().cast(), self.0.numel()) }
+    }
+}
+
+impl std::ops::DerefMut for Buffer {
+    fn deref_mut(&mut self) -> &mut [f32] {
+        // SAFETY: as in `deref`, and `&mut self` excludes every other slice.
+        unsafe { std::slice::from_raw_parts_mut(self.0.data_ptr().cast(), self.0.numel()) }
+    }
+}

@@ -1,0 +1,252 @@
+//! A folder from which a run goes on as if it had never stopped, and from which Python can read the weights.
+//!
+//! | file | content |
+//! |---|---|
+//! | `actor.safetensors` | `actor.0.weight` `(out, in)`, `actor.0.bias`, `actor.2.weight`, ...: a PyTorch `Sequential` of `Linear` and `ReLU` |
+//! | `critic.safetensors`, `target.safetensors` | the same for `critic_1` and `critic_2` |
+//! | `optimizer.safetensors` | Adam's moments of each of these (`.adam_m`, `.adam_v`), and `log_temperature` with its own |
+//! | `state.json` | sizes, settings, number of updates, states of the random generators, and what the caller adds |
+//! | `replay.bin` | the replay memory, if it was given |
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use fs_err as fs;
+use rand_chacha::ChaCha8Rng;
+use safetensors::tensor::{Dtype, SafeTensors, TensorView};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::network::Entry;
+use crate::{Actor, Config, Error, Replay, Sac, replay_file};
+
+/// Version of the layout above.
+const FORMAT: u32 = 1;
+
+/// Everything that [`Checkpoint::load`] finds.
+#[derive(Debug)]
+pub struct Checkpoint {
+    /// The learner.
+    pub sac: Sac,
+    /// The replay memory, if it was saved.
+    pub replay: Option<Replay>,
+    /// What the caller saved beside them, such as its step counter and the state of its environment.
+    pub caller: Value,
+}
+
+#[derive(Serialize, Deserialize)]
+struct State {
+    format: u32,
+    observation_dim: usize,
+    action_dim: usize,
+    updates: u64,
+    config: Config,
+    acting_rng: ChaCha8Rng,
+    batch_rng: ChaCha8Rng,
+    noise_rng: ChaCha8Rng,
+    caller: Value,
+}
+
+impl Checkpoint {
+    /// Writes a checkpoint to `folder`, in place of the one there. It is written beside it and then renamed, so that a kill at any moment
+    /// leaves the old or the new one, whole.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`] if the disk is full or not writable; the old checkpoint stays.
+    pub fn save(folder: &Path, sac: &Sac, replay: Option<&Replay>, caller: Value) -> Result<(), Error> {
+        recover(folder)?;
+        let (new, old) = (beside(folder, "new"), beside(folder, "old"));
+        for leftover in [&new, &old] {
+            if leftover.exists() {
+                fs::remove_dir_all(leftover)?;
+            }
+        }
+        fs::create_dir_all(&new)?;
+        write(&new, sac, replay, caller)?;
+        if folder.exists() {
+            fs::rename(folder, &old)?;
+        }
+        // A kill here is what `recover` is for.
+        fs::rename(&new, folder)?;
+        if old.exists() {
+            fs::remove_dir_all(&old)?;
+        }
+        Ok(())
+    }
+
+    /// Reads the checkpoint in `folder`, for a task with these sizes.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`] or [`Error::Checkpoint`], in one line that names the file and says what is wrong: missing, damaged, or made for
+    /// other sizes.
+    pub fn load(folder: &Path, observation_dim: usize, action_dim: usize) -> Result<Self, Error> {
+        let state = read_state(folder, observation_dim, action_dim)?;
+        let mut sac = Sac::zeros(&state.config, observation_dim, action_dim);
+        sac.updates = state.updates;
+        (sac.actor.rng, sac.batch_rng, sac.noise_rng) = (state.acting_rng, state.batch_rng, state.noise_rng);
+
+        let (actor, critics) = (sac.actor.network.entries(), sac.critics.entries());
+        read_actor(folder, &mut sac.actor)?;
+        Tensors::read(folder.join("critic.safetensors"))?.copy(&critics, "", &mut sac.critics.values)?;
+        Tensors::read(folder.join("target.safetensors"))?.copy(&critics, "", &mut sac.targets.values)?;
+        let optimizer = Tensors::read(folder.join("optimizer.safetensors"))?;
+        let temperature = log_temperature();
+        let adams = [
+            (&mut sac.actor_adam, &actor),
+            (&mut sac.critic_adam, &critics),
+            (&mut sac.temperature_adam, &temperature),
+        ];
+        for (adam, entries) in adams {
+            optimizer.copy(entries, ".adam_m", &mut adam.m)?;
+            optimizer.copy(entries, ".adam_v", &mut adam.v)?;
+        }
+        optimizer.copy(&temperature, "", std::slice::from_mut(&mut sac.log_temperature))?;
+
+        let path = folder.join("replay.bin");
+        let replay =
+            path.exists().then(|| replay_file::read(&path, &state.config, observation_dim, action_dim)).transpose()?;
+        Ok(Self { sac, replay, caller: state.caller })
+    }
+}
+
+impl Actor {
+    /// Reads only the policy of the checkpoint in `folder`. Its noise comes from `seed`.
+    ///
+    /// # Errors
+    ///
+    /// As [`Checkpoint::load`].
+    pub fn load(folder: &Path, observation_dim: usize, action_dim: usize, seed: u64) -> Result<Self, Error> {
+        crate::threads::default_to_one();
+        let state = read_state(folder, observation_dim, action_dim)?;
+        let mut actor = Self::zeros(&state.config, observation_dim, action_dim, state.acting_rng);
+        read_actor(folder, &mut actor)?;
+        Ok(actor.with_seed(seed))
+    }
+}
+
+fn write(folder: &Path, sac: &Sac, replay: Option<&Replay>, caller: Value) -> Result<(), Error> {
+    let (actor, critics, temperature) = (sac.actor.network.entries(), sac.critics.entries(), log_temperature());
+    write_tensors(&folder.join("actor.safetensors"), &[(&actor, "", &sac.actor.network.values)])?;
+    write_tensors(&folder.join("critic.safetensors"), &[(&critics, "", &sac.critics.values)])?;
+    write_tensors(&folder.join("target.safetensors"), &[(&critics, "", &sac.targets.values)])?;
+    let optimizer: [(&[Entry], &str, &[f32]); 7] = [
+        (&actor, ".adam_m", &sac.actor_adam.m),
+        (&actor, ".adam_v", &sac.actor_adam.v),
+        (&critics, ".adam_m", &sac.critic_adam.m),
+        (&critics, ".adam_v", &sac.critic_adam.v),
+        (&temperature, ".adam_m", &sac.temperature_adam.m),
+        (&temperature, ".adam_v", &sac.temperature_adam.v),
+        (&temperature, "", std::slice::from_ref(&sac.log_temperature)),
+    ];
+    write_tensors(&folder.join("optimizer.safetensors"), &optimizer)?;
+    if let Some(replay) = replay {
+        replay_file::write(&folder.join("replay.bin"), replay)?;
+    }
+    let state = State {
+        format: FORMAT,
+        observation_dim: sac.actor.observation_dim(),
+        action_dim: sac.actor.action_dim(),
+        updates: sac.updates,
+        config: sac.config.clone(),
+        acting_rng: sac.actor.rng.clone(),
+        batch_rng: sac.batch_rng.clone(),
+        noise_rng: sac.noise_rng.clone(),
+        caller,
+    };
+    let text = serde_json::to_string_pretty(&state).expect("plain data");
+    write_file(&folder.join("state.json"), text.as_bytes())
+}
+
+fn read_state(folder: &Path, observation_dim: usize, action_dim: usize) -> Result<State, Error> {
+    recover(folder)?;
+    let path = folder.join("state.json");
+    let state: State = serde_json::from_slice(&fs::read(&path)?).map_err(|e| Error::checkpoint(&path, e))?;
+    if state.format != FORMAT {
+        return Err(Error::checkpoint(&path, format!("format {}, this program reads {FORMAT}", state.format)));
+    }
+    if (state.observation_dim, state.action_dim) != (observation_dim, action_dim) {
+        let problem = format!(
+            "made for {} observations and {} actions, not for {observation_dim} and {action_dim}: another task or action space?",
+            state.observation_dim, state.action_dim
+        );
+        return Err(Error::checkpoint(&path, problem));
+    }
+    state.config.validate().map_err(|e| Error::checkpoint(&path, e))?;
+    Ok(state)
+}
+
+fn read_actor(folder: &Path, actor: &mut Actor) -> Result<(), Error> {
+    let entries = actor.network.entries();
+    Tensors::read(folder.join("actor.safetensors"))?.copy(&entries, "", &mut actor.network.values)
+}
+
+/// If a save was killed between its two renames, the old checkpoint gets its name back.
+fn recover(folder: &Path) -> Result<(), Error> {
+    let old = beside(folder, "old");
+    if !folder.exists() && old.exists() {
+        fs::rename(old, folder)?;
+    }
+    Ok(())
+}
+
+/// `runs/checkpoints/last` -> `runs/checkpoints/.last.new`.
+fn beside(folder: &Path, what: &str) -> PathBuf {
+    folder.with_file_name(format!(".{}.{what}", folder.file_name().unwrap_or_default().display()))
+}
+
+fn log_temperature() -> Vec<Entry> {
+    vec![Entry { name: "log_temperature".into(), offset: 0, shape: vec![1] }]
+}
+
+fn write_tensors(path: &Path, groups: &[(&[Entry], &str, &[f32])]) -> Result<(), Error> {
+    let mut tensors = Vec::new();
+    for (entries, suffix, values) in groups {
+        for entry in *entries {
+            let bytes: Vec<u8> = values[entry.range()].iter().flat_map(|x| x.to_le_bytes()).collect();
+            tensors.push((format!("{}{suffix}", entry.name), entry.shape.clone(), bytes));
+        }
+    }
+    let views = tensors.iter().map(|(name, shape, bytes)| {
+        (name, TensorView::new(Dtype::F32, shape.clone(), bytes).expect("as many bytes as the shape says"))
+    });
+    write_file(path, &safetensors::serialize(views, None).map_err(|e| Error::checkpoint(path, e))?)
+}
+
+/// Writes a file and waits until it is on the disk: the rename must not overtake it.
+fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    let mut file = fs::File::create(path)?;
+    file.write_all(bytes)?;
+    Ok(file.sync_all()?)
+}
+
+/// A safetensors file in memory.
+struct Tensors {
+    path: PathBuf,
+    bytes: Vec<u8>,
+}
+
+impl Tensors {
+    fn read(path: PathBuf) -> Result<Self, Error> {
+        Ok(Self { bytes: fs::read(&path)?, path })
+    }
+
+    /// Copies each entry, under its name and `suffix`, to its place in `values`.
+    fn copy(&self, entries: &[Entry], suffix: &str, values: &mut [f32]) -> Result<(), Error> {
+        let error = |problem: String| Error::checkpoint(&self.path, problem);
+        let file = SafeTensors::deserialize(&self.bytes).map_err(|e| error(format!("damaged or cut off ({e})")))?;
+        for entry in entries {
+            let name = format!("{}{suffix}", entry.name);
+            let tensor = file.tensor(&name).map_err(|_| error(format!("holds no {name}")))?;
+            if tensor.shape() != entry.shape || tensor.dtype() != Dtype::F32 {
+                let (dtype, shape) = (tensor.dtype(), tensor.shape());
+                return Err(error(format!("{name} is {dtype:?} {shape:?}, not F32 {:?}", entry.shape)));
+            }
+            for (value, bytes) in values[entry.range()].iter_mut().zip(tensor.data().as_chunks().0) {
+                *value = f32::from_le_bytes(*bytes);
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,241 @@
+//! Every setting of the learner, and two named sets of them.
+
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+
+/// Settings of the learner. In a file, absent fields take the values of [`Preset::Desktop`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Config {
+    /// Units of each hidden layer (ReLU), the same for actor and critics.
+    pub hidden: Vec<usize>,
+    /// Transitions per update. The cost of an update is proportional to it.
+    pub batch_size: usize,
+    /// Step size of Adam for the actor.
+    pub actor_learning_rate: f64,
+    /// Step size of Adam for both critics.
+    pub critic_learning_rate: f64,
+    /// Step size of Adam for the logarithm of the temperature.
+    pub temperature_learning_rate: f64,
+    /// Discount per action, in [0, 1): rewards 1 / (1 - gamma) actions ahead still count.
+    pub gamma: f64,
+    /// Rewards summed before the critic takes over (1: the textbook). More carries a late reward back faster, and adds a bias that
+    /// comes from the older policy's actions.
+    pub n_step: usize,
+    /// Fraction by which the target critics move towards the critics, in (0, 1].
+    pub tau: f64,
+    /// Updates between two such moves.
+    pub target_period: u64,
+    /// Weight of the entropy at the start, in units of reward.
+    pub initial_temperature: f64,
+    /// Entropy that the temperature steers to, in nat. `None` is minus the number of actions.
+    pub target_entropy: Option<f64>,
+    /// Smallest log standard deviation of the policy before the squashing.
+    pub log_std_min: f64,
+    /// Largest log standard deviation. The range is reached through a tanh, so that no gradient is cut off.
+    pub log_std_max: f64,
+    /// Actions drawn uniformly at the start of a run, before the first update.
+    pub random_steps: u64,
+    /// Updates per environment step after that; 0.5 is one every second step. More learns more from each step until the critics
+    /// overestimate.
+    pub updates_per_step: f64,
+    /// Transitions kept; the oldest make room. One takes 4 (2 observations + actions + 2) bytes.
+    pub replay_capacity: usize,
+    /// Whether the environment hands out observations scaled to about +-1. Applied by the caller; kept here because the learning rates
+    /// belong to it.
+    pub scaled_observations: bool,
+}
+
+/// A named set of settings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Preset {
+    /// The learner of the AFORCE paper: pytorch_sac with two layers of 1024. Hours per run on one core.
+    Paper,
+    /// Lift in about ten minutes on one core. Every field differs from [`Preset::Paper`] for speed, or as measured there.
+    Desktop,
+}
+
+impl Config {
+    /// The settings of `preset`.
+    pub fn preset(preset: Preset) -> Self {
+        let paper = Self {
+            hidden: vec![1024, 1024],
+            batch_size: 1024,
+            actor_learning_rate: 1e-4,
+            critic_learning_rate: 1e-4,
+            temperature_learning_rate: 1e-4,
+            gamma: 0.99,
+            n_step: 1,
+            tau: 0.005,
+            target_period: 2,
+            initial_temperature: 0.1,
+            target_entropy: None,
+            log_std_min: -5.0,
+            log_std_max: 2.0,
+            random_steps: 5000,
+            updates_per_step: 1.0,
+            replay_capacity: 1_000_000,
+            scaled_observations: false,
+        };
+        match preset {
+            Preset::Paper => paper,
+            Preset::Desktop => Self {
+                // Time: an update takes 4.5 ms instead of 415, and there are half as many.
+                hidden: vec![256, 256],
+                batch_size: 128,
+                updates_per_step: 0.5,
+                // Faster learning of small networks on scaled observations.
+                actor_learning_rate: 5e-4,
+                critic_learning_rate: 5e-4,
+                temperature_learning_rate: 5e-4,
+                scaled_observations: true,
+                // A late reward is carried back over fewer updates.
+                n_step: 3,
+                gamma: 0.97,
+                target_period: 1,
+                random_steps: 3300,
+                ..paper
+            },
+        }
+    }
+
+    /// Checks every field.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Config`] with the first field that is out of range.
+    pub fn validate(&self) -> Result<(), Error> {
+        // `valid` is false for a NaN, because every comparison with one is.
+        let check = |valid: bool, field, value: &dyn ToString, allowed| {
+            if valid { Ok(()) } else { Err(Error::Config { field, value: value.to_string(), allowed }) }
+        };
+        let rate = "above 0, at most 1";
+        check(
+            !self.hidden.is_empty() && self.hidden.iter().all(|&n| n > 0),
+            "hidden",
+            &format!("{:?}", self.hidden),
+            "one or more sizes above 0",
+        )?;
+        check(self.batch_size > 0, "batch_size", &self.batch_size, "at least 1")?;
+        check(
+            self.actor_learning_rate > 0.0 && self.actor_learning_rate <= 1.0,
+            "actor_learning_rate",
+            &self.actor_learning_rate,
+            rate,
+        )?;
+        check(
+            self.critic_learning_rate > 0.0 && self.critic_learning_rate <= 1.0,
+            "critic_learning_rate",
+            &self.critic_learning_rate,
+            rate,
+        )?;
+        // Zero keeps the temperature where it starts.
+        let frozen_or_rate = self.temperature_learning_rate >= 0.0 && self.temperature_learning_rate <= 1.0;
+        check(
+            frozen_or_rate,
+            "temperature_learning_rate",
+            &self.temperature_learning_rate,
+            "0 (fixed temperature) to 1",
+        )?;
+        check(self.gamma >= 0.0 && self.gamma < 1.0, "gamma", &self.gamma, "at least 0, below 1")?;
+        check(self.n_step >= 1, "n_step", &self.n_step, "at least 1")?;
+        check(self.tau > 0.0 && self.tau <= 1.0, "tau", &self.tau, rate)?;
+        check(self.target_period >= 1, "target_period", &self.target_period, "at least 1")?;
+        let temperature = self.initial_temperature;
+        check(temperature > 0.0 && temperature.is_finite(), "initial_temperature", &temperature, "above 0, finite")?;
+        let entropy = self.target_entropy.unwrap_or(-1.0);
+        check(entropy.is_finite(), "target_entropy", &entropy, "finite, or absent for minus the number of actions")?;
+        check(
+            self.log_std_min >= -20.0 && self.log_std_min < self.log_std_max,
+            "log_std_min",
+            &self.log_std_min,
+            "-20 to below log_std_max",
+        )?;
+        check(self.log_std_max <= 10.0, "log_std_max", &self.log_std_max, "above log_std_min, at most 10")?;
+        check(
+            self.updates_per_step >= 0.0 && self.updates_per_step <= 100.0,
+            "updates_per_step",
+            &self.updates_per_step,
+            "0 to 100",
+        )?;
+        let capacity = self.replay_capacity;
+        check(
+            capacity >= self.batch_size && capacity <= u32::MAX as usize,
+            "replay_capacity",
+            &capacity,
+            "batch_size to 2^32 - 1",
+        )
+    }
+
+    /// Number of updates that follow environment step `step`, counted from 1: none up to `random_steps`, then as many as keep the total at
+    /// `updates_per_step` times the steps taken since. Depends on the step alone, so that a continued run needs no counter.
+    pub fn updates_after(&self, step: u64) -> u64 {
+        let total = |step: u64| (step.saturating_sub(self.random_steps) as f64 * self.updates_per_step).floor() as u64;
+        total(step) - total(step.saturating_sub(1))
+    }
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self::preset(Preset::Desktop)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn presets_are_valid_and_survive_a_file() {
+        for preset in [Preset::Paper, Preset::Desktop] {
+            let config = Config::preset(preset);
+            config.validate().unwrap();
+            assert_eq!(toml::from_str::<Config>(&toml::to_string(&config).unwrap()).unwrap(), config);
+        }
+        assert_eq!(toml::from_str::<Config>("").unwrap(), Config::preset(Preset::Desktop));
+        assert!(toml::from_str::<Config>("learning_rate = 1").is_err(), "a misspelt field must not be ignored");
+    }
+
+    #[test]
+    fn a_field_out_of_range_is_named_with_value_and_range() {
+        let message = |change: fn(&mut Config)| {
+            let mut config = Config::default();
+            change(&mut config);
+            config.validate().unwrap_err().to_string()
+        };
+        assert_eq!(message(|c| c.gamma = 1.0), "sac.gamma = 1 is out of range: at least 0, below 1");
+        assert_eq!(
+            message(|c| c.hidden = vec![256, 0]),
+            "sac.hidden = [256, 0] is out of range: one or more sizes above 0"
+        );
+        for (change, field) in [
+            ((|c| c.batch_size = 0) as fn(&mut Config), "batch_size"),
+            (|c| c.actor_learning_rate = 0.0, "actor_learning_rate"),
+            (|c| c.critic_learning_rate = f64::NAN, "critic_learning_rate"),
+            (|c| c.temperature_learning_rate = -1e-3, "temperature_learning_rate"),
+            (|c| c.gamma = f64::NAN, "gamma"),
+            (|c| c.n_step = 0, "n_step"),
+            (|c| c.tau = 0.0, "tau"),
+            (|c| c.target_period = 0, "target_period"),
+            (|c| c.initial_temperature = 0.0, "initial_temperature"),
+            (|c| c.target_entropy = Some(f64::INFINITY), "target_entropy"),
+            (|c| c.log_std_min = 3.0, "log_std_min"),
+            (|c| c.log_std_max = 11.0, "log_std_max"),
+            (|c| c.updates_per_step = -0.5, "updates_per_step"),
+            (|c| c.replay_capacity = 64, "replay_capacity"),
+        ] {
+            assert!(message(change).starts_with(&format!("sac.{field} = ")), "{field}: {}", message(change));
+        }
+    }
+
+    #[test]
+    fn updates_keep_their_ratio_to_steps() {
+        for ratio in [0.0, 0.4, 0.5, 1.0, 2.5] {
+            let config = Config { random_steps: 10, updates_per_step: ratio, ..Config::default() };
+            assert_eq!((1..=10).map(|step| config.updates_after(step)).sum::<u64>(), 0);
+            assert_eq!((1..=110).map(|step| config.updates_after(step)).sum::<u64>(), (100.0 * ratio) as u64);
+        }
+    }
+}

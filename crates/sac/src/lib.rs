@@ -1,0 +1,57 @@
+//! Soft Actor-Critic for continuous actions: the only crate that sees libtorch, and one that knows neither robots nor tasks.
+//!
+//! Observations, actions and rewards are `f32` slices; everything random comes from a seed; the same seed gives the same bits, also when
+//! a run is stopped, saved ([`Checkpoint`]) and continued.
+//!
+//! ```
+//! use sac::{Act, Config, Replay, Sac, Transition};
+//!
+//! let config = Config { hidden: vec![32, 32], batch_size: 32, random_steps: 100, ..Config::default() };
+//! let mut sac = Sac::new(&config, 1, 1, 7)?;
+//! let mut replay = Replay::new(&config, 1, 1);
+//! let mut action = [0.0];
+//! for step in 1..=200 {
+//!     let observation = [(step as f32).sin()];
+//!     sac.act(&observation, &mut action, if step <= config.random_steps { Act::Random } else { Act::Sample });
+//!     let reward = -(action[0] - observation[0]).powi(2);
+//!     replay.push(&Transition {
+//!         observation: &observation,
+//!         action: &action,
+//!         reward,
+//!         next_observation: &observation,
+//!         terminated: true,
+//!         truncated: false,
+//!     })?;
+//!     for _ in 0..config.updates_after(step) {
+//!         assert!(sac.update(&replay).is_finite());
+//!     }
+//! }
+//! # Ok::<(), sac::Error>(())
+//! ```
+
+mod actor;
+mod adam;
+mod buffer;
+mod checkpoint;
+mod config;
+mod error;
+mod gaussian;
+mod memory;
+mod n_step;
+mod network;
+mod pass;
+#[cfg(test)]
+mod reference;
+mod replay;
+mod replay_file;
+mod sac;
+mod threads;
+
+pub use actor::{Act, Actor};
+pub use checkpoint::Checkpoint;
+pub use config::{Config, Preset};
+pub use error::Error;
+pub use n_step::Transition;
+pub use replay::Replay;
+pub use sac::{Losses, Sac};
+pub use threads::init_threads;

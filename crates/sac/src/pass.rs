@@ -1,0 +1,154 @@
+//! Forward and backward pass of [`Networks`], written out: libtorch multiplies matrices, loops here do the rest, nothing is allocated.
+//!
+//! Autograd would do the same products, and besides them the gradients that nobody asks for, with a new tensor for every step between.
+//! The tests hold this file against it.
+
+use tch::Tensor;
+
+use crate::buffer::Buffer;
+use crate::network::Networks;
+
+/// Memory for one batch on its way through the networks and back.
+#[derive(Debug)]
+pub(crate) struct Pass {
+    networks: usize,
+    rows: usize,
+    /// The way back concerns only the last so many rows.
+    back_rows: usize,
+    /// Numbers per row and layer: output size times number of networks, which lie side by side.
+    widths: Vec<usize>,
+    /// Output of each layer, after the ReLU, `(rows, width)`.
+    output: Vec<Buffer>,
+    /// Derivative of the loss by what goes into the ReLU of each layer, `(back_rows, width)`.
+    delta: Vec<Buffer>,
+}
+
+impl Pass {
+    pub fn new(networks: &Networks, rows: usize, back_rows: usize) -> Self {
+        let widths: Vec<usize> = networks.sizes[1..].iter().map(|size| size * networks.layers.len()).collect();
+        let buffers = |rows| widths.iter().map(|width| Buffer::zeros(rows * width)).collect();
+        Self {
+            networks: networks.layers.len(),
+            rows,
+            back_rows,
+            output: buffers(rows),
+            delta: buffers(back_rows),
+            widths,
+        }
+    }
+
+    /// Computes the outputs of every network for `input` `(rows, input)`.
+    pub fn forward(&mut self, networks: &Networks, input: &Tensor) {
+        for layer in 0..self.widths.len() {
+            if layer == 0 {
+                // Every network sees the same input: one product for all of them.
+                multiply(&self.all(&self.output, 0, self.rows), input, &networks.first.tr());
+            } else {
+                for (k, layers) in networks.layers.iter().enumerate() {
+                    let x = self.one(&self.output, layer - 1, self.rows, k);
+                    multiply(&self.one(&self.output, layer, self.rows, k), &x, &layers[layer].weight.tr());
+                }
+            }
+            let bias = &networks.values[networks.biases(layer)];
+            if layer + 1 < self.widths.len() {
+                add_bias_relu(&mut self.output[layer], bias)
+            } else {
+                add_bias(&mut self.output[layer], bias)
+            }
+        }
+    }
+
+    /// Outputs of the last layer, `(rows, networks * output)`.
+    pub fn result(&self) -> &[f32] {
+        self.output.last().expect("at least one layer")
+    }
+
+    /// Where the derivative of the loss by the last `back_rows` rows of [`Pass::result`] is to be written before [`Pass::backward`].
+    pub fn result_gradient(&mut self) -> &mut [f32] {
+        self.delta.last_mut().expect("at least one layer")
+    }
+
+    /// Carries the derivative of the loss from the result back to the first layer.
+    pub fn backward(&mut self, networks: &Networks) {
+        for layer in (1..self.widths.len()).rev() {
+            for (k, layers) in networks.layers.iter().enumerate() {
+                let delta = self.one(&self.delta, layer, self.back_rows, k);
+                multiply(&self.one(&self.delta, layer - 1, self.back_rows, k), &delta, &layers[layer].weight);
+            }
+            let output = &self.output[layer - 1];
+            let back = output.len() - self.delta[layer - 1].len()..;
+            mask_relu(&mut self.delta[layer - 1], &output[back]);
+        }
+    }
+
+    /// After [`Pass::backward`]: the derivative by every weight and bias, for the last `back_rows` rows of the input, `input`.
+    pub fn parameter_gradient(&self, input: &Tensor, gradient: &mut Networks) {
+        multiply(&gradient.first, &self.all(&self.delta, 0, self.back_rows).tr(), input);
+        for layer in 0..self.widths.len() {
+            if layer > 0 {
+                for (k, layers) in gradient.layers.iter().enumerate() {
+                    let delta = self.one(&self.delta, layer, self.back_rows, k);
+                    multiply(&layers[layer].weight, &delta.tr(), &self.one(&self.output, layer - 1, self.back_rows, k));
+                }
+            }
+            let biases = gradient.biases(layer);
+            sum_rows(&self.delta[layer], &mut gradient.values[biases]);
+        }
+    }
+
+    /// After [`Pass::backward`]: the derivative by the inputs from column `from` on, summed over the networks, `(back_rows, input - from)`.
+    pub fn input_gradient(&self, networks: &Networks, from: usize, gradient: &Buffer) {
+        let columns = networks.sizes[0] - from;
+        let weights = networks.first.narrow(1, from as i64, columns as i64);
+        multiply(&gradient.view(0, &[self.back_rows, columns]), &self.all(&self.delta, 0, self.back_rows), &weights);
+    }
+
+    /// The last `rows` rows of all networks in `layer`, `(rows, width)`.
+    fn all(&self, buffers: &[Buffer], layer: usize, rows: usize) -> Tensor {
+        let (buffer, width) = (&buffers[layer], self.widths[layer]);
+        buffer.view(buffer.len() - rows * width, &[rows, width])
+    }
+
+    /// The last `rows` rows of network `k` in `layer`, `(rows, size)`.
+    fn one(&self, buffers: &[Buffer], layer: usize, rows: usize, k: usize) -> Tensor {
+        let size = (self.widths[layer] / self.networks) as i64;
+        self.all(buffers, layer, rows).narrow(1, k as i64 * size, size)
+    }
+}
+
+/// `out = a b`.
+fn multiply(out: &Tensor, a: &Tensor, b: &Tensor) {
+    let _ = a.mm_out(out, b);
+}
+
+fn add_bias(x: &mut [f32], bias: &[f32]) {
+    for row in x.chunks_exact_mut(bias.len()) {
+        for (x, b) in row.iter_mut().zip(bias) {
+            *x += b;
+        }
+    }
+}
+
+fn add_bias_relu(x: &mut [f32], bias: &[f32]) {
+    for row in x.chunks_exact_mut(bias.len()) {
+        for (x, b) in row.iter_mut().zip(bias) {
+            *x = (*x + b).max(0.0);
+        }
+    }
+}
+
+/// Zero where the ReLU was closed.
+fn mask_relu(delta: &mut [f32], output: &[f32]) {
+    for (d, &y) in delta.iter_mut().zip(output) {
+        *d = if y > 0.0 { *d } else { 0.0 };
+    }
+}
+
+fn sum_rows(x: &[f32], sum: &mut [f32]) {
+    sum.fill(0.0);
+    for row in x.chunks_exact(sum.len()) {
+        for (s, x) in sum.iter_mut().zip(row) {
+            *s += x;
+        }
+    }
+}

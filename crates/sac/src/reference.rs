@@ -1,0 +1,142 @@
+//! The losses of SAC as the papers write them, differentiated by libtorch: the written-out derivatives are held against them.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use tch::{Kind, Tensor};
+
+use crate::network::Networks;
+use crate::{Config, Replay, Sac, Transition};
+
+/// `networks` as a function of one vector of parameters that gradients can be asked for.
+struct Differentiable<'a> {
+    networks: &'a Networks,
+    parameters: Tensor,
+}
+
+impl<'a> Differentiable<'a> {
+    fn new(networks: &'a Networks) -> Self {
+        Self { networks, parameters: Tensor::from_slice(&networks.values).set_requires_grad(true) }
+    }
+
+    /// Outputs `(batch, output)` of the network called `name`, looked up by name to be independent of the order of the flat vector.
+    fn forward(&self, name: &str, input: &Tensor) -> Tensor {
+        let layers = self.networks.sizes.len() - 1;
+        (0..layers).fold(input.shallow_clone(), |x, layer| {
+            let [weight, bias] = ["weight", "bias"].map(|kind| {
+                let name = format!("{name}.{}.{kind}", 2 * layer);
+                let entry = self.networks.entries().into_iter().find(|e| e.name == name).unwrap();
+                let shape: Vec<i64> = entry.shape.iter().map(|&n| n as i64).collect();
+                self.parameters.narrow(0, entry.offset as i64, shape.iter().product()).view(shape.as_slice())
+            });
+            let y = x.matmul(&weight.tr()) + bias;
+            if layer + 1 < layers { y.relu() } else { y }
+        })
+    }
+
+    /// min of both critics, `(batch)`.
+    fn min_q(&self, input: &Tensor) -> Tensor {
+        self.forward("critic_1", input).minimum(&self.forward("critic_2", input)).squeeze_dim(-1)
+    }
+
+    fn gradient(&self, loss: &Tensor) -> Vec<f32> {
+        Vec::try_from(&Tensor::run_backward(&[loss], &[&self.parameters], false, false)[0]).unwrap()
+    }
+}
+
+/// (a `(batch, action)`, log pi(a|s) `(batch)`) for outputs of the actor `(batch, 2 action)` and standard normal noise `(batch, action)`.
+/// Haarnoja et al., 2018, appendix C, in f64 and as printed there.
+fn squashed_gaussian(config: &Config, output: &Tensor, noise: &Tensor) -> (Tensor, Tensor) {
+    let (output, noise) = (output.to_kind(Kind::Double), noise.to_kind(Kind::Double));
+    let parts = output.chunk(2, -1);
+    let log_std = config.log_std_min + 0.5 * (config.log_std_max - config.log_std_min) * (parts[1].tanh() + 1.0);
+    let action = (&parts[0] + log_std.exp() * &noise).tanh();
+    let log_normal: Tensor = -0.5 * noise.square() - log_std - 0.5 * (2.0 * std::f64::consts::PI).ln();
+    let log_slope: Tensor = (1f64 - action.square()).log();
+    let log_prob = (log_normal - log_slope).sum_dim_intlist(-1, false, None);
+    (action.to_kind(Kind::Float), log_prob.to_kind(Kind::Float))
+}
+
+/// A learner in the middle of a run, on random data: temperature, targets and moments are all away from their first values.
+fn learner(config: &Config, observations: usize, actions: usize) -> (Sac, Replay) {
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let mut replay = Replay::new(config, observations, actions);
+    for k in 0..300 {
+        let mut numbers = |n| (0..n).map(|_| rng.random_range(-1.0..1.0)).collect::<Vec<f32>>();
+        replay
+            .push(&Transition {
+                observation: &numbers(observations),
+                action: &numbers(actions),
+                reward: numbers(1)[0],
+                next_observation: &numbers(observations),
+                terminated: k % 10 == 9,
+                truncated: k % 25 == 24,
+            })
+            .unwrap();
+    }
+    let mut sac = Sac::new(config, observations, actions, 5).unwrap();
+    for _ in 0..20 {
+        sac.update(&replay);
+    }
+    (sac, replay)
+}
+
+fn tensor(values: &[f32], columns: usize) -> Tensor {
+    Tensor::from_slice(values).view([-1, columns as i64])
+}
+
+fn relative_error(a: &[f32], b: &[f32]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    let norm = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>().sqrt();
+    norm(&mut a.iter().zip(b).map(|(a, b)| f64::from(a - b))) / norm(&mut b.iter().map(|b| f64::from(*b)))
+}
+
+/// One update by hand against the same update by libtorch's autograd; f32 rounding leaves errors of about 1e-7.
+#[test]
+fn every_derivative_agrees_with_autograd() {
+    for (hidden, observations, actions) in [(vec![32], 3, 1), (vec![64, 48], 11, 4), (vec![16, 24, 8], 5, 7)] {
+        let config = Config { hidden, batch_size: 64, target_period: 1, ..Config::default() };
+        let (mut sac, replay) = learner(&config, observations, actions);
+        let (actor, critics, targets) = (sac.actor.network.clone(), sac.critics.clone(), sac.targets.clone());
+        let alpha = f64::from(sac.temperature());
+        let losses = sac.update(&replay);
+
+        let m = &sac.memory;
+        let (next_noise, noise) = m.noise.split_at(m.noise.len() / 2);
+        let (next_noise, noise) = (tensor(next_noise, actions), tensor(noise, actions));
+        let present = tensor(&m.batch.input, observations + actions);
+        let observation = present.narrow(1, 0, observations as i64);
+        let next_observation = tensor(&m.batch.next_input, observations + actions).narrow(1, 0, observations as i64);
+        let (reward, discount) = (Tensor::from_slice(&m.batch.reward), Tensor::from_slice(&m.batch.discount));
+
+        // Critics: mean (Q_k(s, a) - y)^2, summed over k.
+        let actor = Differentiable::new(&actor);
+        let (next_action, next_log_prob) =
+            squashed_gaussian(&config, &actor.forward("actor", &next_observation), &next_noise);
+        let next_input = Tensor::cat(&[next_observation, next_action], 1);
+        let next_value = Differentiable::new(&targets).min_q(&next_input) - alpha * next_log_prob;
+        let y = (reward + discount * next_value).detach();
+        let old_critics = Differentiable::new(&critics);
+        let error = |name| old_critics.forward(name, &present).squeeze_dim(-1) - &y;
+        let loss = error("critic_1").square().mean(Kind::Float) + error("critic_2").square().mean(Kind::Float);
+        approx::assert_relative_eq!(losses.critic_loss, f32::try_from(&loss).unwrap(), max_relative = 1e-5);
+        let error = relative_error(&m.critic_gradient.values, &old_critics.gradient(&loss));
+        assert!(error < 1e-5, "critics {:?}: {error}", config.hidden);
+
+        // Actor: mean (alpha log pi - min Q), with the critics after their step.
+        let (action, log_prob) = squashed_gaussian(&config, &actor.forward("actor", &observation), &noise);
+        let q = Differentiable::new(&sac.critics).min_q(&Tensor::cat(&[observation, action], 1));
+        let loss = (alpha * &log_prob - &q).mean(Kind::Float);
+        approx::assert_relative_eq!(losses.actor_loss, f32::try_from(&loss).unwrap(), epsilon = 1e-5);
+        approx::assert_relative_eq!(losses.q_mean, f32::try_from(q.mean(Kind::Float)).unwrap(), epsilon = 1e-6);
+        let error = relative_error(&m.actor_gradient.values, &actor.gradient(&loss));
+        assert!(error < 1e-5, "actor {:?}: {error}", config.hidden);
+
+        // Targets: theta' + tau (theta - theta').
+        for ((new, old), critic) in sac.targets.values.iter().zip(targets.values.iter()).zip(sac.critics.values.iter())
+        {
+            approx::assert_relative_eq!(*new, 0.995 * old + 0.005 * critic, epsilon = 1e-6);
+        }
+        // Temperature: up exactly when the entropy is below its target.
+        assert_eq!(f64::from(losses.temperature) > alpha, losses.entropy < -(actions as f32));
+    }
+}

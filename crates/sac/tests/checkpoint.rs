@@ -1,0 +1,175 @@
+//! Stop, save, load, go on: the same bytes; and what is damaged is refused by name.
+
+use std::fs;
+use std::path::Path;
+
+use sac::{Act, Actor, Checkpoint, Config, Replay, Sac, Transition};
+use serde_json::{Value, json};
+
+const OBSERVATIONS: usize = 5;
+const ACTIONS: usize = 2;
+
+fn config() -> Config {
+    Config { hidden: vec![32, 16], batch_size: 16, target_period: 2, replay_capacity: 150, ..Config::default() }
+}
+
+fn start() -> (Sac, Replay) {
+    let (mut sac, mut replay) =
+        (Sac::new(&config(), OBSERVATIONS, ACTIONS, 11).unwrap(), Replay::new(&config(), OBSERVATIONS, ACTIONS));
+    // Leaves steps that wait for their rewards, and a ring that has come round.
+    (0..200).for_each(|k| step(&mut sac, &mut replay, k));
+    (sac, replay)
+}
+
+fn step(sac: &mut Sac, replay: &mut Replay, k: usize) {
+    let observe = |k: usize| std::array::from_fn::<f32, OBSERVATIONS, _>(|i| ((7 * k + i) as f32).sin());
+    let mut action = [0.0; ACTIONS];
+    sac.act(&observe(k), &mut action, Act::Sample);
+    let transition = Transition {
+        observation: &observe(k),
+        action: &action,
+        reward: action[0],
+        next_observation: &observe(k + 1),
+        terminated: k % 40 == 39,
+        truncated: k % 30 == 29,
+    };
+    replay.push(&transition).unwrap();
+}
+
+fn go_on(sac: &mut Sac, replay: &mut Replay, steps: std::ops::Range<usize>) {
+    for k in steps {
+        step(sac, replay, k);
+        sac.update(replay);
+    }
+}
+
+/// Every byte that decides how the run goes on.
+fn bytes(folder: &Path, sac: &Sac, replay: &Replay) -> Vec<(String, Vec<u8>)> {
+    Checkpoint::save(folder, sac, Some(replay), json!({ "step": 1 })).unwrap();
+    let mut files: Vec<_> = fs::read_dir(folder).unwrap().map(|file| file.unwrap().path()).collect();
+    files.sort();
+    files.iter().map(|path| (path.file_name().unwrap().display().to_string(), fs::read(path).unwrap())).collect()
+}
+
+#[test]
+fn a_continued_run_gives_the_bytes_of_an_unbroken_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut sac, mut replay) = start();
+    go_on(&mut sac, &mut replay, 200..250);
+    Checkpoint::save(&folder.path().join("last"), &sac, Some(&replay), json!({ "step": 250, "x": 0.1 + 0.2 })).unwrap();
+    go_on(&mut sac, &mut replay, 250..300);
+
+    let loaded = Checkpoint::load(&folder.path().join("last"), OBSERVATIONS, ACTIONS).unwrap();
+    assert_eq!(loaded.caller, json!({ "step": 250, "x": 0.1 + 0.2 }));
+    let (mut sac_2, mut replay_2) = (loaded.sac, loaded.replay.unwrap());
+    assert_eq!((sac_2.updates(), sac_2.config()), (50, &config()));
+    go_on(&mut sac_2, &mut replay_2, 250..300);
+
+    assert_eq!(replay, replay_2);
+    let (straight, resumed) =
+        (bytes(&folder.path().join("a"), &sac, &replay), bytes(&folder.path().join("b"), &sac_2, &replay_2));
+    assert_eq!(straight.len(), 6);
+    for (a, b) in straight.iter().zip(&resumed) {
+        assert!(a == b, "{} differs", a.0);
+    }
+}
+
+#[test]
+fn the_actor_alone_acts_like_the_learner() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut sac, replay) = start();
+    Checkpoint::save(folder.path(), &sac, None, Value::Null).unwrap();
+    assert!(Checkpoint::load(folder.path(), OBSERVATIONS, ACTIONS).unwrap().replay.is_none());
+    drop(replay);
+    let mut actor = Actor::load(folder.path(), OBSERVATIONS, ACTIONS, 1).unwrap();
+    let (mut a, mut b) = ([0.0; ACTIONS], [0.0; ACTIONS]);
+    sac.act(&[0.1; OBSERVATIONS], &mut a, Act::Mean);
+    actor.act(&[0.1; OBSERVATIONS], &mut b, Act::Mean);
+    assert_eq!(a, b);
+}
+
+#[test]
+fn names_and_shapes_are_those_of_a_pytorch_sequential() {
+    let folder = tempfile::tempdir().unwrap();
+    let (sac, _) = start();
+    Checkpoint::save(folder.path(), &sac, None, Value::Null).unwrap();
+    let shapes = |file: &str| {
+        let bytes = fs::read(folder.path().join(file)).unwrap();
+        let file = safetensors::SafeTensors::deserialize(&bytes).unwrap();
+        let mut shapes: Vec<String> =
+            file.tensors().iter().map(|(name, t)| format!("{name} {:?}", t.shape())).collect();
+        shapes.sort();
+        shapes
+    };
+    let actor =
+        ["0.bias [32]", "0.weight [32, 5]", "2.bias [16]", "2.weight [16, 32]", "4.bias [4]", "4.weight [4, 16]"];
+    assert_eq!(shapes("actor.safetensors"), actor.map(|name| format!("actor.{name}")));
+    assert_eq!(shapes("critic.safetensors").len(), 12);
+    assert!(shapes("critic.safetensors").contains(&"critic_2.0.weight [32, 7]".to_string()));
+    assert!(shapes("optimizer.safetensors").contains(&"critic_2.4.weight.adam_v [1, 16]".to_string()));
+}
+
+#[test]
+fn a_missing_damaged_or_foreign_checkpoint_is_refused_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("last");
+    let message = |observations| {
+        let message = Checkpoint::load(&path, observations, ACTIONS).unwrap_err().to_string();
+        assert!(!message.contains('\n'), "{message}");
+        message
+    };
+    assert!(message(OBSERVATIONS).contains("last/state.json"), "{}", message(OBSERVATIONS));
+
+    let (sac, replay) = start();
+    Checkpoint::save(&path, &sac, Some(&replay), Value::Null).unwrap();
+    let foreign = message(OBSERVATIONS + 1);
+    assert!(
+        foreign.ends_with("made for 5 observations and 2 actions, not for 6 and 2: another task or action space?"),
+        "{foreign}"
+    );
+
+    for (file, complaint) in [
+        ("actor.safetensors", "damaged or cut off"),
+        ("critic.safetensors", "damaged or cut off"),
+        ("target.safetensors", "damaged or cut off"),
+        ("optimizer.safetensors", "damaged or cut off"),
+        ("replay.bin", "bytes long"),
+        ("state.json", "EOF"),
+    ] {
+        let whole = fs::read(path.join(file)).unwrap();
+        fs::write(path.join(file), &whole[..whole.len() - 20]).unwrap();
+        let cut = message(OBSERVATIONS);
+        assert!(cut.contains(&format!("last/{file}: ")) && cut.contains(complaint), "{file}: {cut}");
+        fs::write(path.join(file), &[]).unwrap();
+        assert!(message(OBSERVATIONS).contains(&format!("last/{file}: ")), "{file}: {}", message(OBSERVATIONS));
+        fs::write(path.join(file), whole).unwrap();
+    }
+    let mut flipped = fs::read(path.join("replay.bin")).unwrap();
+    flipped[1000] ^= 1;
+    fs::write(path.join("replay.bin"), flipped).unwrap();
+    assert!(message(OBSERVATIONS).ends_with("last/replay.bin: the checksum does not agree: damaged"));
+
+    // A weight of another shape.
+    fs::copy(path.join("critic.safetensors"), path.join("actor.safetensors")).unwrap();
+    assert!(message(OBSERVATIONS).ends_with("last/actor.safetensors: holds no actor.0.weight"));
+}
+
+/// What a kill between the two renames of a save leaves: the old folder under its side name, the new one complete beside it.
+#[test]
+fn a_save_that_was_killed_leaves_a_whole_checkpoint() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("last");
+    let (mut sac, mut replay) = start();
+    Checkpoint::save(&path, &sac, Some(&replay), json!("old")).unwrap();
+    go_on(&mut sac, &mut replay, 200..210);
+    Checkpoint::save(&folder.path().join(".last.new"), &sac, Some(&replay), json!("new")).unwrap();
+    // Killed before the renames: the old one counts.
+    assert_eq!(Checkpoint::load(&path, OBSERVATIONS, ACTIONS).unwrap().caller, json!("old"));
+    // Killed between them.
+    fs::rename(&path, folder.path().join(".last.old")).unwrap();
+    assert_eq!(Checkpoint::load(&path, OBSERVATIONS, ACTIONS).unwrap().caller, json!("old"));
+    // And the next save cleans up.
+    Checkpoint::save(&path, &sac, Some(&replay), json!("newer")).unwrap();
+    assert_eq!(Checkpoint::load(&path, OBSERVATIONS, ACTIONS).unwrap().caller, json!("newer"));
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "no leftovers");
+}

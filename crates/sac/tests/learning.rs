@@ -1,0 +1,140 @@
+//! Problems so small that success is certain.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use sac::{Act, Config, Replay, Sac, Transition};
+
+fn small() -> Config {
+    Config { hidden: vec![64, 64], batch_size: 64, random_steps: 300, updates_per_step: 1.0, ..Config::default() }
+}
+
+/// A point on a line, pushed by the action, is rewarded for being at the origin. Episodes of 20 steps end by their time limit.
+struct Point {
+    x: f32,
+    v: f32,
+    t: u32,
+    rng: ChaCha8Rng,
+}
+
+impl Point {
+    fn reset(&mut self) {
+        (self.x, self.v, self.t) = (self.rng.random_range(-1.0..1.0), 0.0, 0);
+    }
+
+    /// Returns the reward and whether the time is over.
+    fn step(&mut self, action: f32) -> (f32, bool) {
+        self.v = 0.5 * self.v + 0.2 * action;
+        self.x += self.v;
+        self.t += 1;
+        (-self.x.abs(), self.t == 20)
+    }
+
+    /// Mean return of the deterministic policy.
+    fn evaluate(sac: &Sac) -> f32 {
+        let mut point = Self { x: 0.0, v: 0.0, t: 0, rng: ChaCha8Rng::seed_from_u64(99) };
+        let mut actor = sac.actor().with_seed(0);
+        let mut sum = 0.0;
+        for _ in 0..20 {
+            point.reset();
+            loop {
+                let mut action = [0.0];
+                actor.act(&[point.x, point.v], &mut action, Act::Mean);
+                let (reward, over) = point.step(action[0]);
+                sum += reward;
+                if over {
+                    break;
+                }
+            }
+        }
+        sum / 20.0
+    }
+}
+
+fn learn_point(steps: u64, seed: u64) -> Sac {
+    let config = small();
+    let mut sac = Sac::new(&config, 2, 1, seed).unwrap();
+    let mut replay = Replay::new(&config, 2, 1);
+    let mut point = Point { x: 0.0, v: 0.0, t: 0, rng: ChaCha8Rng::seed_from_u64(seed) };
+    point.reset();
+    for step in 1..=steps {
+        let observation = [point.x, point.v];
+        let mut action = [0.0];
+        sac.act(&observation, &mut action, if step <= config.random_steps { Act::Random } else { Act::Sample });
+        let (reward, truncated) = point.step(action[0]);
+        let next_observation = [point.x, point.v];
+        let transition = Transition {
+            observation: &observation,
+            action: &action,
+            reward,
+            next_observation: &next_observation,
+            terminated: false,
+            truncated,
+        };
+        replay.push(&transition).unwrap();
+        for _ in 0..config.updates_after(step) {
+            assert!(sac.update(&replay).is_finite());
+        }
+        if truncated {
+            point.reset();
+        }
+    }
+    sac
+}
+
+#[test]
+fn a_point_is_brought_to_the_origin() {
+    for seed in [1, 2] {
+        let before = Point::evaluate(&learn_point(1, seed));
+        let after = Point::evaluate(&learn_point(2500, seed));
+        // From 0.5 away on average, at about 0.3 per step: the best policy gets about -1.
+        assert!(after > -1.6 && after > before + 3.0, "seed {seed}: {before} -> {after}");
+    }
+}
+
+/// Without a future and with the best action written in the observation, the policy must copy it.
+#[test]
+fn the_action_asked_for_is_given() {
+    let config = Config { random_steps: 200, ..small() };
+    let mut sac = Sac::new(&config, 2, 2, 3).unwrap();
+    let mut replay = Replay::new(&config, 2, 2);
+    let mut rng = ChaCha8Rng::seed_from_u64(4);
+    let mut observe = || [rng.random_range(-0.8..0.8f32), rng.random_range(-0.8..0.8f32)];
+    let mut action = [0.0; 2];
+    let distance = |a: [f32; 2], b: [f32; 2]| (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2);
+    for step in 1..=1500 {
+        let observation = observe();
+        sac.act(&observation, &mut action, if step <= config.random_steps { Act::Random } else { Act::Sample });
+        let transition = Transition {
+            observation: &observation,
+            action: &action,
+            reward: -4.0 * distance(action, observation),
+            next_observation: &observation,
+            terminated: true,
+            truncated: false,
+        };
+        replay.push(&transition).unwrap();
+        for _ in 0..config.updates_after(step) {
+            sac.update(&replay);
+        }
+    }
+    let mut actor = sac.actor().with_seed(0);
+    let error = (0..100).map(|_| {
+        let observation = observe();
+        actor.act(&observation, &mut action, Act::Mean);
+        distance(action, observation)
+    });
+    let rms = (error.sum::<f32>() / 200.0).sqrt();
+    assert!(rms < 0.1, "root mean square error {rms}");
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits_and_another_seed_does_not() {
+    let bits = |seed| {
+        let mut actor = learn_point(500, seed).actor().with_seed(0);
+        let mut action = [0.0];
+        actor.act(&[0.3, -0.1], &mut action, Act::Mean);
+        action[0].to_bits()
+    };
+    assert_eq!(bits(7), bits(7));
+    assert_ne!(bits(7), bits(8));
+}

@@ -1,0 +1,260 @@
+//! The environment: the one loop from an action to torques, and back to a reward.
+
+use aforce::{ActionSpace, ConfigError, Controller, ControllerConfig, Impedance, Measurement, Reference, TorqueLimits};
+use physics::panda::{HOME, ParameterSet};
+use physics::{Plant, Simulation, SimulationConfig};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
+use serde::{Deserialize, Serialize};
+
+use crate::expert;
+use crate::interval::Interval;
+use crate::observation::{observe_robot, proprioception_components};
+use crate::penalty::ForcePenalty;
+use crate::task::{Component, Task, TaskName};
+
+/// Everything that defines an environment.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct EnvConfig {
+    /// The task.
+    pub task: TaskName,
+    /// The action space.
+    pub space: ActionSpace,
+    /// The arm's numbers.
+    pub robot: ParameterSet,
+    /// Actions until an episode is truncated.
+    pub horizon: u32,
+    /// Standard deviation of the joint angles around the home pose at reset (rad).
+    pub initial_noise: f64,
+    /// Force limit and penalty.
+    pub force_penalty: ForcePenalty,
+    /// Engine settings.
+    pub simulation: SimulationConfig,
+    /// The controller.
+    pub controller: ControllerConfig,
+}
+
+impl EnvConfig {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// The first value that is not allowed, with its field and range.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        Env::new(self.clone(), 0).map(|_| ())
+    }
+}
+
+impl Default for EnvConfig {
+    fn default() -> Self {
+        EnvConfig {
+            task: TaskName::default(),
+            space: ActionSpace { impedance: Impedance::Adaptive, force: false },
+            robot: ParameterSet::default(),
+            horizon: 500,
+            initial_noise: 0.02,
+            force_penalty: ForcePenalty::default(),
+            simulation: SimulationConfig::default(),
+            controller: ControllerConfig::default(),
+        }
+    }
+}
+
+/// A task, an arm and an action space.
+///
+/// Gymnasium's conventions: call [`Env::reset`], then [`Env::step`] until the episode is
+/// terminated or truncated. An episode is a function of its seed and its actions.
+pub struct Env {
+    config: EnvConfig,
+    task: Box<dyn Task>,
+    plant: Plant,
+    simulation: Simulation,
+    controller: Controller,
+    y: Measurement,
+    components: Vec<Component>,
+    observation: Vec<f32>,
+    /// Seeds the episodes that are not given a seed.
+    episodes: ChaCha8Rng,
+    elapsed: u32,
+}
+
+/// What one action led to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// Reward, penalty taken off.
+    pub reward: f64,
+    /// The episode ended by itself: nothing follows. Only a diverged simulation does so.
+    pub terminated: bool,
+    /// The episode reached its horizon: it would have gone on.
+    pub truncated: bool,
+    /// Whether the task stands fulfilled.
+    pub success: bool,
+    /// The simulation diverged.
+    pub diverged: bool,
+    /// Force penalty of this action, whether or not the task takes it off the reward.
+    pub penalty: f64,
+    /// Energy, force, stiffness, clipping during this action.
+    pub interval: Interval,
+}
+
+impl Env {
+    /// An environment whose unseeded episodes follow from `seed`.
+    ///
+    /// # Errors
+    /// If the controller's configuration is not usable.
+    pub fn new(config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
+        let mut task = config.task.create();
+        let parameters = config.robot.parameters();
+        let limits = TorqueLimits { max: parameters.max_torque, rate: parameters.max_torque_rate };
+        let controller = Controller::new(config.space, &config.controller, limits, task.contact_axis())?;
+        let plant = Plant { parameters, dt: config.controller.dt(), config: config.simulation };
+        let simulation = task.reset(&plant, &mut ChaCha8Rng::seed_from_u64(0));
+        let y = simulation.measure();
+        let mut components = task.object_components();
+        components.extend(proprioception_components(task.has_gripper()));
+        let mut env = Env {
+            config,
+            task,
+            plant,
+            simulation,
+            controller,
+            y,
+            components,
+            observation: vec![],
+            episodes: ChaCha8Rng::seed_from_u64(seed),
+            elapsed: 0,
+        };
+        env.reset(Some(0));
+        Ok(env)
+    }
+
+    /// Starts an episode and returns its first observation. `Some(seed)` fixes this
+    /// episode; `None` takes the next seed of the environment's own sequence.
+    pub fn reset(&mut self, seed: Option<u64>) -> &[f32] {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed.unwrap_or_else(|| self.episodes.next_u64()));
+        self.simulation = self.task.reset(&self.plant, &mut rng);
+        let noise = Normal::new(0.0, self.config.initial_noise).expect("a finite deviation");
+        let mut q = HOME;
+        q.iter_mut().for_each(|q| *q += noise.sample(&mut rng));
+        self.simulation.reset(&q.into());
+        self.y = self.simulation.measure();
+        self.controller.reset(&self.y);
+        self.elapsed = 0;
+        self.observe();
+        &self.observation
+    }
+
+    /// Applies one action in [-1, 1]^n for one policy interval.
+    ///
+    /// # Panics
+    /// If `action` has not [`Env::action_dim`] entries.
+    pub fn step(&mut self, action: &[f64]) -> Step {
+        assert_eq!(action.len(), self.action_dim(), "an action of this environment");
+        let (motion, grip) = action.split_at(self.config.space.dim());
+        let grip = grip.first().copied().unwrap_or(0.0);
+
+        self.controller.set_goal(motion, &self.y);
+        let mut interval = Interval { clipped: self.controller.clipped_fraction(), ..Interval::default() };
+        let mut diverged = false;
+        for _ in 0..self.config.controller.samples_per_action() {
+            let tau = self.controller.update(&self.y);
+            diverged = self.simulation.step(&tau, grip).is_err();
+            if diverged {
+                break;
+            }
+            let limit = self.config.force_penalty.limit;
+            interval.add(&self.y, &tau, self.simulation.contact(), &self.controller, limit, self.plant.dt);
+            self.y = self.simulation.measure();
+        }
+        self.elapsed += 1;
+        self.outcome(interval, diverged)
+    }
+
+    fn outcome(&mut self, interval: Interval, diverged: bool) -> Step {
+        let penalty = self.config.force_penalty.of(interval.max_force);
+        if diverged {
+            // The last valid observation stays; nothing is earned.
+            let ended = Step { reward: 0.0, terminated: true, truncated: false, success: false, diverged, penalty, interval };
+            return ended;
+        }
+        self.observe();
+        let reward = self.task.reward(&self.simulation, &self.y);
+        let cost = if self.task.penalises_force() { penalty } else { 0.0 };
+        Step {
+            reward: reward.value - cost,
+            terminated: false,
+            truncated: self.elapsed >= self.config.horizon,
+            success: reward.success,
+            diverged,
+            penalty,
+            interval,
+        }
+    }
+
+    fn observe(&mut self) {
+        self.observation.clear();
+        self.task.observe(&self.simulation, &self.y, &mut self.observation);
+        observe_robot(&self.simulation, &self.y, self.task.has_gripper(), &mut self.observation);
+    }
+
+    /// The last observation: object part, then proprioception, unscaled.
+    pub fn observation(&self) -> &[f32] {
+        &self.observation
+    }
+
+    /// Names and scales of the observation's components, in order.
+    pub fn observation_components(&self) -> &[Component] {
+        &self.components
+    }
+
+    /// Numbers in an action: the controller's, then the gripper's.
+    pub fn action_dim(&self) -> usize {
+        self.config.space.dim() + usize::from(self.task.has_gripper())
+    }
+
+    /// The configuration.
+    pub fn config(&self) -> &EnvConfig {
+        &self.config
+    }
+
+    /// The task.
+    pub fn task(&self) -> &dyn Task {
+        self.task.as_ref()
+    }
+
+    /// The plant, to look at.
+    pub fn simulation(&self) -> &Simulation {
+        &self.simulation
+    }
+
+    /// The controller, to look at.
+    pub fn controller(&self) -> &Controller {
+        &self.controller
+    }
+
+    /// The last measurement.
+    pub fn measurement(&self) -> &Measurement {
+        &self.y
+    }
+
+    /// The scripted expert's action in the present state.
+    pub fn expert_action(&self) -> Vec<f64> {
+        let waypoint = self.task.expert(&self.simulation, &self.y);
+        let reference = match self.config.controller.reference {
+            Reference::Rebased => &self.y.pose,
+            Reference::Continued { .. } => self.controller.goal(),
+        };
+        expert::encode(&waypoint, reference, self.config.space, &self.config.controller, self.task.has_gripper())
+    }
+
+    /// Position of the environment's own sequence of episode seeds, to be saved.
+    pub fn episode_stream(&self) -> ChaCha8Rng {
+        self.episodes.clone()
+    }
+
+    /// Continues a saved sequence of episode seeds.
+    pub fn set_episode_stream(&mut self, stream: ChaCha8Rng) {
+        self.episodes = stream;
+    }
+}

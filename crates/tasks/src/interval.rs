@@ -1,0 +1,69 @@
+//! What happened during one action: energy, force, stiffness, clipping.
+
+use aforce::{Controller, EnergyLedger, JointVector, Measurement};
+use physics::ContactReading;
+
+/// Record of one 20 Hz action, summed or averaged over its control samples.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Interval {
+    /// Control samples taken in.
+    pub samples: u32,
+    /// Energy in every definition.
+    pub energy: EnergyLedger,
+    /// Largest norm of the filtered contact force (N).
+    pub max_force: f64,
+    /// Sum over samples of the norm of the filtered contact force (N).
+    pub sum_force: f64,
+    /// Largest norm of the raw contact force (N).
+    pub max_raw_force: f64,
+    /// Integral of the filtered force above the limit (N s).
+    pub excess_impulse: f64,
+    /// Time with contact beyond the wrist (s).
+    pub contact_time: f64,
+    /// Sum over samples of the mean translational stiffness (N/m).
+    pub sum_stiffness: f64,
+    /// Sum over samples of the share of joints whose torque was limited.
+    pub sum_saturated: f64,
+    /// Share of action components that lay outside [-1, 1].
+    pub clipped: f64,
+}
+
+impl Interval {
+    /// Takes in one control sample of `dt` seconds: what was measured before it, the
+    /// torque that acted, and the contact after it.
+    pub fn add(
+        &mut self,
+        y: &Measurement,
+        tau: &JointVector,
+        contact: &ContactReading,
+        controller: &Controller,
+        force_limit: f64,
+        dt: f64,
+    ) {
+        let force = contact.filtered.fixed_rows::<3>(0).norm();
+        self.samples += 1;
+        self.energy.add(tau, &y.qd, dt);
+        self.max_force = self.max_force.max(force);
+        self.sum_force += force;
+        self.max_raw_force = self.max_raw_force.max(contact.raw.fixed_rows::<3>(0).norm());
+        self.excess_impulse += (force - force_limit).max(0.0) * dt;
+        self.contact_time += if contact.touching { dt } else { 0.0 };
+        self.sum_stiffness += controller.stiffness().fixed_rows::<3>(0).mean();
+        self.sum_saturated += controller.saturated().iter().filter(|&&limited| limited).count() as f64 / 7.0;
+    }
+
+    /// Mean translational stiffness (N/m).
+    pub fn mean_stiffness(&self) -> f64 {
+        self.sum_stiffness / f64::from(self.samples.max(1))
+    }
+
+    /// Mean norm of the filtered contact force (N).
+    pub fn mean_force(&self) -> f64 {
+        self.sum_force / f64::from(self.samples.max(1))
+    }
+
+    /// Share of joint torques that were limited.
+    pub fn saturated(&self) -> f64 {
+        self.sum_saturated / f64::from(self.samples.max(1))
+    }
+}

@@ -1,0 +1,19 @@
+//! Contact manipulation tasks for reinforcement learning.
+//!
+//! [`Env`] holds a [`Task`], a simulated arm and an [`aforce::Controller`], and owns the
+//! only loop: one action at 20 Hz becomes 25 torques at 500 Hz (or 50 at 1 kHz) and comes
+//! back as a reward, an observation and an [`Interval`] of energies and forces.
+
+mod env;
+mod expert;
+mod interval;
+mod lift;
+mod observation;
+mod penalty;
+mod task;
+
+pub use env::{Env, EnvConfig, Step};
+pub use interval::Interval;
+pub use observation::scale;
+pub use penalty::ForcePenalty;
+pub use task::{Component, Reward, Task, TaskName, Waypoint};

@@ -1,0 +1,135 @@
+//! Lift: raise a cube 4 cm above the table (robosuite 1.4 `Lift`).
+
+use aforce::{Measurement, Pose, Vector3};
+use nalgebra::{Translation3, UnitQuaternion, UnitVector3};
+use physics::camera::Camera;
+use physics::scenes::lift::{self, TABLE_HEIGHT};
+use physics::{Plant, Simulation};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use crate::task::{Component, Reward, Task, Waypoint, xyz};
+
+/// Height of the cube's centre (m) from which it counts as lifted.
+const LIFTED: f64 = TABLE_HEIGHT + 0.04;
+/// robosuite divides the sum of its reward terms by this, so that success earns 1.
+const FULL_REWARD: f64 = 2.25;
+/// Added while both pads press on the cube.
+const GRASP_REWARD: f64 = 0.25;
+/// Half extents of the cube are drawn from this range (m).
+const CUBE_HALF: std::ops::Range<f64> = 0.020..0.022;
+/// The cube's centre starts within this distance of the table's centre, in x and in y (m).
+const PLACEMENT: std::ops::Range<f64> = -0.03..0.03;
+/// The cube starts this far above the table and falls (m).
+const DROP: f64 = 0.01;
+
+/// The task, with the scene of the running episode.
+#[derive(Default)]
+pub struct Lift {
+    scene: Option<lift::Lift>,
+}
+
+impl Lift {
+    fn scene(&self) -> &lift::Lift {
+        self.scene.as_ref().expect("reset before use")
+    }
+}
+
+impl Task for Lift {
+    fn reset(&mut self, plant: &Plant, rng: &mut ChaCha8Rng) -> Simulation {
+        let half = Vector3::from_fn(|_, _| rng.random_range(CUBE_HALF));
+        let (mut simulation, scene) = lift::Lift::simulate(plant, half);
+        let (x, y) = (rng.random_range(PLACEMENT), rng.random_range(PLACEMENT));
+        let yaw = rng.random_range(0.0..std::f64::consts::TAU);
+        let pose = Pose::from_parts(
+            Translation3::new(x, y, TABLE_HEIGHT + DROP + half.z),
+            UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw),
+        );
+        scene.place_cube(&mut simulation, &pose);
+        self.scene = Some(scene);
+        simulation
+    }
+
+    fn has_gripper(&self) -> bool {
+        true
+    }
+
+    fn contact_axis(&self) -> UnitVector3<f64> {
+        Vector3::z_axis()
+    }
+
+    fn object_components(&self) -> Vec<Component> {
+        xyz("cube_pos", [0.0, 0.0, TABLE_HEIGHT + 0.02], 10.0)
+            .chain(["x", "y", "z", "w"].map(|axis| Component::new(format!("cube_quat_{axis}"), 0.0, 1.0)))
+            .chain(xyz("gripper_to_cube_pos", [0.0; 3], 10.0))
+            .collect()
+    }
+
+    fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Vec<f32>) {
+        let cube = self.scene().cube_pose(simulation);
+        let position = cube.translation.vector;
+        out.extend(position.iter().map(|&v| v as f32));
+        out.extend(cube.rotation.coords.iter().map(|&v| v as f32));
+        out.extend((y.pose.translation.vector - position).iter().map(|&v| v as f32));
+    }
+
+    fn reward(&self, simulation: &Simulation, y: &Measurement) -> Reward {
+        let cube = self.scene().cube_pose(simulation).translation.vector;
+        if cube.z > LIFTED {
+            return Reward { value: 1.0, success: true };
+        }
+        let distance = (y.pose.translation.vector - cube).norm();
+        let grasp = if self.scene().is_grasped(simulation) { GRASP_REWARD } else { 0.0 };
+        Reward { value: (1.0 - (10.0 * distance).tanh() + grasp) / FULL_REWARD, success: false }
+    }
+
+    fn penalises_force(&self) -> bool {
+        false
+    }
+
+    /// Above the cube with open fingers, down, close, up; the phase follows from what is
+    /// seen, so the script recovers from a lost grasp.
+    fn expert(&self, simulation: &Simulation, y: &Measurement) -> Waypoint {
+        let cube = self.scene().cube_pose(simulation);
+        let centre = cube.translation.vector;
+        let tool = y.pose.translation.vector;
+        let rotation = grasp_rotation(&cube, &y.pose);
+        let sideways = (tool - centre).fixed_rows::<2>(0).norm();
+        let above = (tool - centre).z;
+        let turn = y.pose.rotation.angle_to(&rotation);
+        let waypoint = |height: f64, grip| Waypoint {
+            pose: Pose::from_parts(Translation3::new(centre.x, centre.y, height), rotation),
+            grip,
+            force: 0.0,
+        };
+        if self.scene().is_grasped(simulation) {
+            waypoint(TABLE_HEIGHT + 0.12, 1.0)
+        } else if sideways < 0.012 && above < 0.012 {
+            waypoint(centre.z, 1.0)
+        } else if sideways < 0.012 && turn < 0.15 {
+            waypoint(centre.z, -1.0)
+        } else {
+            waypoint(centre.z + 0.07, -1.0)
+        }
+    }
+
+    fn camera(&self) -> Camera {
+        Camera { eye: [0.95, -0.75, 1.35], target: [-0.12, 0.0, 0.92], field_of_view: 0.75 }
+    }
+}
+
+/// Straight down, turned so that the fingers meet two faces of the cube; of the four
+/// such turns the nearest to where the tool is.
+fn grasp_rotation(cube: &Pose, tool: &Pose) -> UnitQuaternion<f64> {
+    let down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+    let edge = cube.rotation * Vector3::x();
+    let yaw = edge.y.atan2(edge.x);
+    let turned = |quarter: i32| {
+        let angle = yaw + f64::from(quarter) * std::f64::consts::FRAC_PI_2;
+        UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle) * down
+    };
+    (0..4)
+        .map(turned)
+        .min_by(|a, b| a.angle_to(&tool.rotation).total_cmp(&b.angle_to(&tool.rotation)))
+        .expect("four candidates")
+}

@@ -1,0 +1,49 @@
+//! The robot's part of an observation, named and ordered as in robosuite.
+
+use aforce::Measurement;
+use nalgebra::UnitQuaternion;
+use physics::{Simulation, panda};
+
+use crate::task::{Component, xyz};
+
+/// Largest magnitude of a scaled component.
+const CLIP: f32 = 10.0;
+
+/// Names and scales of the robot's part; 32 numbers with a gripper, 28 without.
+pub fn proprioception_components(has_gripper: bool) -> Vec<Component> {
+    let joints = |name: &str| (1..=7).map(|i| Component::new(format!("{name}_{i}"), 0.0, 1.0)).collect::<Vec<_>>();
+    let mut components = [joints("joint_cos"), joints("joint_sin"), joints("joint_vel")].concat();
+    components.extend(xyz("eef_pos", [-0.05, 0.0, 0.9], 5.0));
+    components.extend(["x", "y", "z", "w"].map(|axis| Component::new(format!("eef_quat_{axis}"), 0.0, 1.0)));
+    if has_gripper {
+        components.push(Component::new("gripper_qpos_left", 0.02, 50.0));
+        components.push(Component::new("gripper_qpos_right", -0.02, 50.0));
+        components.push(Component::new("gripper_qvel_left", 0.0, 10.0));
+        components.push(Component::new("gripper_qvel_right", 0.0, 10.0));
+    }
+    components
+}
+
+/// Appends the robot's part of an observation. The position is the grip site's, the
+/// quaternion (x, y, z, w) that of the body `right_hand`, as in robosuite; its sign is
+/// fixed here (x not negative), there it is left to chance.
+pub fn observe_robot(simulation: &Simulation, y: &Measurement, has_gripper: bool, out: &mut Vec<f32>) {
+    out.extend(y.q.iter().map(|q| q.cos() as f32));
+    out.extend(y.q.iter().map(|q| q.sin() as f32));
+    out.extend(y.qd.iter().map(|&qd| qd as f32));
+    out.extend(y.pose.translation.vector.iter().map(|&p| p as f32));
+    let hand: UnitQuaternion<f64> = y.pose.rotation * panda::tool_rotation().inverse();
+    let sign = if hand.i < 0.0 { -1.0 } else { 1.0 };
+    out.extend(hand.coords.iter().map(|&c| (sign * c) as f32));
+    if has_gripper {
+        let (left, right) = (simulation.joint(7), simulation.joint(8));
+        out.extend([left.0 as f32, right.0 as f32, left.1 as f32, right.1 as f32]);
+    }
+}
+
+/// Scales an observation in place: every component about 1, and never beyond 10.
+pub fn scale(components: &[Component], observation: &mut [f32]) {
+    for (value, component) in observation.iter_mut().zip(components) {
+        *value = ((*value - component.centre) * component.scale).clamp(-CLIP, CLIP);
+    }
+}

@@ -1,0 +1,38 @@
+//! The force penalty of the paper's Door and Wipe (robosuite's rule from Wipe).
+
+use serde::{Deserialize, Serialize};
+
+/// Reward lost when the contact force exceeds a limit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ForcePenalty {
+    /// Force (N) above which an action is penalised.
+    pub limit: f64,
+    /// Reward lost per newton: of the whole force, not of the excess.
+    pub weight: f64,
+}
+
+impl Default for ForcePenalty {
+    fn default() -> Self {
+        ForcePenalty { limit: 60.0, weight: 0.05 }
+    }
+}
+
+impl ForcePenalty {
+    /// Penalty (reward units, at least 0) of an action whose largest force was `force` N.
+    pub fn of(&self, force: f64) -> f64 {
+        if force > self.limit { self.weight * force } else { 0.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_force_counts_once_above_the_limit() {
+        let penalty = ForcePenalty::default();
+        assert_eq!(penalty.of(60.0), 0.0);
+        assert_eq!(penalty.of(80.0), 4.0);
+    }
+}

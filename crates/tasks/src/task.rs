@@ -1,0 +1,115 @@
+//! What makes a task a task.
+
+use aforce::{Measurement, Pose};
+use nalgebra::UnitVector3;
+use physics::{Plant, Simulation};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use crate::lift::Lift;
+
+/// The tasks by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum TaskName {
+    /// Lift a cube off a table.
+    #[default]
+    Lift,
+}
+
+impl TaskName {
+    /// All tasks.
+    pub const ALL: [TaskName; 1] = [TaskName::Lift];
+
+    /// The name used on command lines, in files and in folders.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            TaskName::Lift => "lift",
+        }
+    }
+
+    /// A task of this name.
+    pub fn create(self) -> Box<dyn Task> {
+        match self {
+            TaskName::Lift => Box::new(Lift::default()),
+        }
+    }
+}
+
+/// A task: a scene, its randomness, what is observed, what is rewarded. Called at 20 Hz;
+/// the loop that drives it is [`crate::Env::step`].
+pub trait Task: Send {
+    /// Builds the scene of one episode, everything random drawn from `rng`; the arm is
+    /// put in place by the caller.
+    fn reset(&mut self, plant: &Plant, rng: &mut ChaCha8Rng) -> Simulation;
+
+    /// Whether the last entry of an action drives a gripper.
+    fn has_gripper(&self) -> bool;
+
+    /// Direction (world, unit) in which a surface pushes on the tool when it is pressed:
+    /// the axis of the force in the `-force` action spaces.
+    fn contact_axis(&self) -> UnitVector3<f64>;
+
+    /// Names and scales of the object part of an observation.
+    fn object_components(&self) -> Vec<Component>;
+
+    /// Appends the object part of an observation.
+    fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Vec<f32>);
+
+    /// Reward of one action, before any force penalty.
+    fn reward(&self, simulation: &Simulation, y: &Measurement) -> Reward;
+
+    /// Whether contact forces above the limit cost reward (in Door and Wipe they do).
+    fn penalises_force(&self) -> bool;
+
+    /// What a scripted expert wants next.
+    fn expert(&self, simulation: &Simulation, y: &Measurement) -> Waypoint;
+
+    /// A good place to watch from.
+    fn camera(&self) -> physics::camera::Camera;
+}
+
+/// What one action earned.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reward {
+    /// At most 1.
+    pub value: f64,
+    /// Whether the task stands fulfilled now.
+    pub success: bool,
+}
+
+/// Where a scripted expert wants the tool to be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Waypoint {
+    /// Tool pose (world).
+    pub pose: Pose,
+    /// Gripper command: -1 opens, +1 closes.
+    pub grip: f64,
+    /// Force to press with along the contact axis (N), where the action space has one.
+    pub force: f64,
+}
+
+/// One number of an observation. A learner sees `(value - centre) * scale`, clipped to
+/// +-10, when it asks for scaled observations.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Component {
+    /// Unique name.
+    pub name: String,
+    /// Typical value.
+    pub centre: f32,
+    /// One over the typical deviation.
+    pub scale: f32,
+}
+
+impl Component {
+    /// A component with its scaling.
+    pub fn new(name: impl Into<String>, centre: f64, scale: f64) -> Self {
+        Component { name: name.into(), centre: centre as f32, scale: scale as f32 }
+    }
+}
+
+/// Components `prefix_x`, `prefix_y`, `prefix_z` around a common point.
+pub(crate) fn xyz(prefix: &str, centre: [f64; 3], scale: f64) -> impl Iterator<Item = Component> {
+    let names = ["x", "y", "z"].map(|axis| format!("{prefix}_{axis}"));
+    names.into_iter().zip(centre).map(move |(name, c)| Component::new(name, c, scale))
+}

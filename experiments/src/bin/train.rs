@@ -1,0 +1,77 @@
+//! Trains one policy: `train --task lift --space aforce --seed 1`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::Parser;
+use experiments::cli::{self, ConfigArgs};
+use experiments::curves;
+use experiments::display::Display;
+use experiments::folder::RunFolder;
+use experiments::stop::Stop;
+use experiments::train::{Ending, train};
+use tasks::Env;
+
+/// Train a policy with SAC.
+///
+/// Writes OUT/TASK/SPACE/seed_N: config.toml, manifest.json, episodes.csv, eval.csv,
+/// progress.csv, curves, checkpoints. Ctrl-C or SIGTERM saves at the end of the running
+/// episode and exits with 75; --resume goes on from there to the same bytes.
+#[derive(Parser)]
+#[command(version)]
+struct Arguments {
+    #[command(flatten)]
+    config: ConfigArgs,
+    /// Folder of the experiment
+    #[arg(long, default_value = "runs/train", value_name = "DIR")]
+    out: PathBuf,
+    /// Continue the run in this folder if there is one
+    #[arg(long)]
+    resume: bool,
+    /// Print what an action and an observation consist of, and train nothing
+    #[arg(long)]
+    describe: bool,
+    /// Print nothing but errors
+    #[arg(long)]
+    quiet: bool,
+}
+
+fn main() -> ExitCode {
+    cli::exit(run(&Arguments::parse()))
+}
+
+fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let config = arguments.config.resolve()?;
+    if arguments.describe {
+        describe(&Env::new(config.env, 0)?);
+        return Ok(ExitCode::SUCCESS);
+    }
+    let folder = RunFolder::below(&arguments.out, &config);
+    let continues = folder.prepare(&config, arguments.resume)?;
+    let mut display = Display::new(config.steps, arguments.quiet);
+    let verb = if continues { "continuing" } else { "training" };
+    display.line(&format!("{verb} in {}", folder.path().display()));
+
+    let ending = train(&config, &folder, &Stop::on_signals()?, &mut display)?;
+    curves::draw(&folder)?;
+    if ending == Ending::Stopped {
+        display.line("stopped; continue with the same command and --resume");
+        return Ok(ExitCode::from(cli::STOPPED));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn describe(env: &Env) {
+    println!("action, all entries in [-1, 1]:");
+    for c in env.config().space.components(&env.config().controller) {
+        println!("  {:<28} {:>9.3} .. {:<9.3} {:<8} {}", c.name, c.low, c.high, c.unit, c.frame);
+    }
+    if env.task().has_gripper() {
+        println!("  {:<28} {:>9} .. {:<9} sign counts", "gripper", "open", "close");
+    }
+    println!("observation ({} numbers), and what a learner subtracts and multiplies:", env.observation_components().len());
+    for c in env.observation_components() {
+        println!("  {:<28} - {:<6} x {}", c.name, c.centre, c.scale);
+    }
+}

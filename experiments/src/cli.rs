@@ -1,0 +1,88 @@
+//! Flags and exit codes that all programs share.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use aforce::ActionSpace;
+use anyhow::Result;
+use clap::{Args, ValueEnum};
+use toml::Value;
+
+use crate::config::{RunConfig, parse_override};
+
+/// Exit code of a run that a signal stopped after it saved itself: try again.
+pub const STOPPED: u8 = 75;
+
+/// Where a configuration comes from; later sources win.
+#[derive(Debug, Args)]
+pub struct ConfigArgs {
+    /// TOML file with any part of the configuration (a run's config.toml is a complete one)
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+    /// Any key of the configuration, for example learner.gamma=0.99 (repeatable)
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_override)]
+    pub overrides: Vec<(String, Value)>,
+    /// Task
+    #[arg(long, value_parser = ["lift"])]
+    pub task: Option<String>,
+    /// Action space: aforce, variable, low, mid, high, osc, or one of them with -force
+    #[arg(long)]
+    pub space: Option<ActionSpace>,
+    /// Seed of the run
+    #[arg(long)]
+    pub seed: Option<u32>,
+    /// Learner's defaults
+    #[arg(long)]
+    pub preset: Option<PresetArg>,
+    /// Training actions, for example 300000 or 3e5
+    #[arg(long, value_parser = parse_steps)]
+    pub steps: Option<u64>,
+}
+
+/// The presets by name.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum PresetArg {
+    /// The paper's learner: 2 x 1024, batch 1024; days on a CPU
+    Paper,
+    /// A learner for one CPU core: 2 x 256, batch 128; minutes
+    Desktop,
+}
+
+impl ConfigArgs {
+    /// The complete configuration.
+    ///
+    /// # Errors
+    /// Names the source and the key of what is wrong.
+    pub fn resolve(&self) -> Result<RunConfig> {
+        let mut overrides = self.overrides.clone();
+        let mut flag = |key: &str, value: Option<Value>| overrides.extend(value.map(|v| (key.to_string(), v)));
+        flag("env.task", self.task.clone().map(Value::String));
+        flag("env.space", self.space.map(|space| Value::String(space.to_string())));
+        flag("seed", self.seed.map(|seed| Value::Integer(seed.into())));
+        let preset = self.preset.map(|preset| match preset {
+            PresetArg::Paper => "paper",
+            PresetArg::Desktop => "desktop",
+        });
+        flag("preset", preset.map(|name| Value::String(name.into())));
+        flag("steps", self.steps.map(|steps| Value::Integer(steps as i64)));
+        RunConfig::resolve(self.config.as_deref(), &overrides)
+    }
+}
+
+fn parse_steps(text: &str) -> Result<u64, String> {
+    let value: f64 = text.replace('_', "").parse().map_err(|_| format!("{text:?} is not a number"))?;
+    if value >= 1.0 && value.fract() == 0.0 && value < 1e12 {
+        Ok(value as u64)
+    } else {
+        Err(format!("{text}: must be a whole number, at least 1"))
+    }
+}
+
+/// Turns the result of a program into its exit code: an error is printed on one line, its
+/// causes after colons.
+pub fn exit(result: Result<ExitCode>) -> ExitCode {
+    result.unwrap_or_else(|error| {
+        eprintln!("error: {}", format!("{error:#}").replace('\n', " "));
+        ExitCode::FAILURE
+    })
+}

@@ -1,0 +1,213 @@
+//! The complete configuration of a run, and how it comes together: the preset, then a
+//! TOML file, then `--set key=value`, then named flags; the last wins.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, anyhow, bail};
+use serde::{Deserialize, Serialize};
+use tasks::EnvConfig;
+use toml::{Table, Value};
+
+/// Everything that decides the outcome of a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunConfig {
+    /// Where the learner's defaults come from.
+    pub preset: sac::Preset,
+    /// The seed of everything random in the run.
+    pub seed: u64,
+    /// Training actions.
+    pub steps: u64,
+    /// Actions between evaluations.
+    pub evaluate_every: u64,
+    /// Episodes per evaluation.
+    pub evaluation_episodes: u32,
+    /// Actions between checkpoints; they are taken at the next end of an episode.
+    pub checkpoint_every: u64,
+    /// Task, action space, controller, physics.
+    pub env: EnvConfig,
+    /// The learner.
+    pub learner: sac::Config,
+}
+
+impl RunConfig {
+    /// The defaults under a preset.
+    pub fn preset(preset: sac::Preset) -> Self {
+        RunConfig {
+            preset,
+            seed: 1,
+            steps: 300_000,
+            evaluate_every: 10_000,
+            evaluation_episodes: 10,
+            checkpoint_every: 50_000,
+            env: EnvConfig::default(),
+            learner: sac::Config::preset(preset),
+        }
+    }
+
+    /// Resolves the layers, `overrides` being dotted keys with TOML values, and checks the
+    /// result.
+    ///
+    /// # Errors
+    /// Names the layer and the key, and the nearest known key if it is unknown.
+    pub fn resolve(file: Option<&Path>, overrides: &[(String, Value)]) -> Result<Self> {
+        let mut layers = vec![];
+        if let Some(path) = file {
+            let text = fs_err::read_to_string(path)?;
+            let table: Table = text.parse().map_err(|e: toml::de::Error| {
+                anyhow!("{}: not valid TOML: {}", path.display(), e.message())
+            })?;
+            layers.push((path.display().to_string(), table));
+        }
+        let mut flags = Table::new();
+        for (key, value) in overrides {
+            insert(&mut flags, key, value.clone()).with_context(|| format!("--set {key}"))?;
+        }
+        layers.push(("command line".into(), flags));
+
+        let preset = layers.iter().rev().find_map(|(_, table)| table.get("preset"));
+        let preset = match preset {
+            Some(value) => value.clone().try_into().map_err(|_| anyhow!("preset = {value}: known are paper, desktop"))?,
+            None => sac::Preset::Desktop,
+        };
+        let mut merged = Table::try_from(Self::preset(preset)).expect("a configuration is a table");
+        for (source, table) in layers {
+            merge(&mut merged, table);
+            let check: Result<Self, _> = merged.clone().try_into();
+            check.map_err(|e| anyhow!("{source}: {}", explain(&e)))?;
+        }
+        let config: Self = merged.try_into().expect("checked with the last layer");
+        config.validate()?;
+        Ok(config)
+    }
+
+    fn validate(&self) -> Result<()> {
+        for (name, value) in [("steps", self.steps), ("evaluate_every", self.evaluate_every)] {
+            if value == 0 {
+                bail!("{name} = 0: must be at least 1");
+            }
+        }
+        if self.evaluation_episodes == 0 {
+            bail!("evaluation_episodes = 0: must be at least 1");
+        }
+        self.env.validate()?;
+        self.learner.validate()?;
+        Ok(())
+    }
+
+    /// The configuration as a TOML document that `--config` reads back.
+    pub fn to_toml(&self) -> String {
+        toml::to_string_pretty(self).expect("a configuration is a table")
+    }
+
+    /// First 16 hex digits of the hash of everything but the length of the run, which may
+    /// be extended.
+    pub fn hash(&self) -> String {
+        let endless = RunConfig { steps: 0, ..self.clone() };
+        blake3::hash(endless.to_toml().as_bytes()).to_hex()[..16].to_string()
+    }
+}
+
+/// Parses `key=value` as given to `--set`; a value that is not TOML is a string.
+///
+/// # Errors
+/// If there is no `=`.
+pub fn parse_override(text: &str) -> Result<(String, Value), String> {
+    let (key, value) = text.split_once('=').ok_or("expected KEY=VALUE, for example learner.gamma=0.99")?;
+    let table: Result<Table, _> = format!("value = {value}").parse();
+    let value = table.ok().and_then(|mut t| t.remove("value")).unwrap_or_else(|| Value::String(value.into()));
+    Ok((key.trim().into(), value))
+}
+
+fn insert(table: &mut Table, key: &str, value: Value) -> Result<()> {
+    match key.split_once('.') {
+        None => {
+            table.insert(key.into(), value);
+        }
+        Some((head, rest)) => {
+            let inner = table.entry(head).or_insert_with(|| Value::Table(Table::new()));
+            insert(inner.as_table_mut().ok_or_else(|| anyhow!("{head} is not a section"))?, rest, value)?;
+        }
+    }
+    Ok(())
+}
+
+fn merge(base: &mut Table, over: Table) {
+    for (key, value) in over {
+        match (base.get_mut(&key), value) {
+            // A variant of another kind replaces the old one with all its fields.
+            (Some(Value::Table(old)), Value::Table(new)) if same_kind(old, &new) => merge(old, new),
+            (_, value) => {
+                base.insert(key, value);
+            }
+        }
+    }
+}
+
+fn same_kind(old: &Table, new: &Table) -> bool {
+    new.get("kind").is_none_or(|kind| old.get("kind") == Some(kind))
+}
+
+/// The parser's message with the nearest known key added to an unknown one.
+fn explain(error: &toml::de::Error) -> String {
+    let message = error.message().to_string();
+    let mut quoted = message.split('`').skip(1).step_by(2);
+    let Some(unknown) = quoted.next().filter(|_| message.starts_with("unknown field")) else {
+        return message;
+    };
+    match quoted.max_by(|a, b| strsim::jaro(a, unknown).total_cmp(&strsim::jaro(b, unknown))) {
+        Some(nearest) => format!("unknown key {unknown:?}; did you mean {nearest:?}?"),
+        None => message,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn set(text: &str) -> (String, Value) {
+        parse_override(text).unwrap()
+    }
+
+    #[test]
+    fn the_last_layer_wins() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.toml");
+        fs_err::write(&file, "steps = 7\n[learner]\ngamma = 0.5\nbatch_size = 8\n").unwrap();
+        let config = RunConfig::resolve(Some(&file), &[set("learner.gamma=0.6"), set("env.space=osc")]).unwrap();
+        assert_eq!((config.steps, config.learner.gamma, config.learner.batch_size), (7, 0.6, 8));
+        assert_eq!(config.env.space.to_string(), "osc");
+    }
+
+    #[test]
+    fn a_preset_sets_the_learner_and_nothing_else() {
+        let paper = RunConfig::resolve(None, &[set("preset=paper")]).unwrap();
+        assert_eq!(paper.learner, sac::Config::preset(sac::Preset::Paper));
+        assert_eq!(paper.env, RunConfig::preset(sac::Preset::Desktop).env);
+    }
+
+    #[test]
+    fn the_resolved_file_reads_back() {
+        let config = RunConfig::resolve(None, &[set("seed=3"), set("env.space=aforce-force")]).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("config.toml");
+        fs_err::write(&file, config.to_toml()).unwrap();
+        assert_eq!(RunConfig::resolve(Some(&file), &[]).unwrap(), config);
+    }
+
+    #[test]
+    fn an_unknown_key_is_answered_with_the_nearest() {
+        let error = RunConfig::resolve(None, &[set("learner.gama=0.9")]).unwrap_err().to_string();
+        assert!(error.contains("gama") && error.contains("did you mean \"gamma\"?"), "{error}");
+    }
+
+    #[test]
+    fn the_hash_sees_everything_but_the_length() {
+        let hash = |sets: &[&str]| {
+            RunConfig::resolve(None, &sets.iter().map(|s| set(s)).collect::<Vec<_>>()).unwrap().hash()
+        };
+        assert_eq!(hash(&[]), hash(&["steps=5"]));
+        assert_ne!(hash(&[]), hash(&["seed=5"]));
+        assert_ne!(hash(&[]), hash(&["env.controller.position_step=0.01"]));
+    }
+}

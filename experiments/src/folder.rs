@@ -1,0 +1,195 @@
+//! The folder of one run: what lies where, and whether a run may write there.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use serde::{Deserialize, Serialize};
+
+use crate::config::RunConfig;
+
+/// `OUT/TASK/SPACE/seed_N`.
+#[derive(Debug, Clone)]
+pub struct RunFolder {
+    path: PathBuf,
+}
+
+/// Where a run came from: `manifest.json`.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Manifest {
+    /// Version of this file.
+    pub schema: u32,
+    /// The command line that started the run, program name first.
+    pub command: Vec<String>,
+    /// Commit of the checkout the program was built in, with `-dirty` if it was changed.
+    pub commit: String,
+    /// Hash of the configuration.
+    pub config_hash: String,
+    /// Seed of the run.
+    pub seed: u64,
+    /// Processor model.
+    pub cpu: String,
+    /// Threads libtorch computes with.
+    pub threads: u32,
+    /// Version of this program.
+    pub version: String,
+    /// Start, seconds since 1970.
+    pub started_unix_s: u64,
+    /// `running`, `stopped` or `done`.
+    pub status: String,
+    /// Time spent in this and earlier parts of the run (s).
+    pub wall_s: f64,
+}
+
+impl RunFolder {
+    /// The folder of `config` below `out`.
+    pub fn below(out: &Path, config: &RunConfig) -> Self {
+        let (task, space) = (config.env.task.as_str(), config.env.space.name());
+        RunFolder { path: out.join(task).join(space).join(format!("seed_{}", config.seed)) }
+    }
+
+    /// A folder that exists.
+    ///
+    /// # Errors
+    /// If it holds no configuration.
+    pub fn open(path: &Path) -> Result<Self> {
+        let folder = RunFolder { path: path.into() };
+        if !folder.config().is_file() {
+            bail!("{}: not a run folder, it has no config.toml", path.display());
+        }
+        Ok(folder)
+    }
+
+    /// Makes the folder ready for `config` and returns whether there is a run to continue.
+    ///
+    /// # Errors
+    /// If it holds another run, or a run and `resume` is not asked for.
+    pub fn prepare(&self, config: &RunConfig, resume: bool) -> Result<bool> {
+        let path = self.path.display();
+        if self.config().exists() {
+            if !resume {
+                bail!("{path} already holds a run: continue it with --resume, or choose another --out");
+            }
+            let stored = RunConfig::resolve(Some(&self.config()), &[])?;
+            if stored.hash() != config.hash() {
+                bail!(
+                    "{path} holds a run with another configuration ({}): resume it with the same settings, or choose another --out",
+                    first_difference(&stored, config)
+                );
+            }
+        }
+        fs_err::create_dir_all(&self.path)?;
+        fs_err::write(self.config(), config.to_toml())?;
+        Ok(self.checkpoint().is_dir())
+    }
+
+    /// The folder itself.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The resolved configuration.
+    pub fn config(&self) -> PathBuf {
+        self.path.join("config.toml")
+    }
+
+    /// One row per training episode.
+    pub fn episodes(&self) -> PathBuf {
+        self.path.join("episodes.csv")
+    }
+
+    /// One row per evaluation episode.
+    pub fn eval(&self) -> PathBuf {
+        self.path.join("eval.csv")
+    }
+
+    /// One row per logging interval.
+    pub fn progress(&self) -> PathBuf {
+        self.path.join("progress.csv")
+    }
+
+    /// Learning curves, without extension.
+    pub fn curves(&self) -> PathBuf {
+        self.path.join("curves")
+    }
+
+    /// The checkpoint from which the run continues.
+    pub fn checkpoint(&self) -> PathBuf {
+        self.path.join("checkpoints/last")
+    }
+
+    /// The networks of the best evaluation so far.
+    pub fn best(&self) -> PathBuf {
+        self.path.join("checkpoints/best")
+    }
+
+    /// Present once the run is complete.
+    pub fn done(&self) -> PathBuf {
+        self.path.join("DONE")
+    }
+
+    /// Writes the manifest.
+    ///
+    /// # Errors
+    /// If the disk does not take it.
+    pub fn write_manifest(&self, manifest: &Manifest) -> Result<()> {
+        let path = self.path.join("manifest.json");
+        let text = serde_json::to_string_pretty(manifest).context("manifest")?;
+        fs_err::write(path, text + "\n")?;
+        Ok(())
+    }
+
+    /// Reads the manifest.
+    ///
+    /// # Errors
+    /// If it is missing or damaged.
+    pub fn manifest(&self) -> Result<Manifest> {
+        let path = self.path.join("manifest.json");
+        serde_json::from_str(&fs_err::read_to_string(&path)?).with_context(|| format!("{}", path.display()))
+    }
+}
+
+impl Manifest {
+    /// A run that starts now.
+    pub fn start(config: &RunConfig) -> Self {
+        let since_1970 = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+        Manifest {
+            schema: 1,
+            command: std::env::args().collect(),
+            commit: commit(),
+            config_hash: config.hash(),
+            seed: config.seed,
+            cpu: cpu_model(),
+            threads: 1,
+            version: env!("CARGO_PKG_VERSION").into(),
+            started_unix_s: since_1970.map_or(0, |t| t.as_secs()),
+            status: "running".into(),
+            wall_s: 0.0,
+        }
+    }
+}
+
+/// Commit of this checkout; `unknown` outside a git repository.
+pub fn commit() -> String {
+    let git = |args: &[&str]| {
+        let output = std::process::Command::new("git").args(["-C", env!("CARGO_MANIFEST_DIR")]).args(args).output();
+        output.ok().filter(|o| o.status.success()).map(|o| String::from_utf8_lossy(&o.stdout).trim().to_string())
+    };
+    let Some(commit) = git(&["rev-parse", "--short=12", "HEAD"]) else {
+        return "unknown".into();
+    };
+    // Results are written while experiments run: they do not make the source another one.
+    let changed = git(&["status", "--porcelain", "--untracked-files=no", "--", ":/", ":!/results"]);
+    if changed.is_some_and(|files| !files.is_empty()) { commit + "-dirty" } else { commit }
+}
+
+fn cpu_model() -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    model.map_or("unknown".into(), |(_, name)| name.trim().to_string())
+}
+
+fn first_difference(a: &RunConfig, b: &RunConfig) -> String {
+    let (a, b) = (a.to_toml(), b.to_toml());
+    let differs = a.lines().zip(b.lines()).find(|(x, y)| x != y && !x.starts_with("steps"));
+    differs.map_or("it differs".into(), |(x, y)| format!("there {x}, here {y}"))
+}

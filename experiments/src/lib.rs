@@ -1,0 +1,15 @@
+//! Experiments on contact tasks: what the programs `train`, `evaluate` and `replay` share.
+
+pub mod cli;
+pub mod config;
+pub mod curves;
+pub mod display;
+pub mod folder;
+pub mod picture;
+pub mod plot;
+pub mod rollout;
+pub mod rows;
+pub mod seeds;
+pub mod stop;
+pub mod table;
+pub mod train;

@@ -1,0 +1,120 @@
+//! Playing episodes with a policy.
+
+use anyhow::Result;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use sac::{Act, Actor};
+use tasks::{Env, Step};
+
+use crate::rows::{EvaluationKey, Episode, Outcome, RunId, SCHEMA};
+use crate::seeds::evaluation_seed;
+use crate::table::Table;
+
+/// Whoever chooses the actions.
+pub enum Policy {
+    /// A trained network.
+    Actor {
+        /// The network.
+        actor: Box<Actor>,
+        /// Mean or sampled action.
+        act: Act,
+        /// Whether it was trained on scaled observations.
+        scaled: bool,
+    },
+    /// The task's script.
+    Expert,
+    /// Uniform in [-1, 1].
+    Random(Box<ChaCha8Rng>),
+}
+
+impl Policy {
+    /// Uniform random actions from `seed`.
+    pub fn random(seed: u64) -> Self {
+        Policy::Random(Box::new(ChaCha8Rng::seed_from_u64(seed)))
+    }
+
+    /// Name in tables.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Policy::Actor { act: Act::Mean, .. } => "mean",
+            Policy::Actor { .. } => "sampled",
+            Policy::Expert => "expert",
+            Policy::Random(_) => "random",
+        }
+    }
+
+    /// The next action in [-1, 1]^n.
+    pub fn act(&mut self, env: &Env) -> Vec<f64> {
+        match self {
+            Policy::Actor { actor, act, scaled } => {
+                let observation = learner_view(env, *scaled);
+                let mut action = vec![0.0; env.action_dim()];
+                actor.act(&observation, &mut action, *act);
+                action.into_iter().map(f64::from).collect()
+            }
+            Policy::Expert => env.expert_action(),
+            Policy::Random(rng) => (0..env.action_dim()).map(|_| rng.random_range(-1.0..=1.0)).collect(),
+        }
+    }
+}
+
+/// The observation as a learner sees it.
+pub fn learner_view(env: &Env, scaled: bool) -> Vec<f32> {
+    let mut observation = env.observation().to_vec();
+    if scaled {
+        tasks::scale(env.observation_components(), &mut observation);
+    }
+    observation
+}
+
+/// Plays one episode from `seed` to its end; `watch` sees every step after it happened.
+pub fn episode(env: &mut Env, policy: &mut Policy, seed: u64, mut watch: impl FnMut(&Env, &Step)) -> Episode {
+    env.reset(Some(seed));
+    let mut episode = Episode::default();
+    loop {
+        let action = policy.act(env);
+        let step = env.step(&action);
+        watch(env, &step);
+        episode.add(step);
+        if step.terminated || step.truncated {
+            return episode;
+        }
+    }
+}
+
+/// Plays the fixed evaluation episodes and writes a row for each; returns the outcomes.
+///
+/// # Errors
+/// If the table cannot be written.
+pub fn evaluate(
+    env: &mut Env,
+    policy: &mut Policy,
+    episodes: u32,
+    step: u64,
+    id: &RunId,
+    table: &mut Table,
+) -> Result<Vec<Outcome>> {
+    let mut outcomes = Vec::new();
+    for index in 0..episodes {
+        let seed = evaluation_seed(index);
+        let outcome = episode(env, policy, seed, |_, _| ()).outcome();
+        let key = EvaluationKey {
+            schema: SCHEMA,
+            task: id.task.clone(),
+            space: id.space.clone(),
+            seed: id.seed,
+            step,
+            policy: policy.name().into(),
+            eval_episode: index,
+            episode_seed: seed,
+        };
+        table.write((key, &outcome))?;
+        outcomes.push(outcome);
+    }
+    Ok(outcomes)
+}
+
+/// Mean of a column over episodes.
+pub fn mean(outcomes: &[Outcome], of: impl Fn(&Outcome) -> f64) -> f64 {
+    outcomes.iter().map(of).sum::<f64>() / outcomes.len().max(1) as f64
+}

@@ -1,0 +1,82 @@
+//! CSV files that grow row by row and survive a kill.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use fs_err::{File, OpenOptions};
+use serde::Serialize;
+
+/// A CSV file open for appending; every row reaches the disk as it is written.
+pub struct Table {
+    writer: csv::Writer<File>,
+}
+
+impl Table {
+    /// Opens `path`, keeping its rows; a new file gets a header with its first row.
+    ///
+    /// # Errors
+    /// If the file cannot be opened.
+    pub fn append(path: &Path) -> Result<Self> {
+        let file = OpenOptions::new().create(true).append(true).open(path)?;
+        let is_new = file.metadata()?.len() == 0;
+        Ok(Table { writer: csv::WriterBuilder::new().has_headers(is_new).from_writer(file) })
+    }
+
+    /// Writes a row made of `key` columns and `value` columns.
+    ///
+    /// # Errors
+    /// If the disk does not take it.
+    pub fn write(&mut self, row: impl Serialize) -> Result<()> {
+        self.writer.serialize(row)?;
+        self.writer.flush()?;
+        Ok(())
+    }
+}
+
+/// Cuts off the rows of `path` beyond `step` (and a row that a kill left half-written), so
+/// that a resumed run writes them anew. A missing file is left missing.
+///
+/// # Errors
+/// If the file has no `step` column or cannot be rewritten.
+pub fn cut_after(path: &Path, step: u64) -> Result<()> {
+    if !path.exists() {
+        return Ok(());
+    }
+    let text = fs_err::read_to_string(path)?;
+    let whole = text.rfind('\n').map_or("", |end| &text[..=end]);
+    let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(whole.as_bytes());
+    let headers = reader.headers()?.clone();
+    let Some(column) = headers.iter().position(|h| h == "step") else {
+        anyhow::ensure!(headers.is_empty(), "{}: no column \"step\"", path.display());
+        return Ok(fs_err::write(path, "")?);
+    };
+    let mut writer = csv::Writer::from_writer(vec![]);
+    writer.write_record(&headers)?;
+    for record in reader.records() {
+        let record = record?;
+        let at: u64 = record[column].parse().with_context(|| format!("{}: step {:?}", path.display(), &record[column]))?;
+        if at <= step {
+            writer.write_record(&record)?;
+        }
+    }
+    let temporary = path.with_extension("csv.new");
+    fs_err::write(&temporary, writer.into_inner()?)?;
+    fs_err::rename(temporary, path)?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_beyond_the_step_and_torn_rows_go() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.csv");
+        fs_err::write(&path, "step,x\n1,a\n2,b\n3,c\n4,tor").unwrap();
+        cut_after(&path, 2).unwrap();
+        assert_eq!(fs_err::read_to_string(&path).unwrap(), "step,x\n1,a\n2,b\n");
+        Table::append(&path).unwrap().write((3, "d")).unwrap();
+        assert_eq!(fs_err::read_to_string(&path).unwrap(), "step,x\n1,a\n2,b\n3,d\n");
+    }
+}

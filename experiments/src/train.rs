@@ -1,0 +1,282 @@
+//! The training loop: act, step, store, update; now and then evaluate and save.
+
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use rand_chacha::ChaCha8Rng;
+use sac::{Act, Checkpoint, Losses, Replay, Sac, Transition};
+use serde::{Deserialize, Serialize};
+use tasks::Env;
+
+use crate::config::RunConfig;
+use crate::display::Display;
+use crate::folder::{Manifest, RunFolder};
+use crate::rollout::{Policy, evaluate, learner_view, mean};
+use crate::rows::{Episode, Progress, RunId, SCHEMA, TrainingKey};
+use crate::seeds::sub_seed;
+use crate::stop::Stop;
+use crate::table::{Table, cut_after};
+
+/// Actions between rows of `progress.csv`.
+const LOG_EVERY: u64 = 2_000;
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ending {
+    /// All steps are done.
+    Done,
+    /// A signal asked to stop; a checkpoint was written.
+    Stopped,
+}
+
+/// What a checkpoint holds beside the learner. Checkpoints are taken between episodes, so
+/// that no simulation state has to be saved.
+#[derive(Serialize, Deserialize)]
+struct Counters {
+    step: u64,
+    episode: u64,
+    best_return: Option<f64>,
+    episode_stream: ChaCha8Rng,
+    wall_s: f64,
+}
+
+/// A run in progress.
+struct Run<'a> {
+    config: &'a RunConfig,
+    folder: &'a RunFolder,
+    id: RunId,
+    env: Env,
+    evaluation_env: Env,
+    sac: Sac,
+    replay: Replay,
+    counters: Counters,
+    saved_step: u64,
+    tables: Tables,
+    log: LearnerLog,
+    started: Instant,
+}
+
+struct Tables {
+    episodes: Table,
+    eval: Table,
+    progress: Table,
+}
+
+/// Trains as `config` says, in `folder`, going on from its checkpoint if it has one.
+///
+/// # Errors
+/// If the folder cannot be written, or a checkpoint cannot be read.
+pub fn train(config: &RunConfig, folder: &RunFolder, stop: &Stop, display: &mut Display) -> Result<Ending> {
+    let mut run = Run::start(config, folder)?;
+    let mut manifest = folder.manifest().unwrap_or_else(|_| Manifest::start(config));
+    manifest.status = "running".into();
+    folder.write_manifest(&manifest)?;
+
+    let ending = run.train(stop, display)?;
+    manifest.status = if ending == Ending::Done { "done" } else { "stopped" }.into();
+    manifest.wall_s = run.wall_s();
+    folder.write_manifest(&manifest)?;
+    Ok(ending)
+}
+
+impl<'a> Run<'a> {
+    fn start(config: &'a RunConfig, folder: &'a RunFolder) -> Result<Self> {
+        let seed = |stream| sub_seed(config.seed, stream, 0);
+        let mut env = Env::new(config.env.clone(), seed("train-env"))?;
+        let evaluation_env = Env::new(config.env.clone(), 0)?;
+        let (observations, actions) = (env.observation_components().len(), env.action_dim());
+        let (sac, replay, counters) = if folder.checkpoint().is_dir() {
+            let saved = Checkpoint::load(&folder.checkpoint(), observations, actions)?;
+            let replay = saved.replay.context("the checkpoint holds no replay: only a training run can be resumed")?;
+            let counters: Counters = serde_json::from_value(saved.caller).context("checkpoint counters")?;
+            env.set_episode_stream(counters.episode_stream.clone());
+            (saved.sac, replay, counters)
+        } else {
+            let counters =
+                Counters { step: 0, episode: 0, best_return: None, episode_stream: env.episode_stream(), wall_s: 0.0 };
+            let sac = Sac::new(&config.learner, observations, actions, seed("learner"))?;
+            (sac, Replay::new(&config.learner, observations, actions), counters)
+        };
+        for path in [folder.episodes(), folder.eval(), folder.progress()] {
+            cut_after(&path, counters.step)?;
+        }
+        Ok(Run {
+            config,
+            folder,
+            id: RunId {
+                task: config.env.task.as_str().into(),
+                space: config.env.space.name().into(),
+                seed: config.seed,
+            },
+            env,
+            evaluation_env,
+            sac,
+            replay,
+            saved_step: counters.step,
+            log: LearnerLog::new(counters.step),
+            counters,
+            tables: Tables {
+                episodes: Table::append(&folder.episodes())?,
+                eval: Table::append(&folder.eval())?,
+                progress: Table::append(&folder.progress())?,
+            },
+            started: Instant::now(),
+        })
+    }
+
+    fn train(&mut self, stop: &Stop, display: &mut Display) -> Result<Ending> {
+        let config = self.config;
+        let scaled = config.learner.scaled_observations;
+        let mut action = vec![0.0f32; self.env.action_dim()];
+        while self.counters.step < config.steps {
+            let mut episode = Episode::default();
+            self.env.reset(None);
+            let mut observation = learner_view(&self.env, scaled);
+            loop {
+                let act = if self.counters.step < config.learner.random_steps { Act::Random } else { Act::Sample };
+                self.sac.act(&observation, &mut action, act);
+                let wide: Vec<f64> = action.iter().map(|&a| f64::from(a)).collect();
+                let step = self.env.step(&wide);
+                let next = learner_view(&self.env, scaled);
+                self.replay.push(&Transition {
+                    observation: &observation,
+                    action: &action,
+                    reward: step.reward as f32,
+                    next_observation: &next,
+                    terminated: step.terminated,
+                    truncated: step.truncated,
+                })?;
+                observation = next;
+                self.counters.step += 1;
+                episode.add(step);
+
+                for _ in 0..config.learner.updates_after(self.counters.step) {
+                    self.log.add(&self.sac.update(&self.replay));
+                }
+                if self.counters.step.is_multiple_of(LOG_EVERY) {
+                    self.write_progress()?;
+                }
+                if self.counters.step.is_multiple_of(config.evaluate_every) {
+                    self.evaluate(display)?;
+                }
+                display.step(self.counters.step);
+                if step.terminated || step.truncated {
+                    break;
+                }
+            }
+            self.finish_episode(&episode, display)?;
+            if stop.requested() && self.counters.step < config.steps {
+                self.save()?;
+                return Ok(Ending::Stopped);
+            }
+            if self.counters.step - self.saved_step >= config.checkpoint_every {
+                self.save()?;
+            }
+        }
+        self.save()?;
+        fs_err::write(self.folder.done(), "")?;
+        Ok(Ending::Done)
+    }
+
+    fn finish_episode(&mut self, episode: &Episode, display: &mut Display) -> Result<()> {
+        self.counters.episode += 1;
+        let key = TrainingKey {
+            schema: SCHEMA,
+            task: self.id.task.clone(),
+            space: self.id.space.clone(),
+            seed: self.id.seed,
+            step: self.counters.step,
+            episode: self.counters.episode,
+        };
+        let outcome = episode.outcome();
+        if outcome.diverged {
+            display.line(&format!("episode {}: the simulation diverged; counted, going on", self.counters.episode));
+        }
+        display.episode(outcome.total);
+        self.tables.episodes.write((key, outcome))
+    }
+
+    fn evaluate(&mut self, display: &mut Display) -> Result<()> {
+        let mut policy = Policy::Actor {
+            actor: Box::new(self.sac.actor().with_seed(sub_seed(self.config.seed, "evaluation-noise", 0))),
+            act: Act::Mean,
+            scaled: self.config.learner.scaled_observations,
+        };
+        let (episodes, step) = (self.config.evaluation_episodes, self.counters.step);
+        let table = &mut self.tables.eval;
+        let outcomes = evaluate(&mut self.evaluation_env, &mut policy, episodes, step, &self.id, table)?;
+        let score = mean(&outcomes, |o| o.total);
+        display.evaluation(step, &outcomes);
+        if self.counters.best_return.is_none_or(|best| score > best) {
+            self.counters.best_return = Some(score);
+            let note = serde_json::json!({ "step": step, "evaluation_return": score });
+            Checkpoint::save(&self.folder.best(), &self.sac, None, note)?;
+        }
+        Ok(())
+    }
+
+    fn save(&mut self) -> Result<()> {
+        self.counters.episode_stream = self.env.episode_stream();
+        let wall_s = self.wall_s();
+        self.started = Instant::now();
+        self.counters.wall_s = wall_s;
+        let caller = serde_json::to_value(&self.counters).context("checkpoint counters")?;
+        Checkpoint::save(&self.folder.checkpoint(), &self.sac, Some(&self.replay), caller)?;
+        self.saved_step = self.counters.step;
+        Ok(())
+    }
+
+    fn wall_s(&self) -> f64 {
+        self.counters.wall_s + self.started.elapsed().as_secs_f64()
+    }
+
+    fn write_progress(&mut self) -> Result<()> {
+        let row = self.log.row(self.counters.step, self.sac.updates(), self.replay.len(), self.wall_s());
+        self.tables.progress.write(row)
+    }
+}
+
+/// Means of the learner's numbers since the last row.
+struct LearnerLog {
+    sums: [f64; 7],
+    count: u64,
+    since: Instant,
+    since_step: u64,
+}
+
+impl LearnerLog {
+    fn new(step: u64) -> Self {
+        LearnerLog { sums: [0.0; 7], count: 0, since: Instant::now(), since_step: step }
+    }
+
+    fn add(&mut self, l: &Losses) {
+        let values =
+            [l.critic_loss, l.actor_loss, l.temperature, l.entropy, l.q_mean, l.grad_norm_critic, l.grad_norm_actor];
+        for (sum, value) in self.sums.iter_mut().zip(values) {
+            *sum += f64::from(value);
+        }
+        self.count += 1;
+    }
+
+    fn row(&mut self, step: u64, updates: u64, replay_size: usize, wall_s: f64) -> Progress {
+        let n = self.count.max(1) as f64;
+        let [critic_loss, actor_loss, alpha, entropy, q_mean, grad_norm_critic, grad_norm_actor] =
+            self.sums.map(|s| s / n);
+        let env_steps_per_s = (step - self.since_step) as f64 / self.since.elapsed().as_secs_f64();
+        *self = LearnerLog::new(step);
+        Progress {
+            step,
+            updates,
+            wall_s,
+            env_steps_per_s,
+            critic_loss,
+            actor_loss,
+            alpha,
+            entropy,
+            q_mean,
+            grad_norm_critic,
+            grad_norm_actor,
+            replay_size,
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! Every task in every action space: sizes, finiteness, determinism, and a scripted expert
+//! that solves it.
+
+use aforce::{ActionSpace, ControllerConfig};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use tasks::{Env, EnvConfig, TaskName};
+
+fn env(task: TaskName, space: ActionSpace) -> Env {
+    Env::new(EnvConfig { task, space, ..EnvConfig::default() }, 1).unwrap()
+}
+
+fn everywhere() -> impl Iterator<Item = (TaskName, ActionSpace)> {
+    TaskName::ALL.into_iter().flat_map(|task| ActionSpace::ALL.into_iter().map(move |space| (task, space)))
+}
+
+#[test]
+fn random_actions_stay_finite_and_repeat() {
+    for (task, space) in everywhere() {
+        let run = || {
+            let mut env = env(task, space);
+            let mut rng = ChaCha8Rng::seed_from_u64(5);
+            let mut trace = env.reset(Some(3)).to_vec();
+            assert_eq!(trace.len(), env.observation_components().len());
+            for _ in 0..60 {
+                let action: Vec<f64> = (0..env.action_dim()).map(|_| rng.random_range(-1.0..1.0)).collect();
+                let step = env.step(&action);
+                assert!(!step.diverged && step.reward.is_finite(), "{} {space}", task.as_str());
+                trace.extend_from_slice(env.observation());
+                trace.push(step.reward as f32);
+            }
+            assert!(trace.iter().all(|v| v.is_finite()));
+            trace.iter().map(|v| v.to_bits()).collect::<Vec<_>>()
+        };
+        assert_eq!(run(), run(), "{} {space}", task.as_str());
+    }
+}
+
+#[test]
+fn episodes_differ_by_seed_and_end_at_the_horizon() {
+    let mut env = env(TaskName::Lift, "osc".parse().unwrap());
+    let first = env.reset(Some(1)).to_vec();
+    assert_ne!(first, env.reset(Some(2)));
+    assert_eq!(first, env.reset(Some(1)));
+    let still = vec![0.0; env.action_dim()];
+    let ends: Vec<bool> = (0..500).map(|_| env.step(&still).truncated).collect();
+    assert_eq!(ends.iter().position(|&t| t), Some(499));
+}
+
+/// Return of one expert episode, and whether the cube is up at its end.
+fn expert(task: TaskName, space: ActionSpace, controller: ControllerConfig, seed: u64) -> (f64, bool) {
+    let config = EnvConfig { task, space, controller, ..EnvConfig::default() };
+    let mut env = Env::new(config, 1).unwrap();
+    env.reset(Some(seed));
+    let (mut total, mut success) = (0.0, false);
+    for _ in 0..500 {
+        let step = env.step(&env.expert_action());
+        total += step.reward;
+        success = step.success;
+    }
+    (total, success)
+}
+
+#[test]
+fn an_expert_solves_every_task_in_every_space() {
+    for (task, space) in everywhere() {
+        for seed in 0..2 {
+            let (total, success) = expert(task, space, ControllerConfig::default(), seed);
+            println!("{} {space} seed {seed}: return {total:.1}, success {success}", task.as_str());
+            assert!(success && total > 350.0, "{} {space} seed {seed}: return {total:.1}", task.as_str());
+        }
+    }
+}
