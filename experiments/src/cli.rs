@@ -4,11 +4,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use aforce::ActionSpace;
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::{Args, ValueEnum};
 use toml::Value;
 
 use crate::config::{RunConfig, parse_override};
+use crate::folder::RunFolder;
 
 /// Exit code of a run that a signal stopped after it saved itself: try again.
 pub const STOPPED: u8 = 75;
@@ -54,6 +55,19 @@ impl ConfigArgs {
     /// # Errors
     /// Names the source and the key of what is wrong.
     pub fn resolve(&self) -> Result<RunConfig> {
+        RunConfig::resolve(self.config.as_deref(), &self.overrides())
+    }
+
+    /// The configuration of an existing run with these flags on top.
+    ///
+    /// # Errors
+    /// As [`ConfigArgs::resolve`]; also if `--config` is given.
+    pub fn on_top_of(&self, folder: &RunFolder) -> Result<RunConfig> {
+        ensure!(self.config.is_none(), "--config cannot be combined with --run: the run has its own configuration");
+        RunConfig::resolve(Some(&folder.config()), &self.overrides())
+    }
+
+    fn overrides(&self) -> Vec<(String, Value)> {
         let mut overrides = self.overrides.clone();
         let mut flag = |key: &str, value: Option<Value>| overrides.extend(value.map(|v| (key.to_string(), v)));
         flag("env.task", self.task.clone().map(Value::String));
@@ -65,7 +79,7 @@ impl ConfigArgs {
         });
         flag("preset", preset.map(|name| Value::String(name.into())));
         flag("steps", self.steps.map(|steps| Value::Integer(steps as i64)));
-        RunConfig::resolve(self.config.as_deref(), &overrides)
+        overrides
     }
 }
 

@@ -54,9 +54,9 @@ impl RunConfig {
         let mut layers = vec![];
         if let Some(path) = file {
             let text = fs_err::read_to_string(path)?;
-            let table: Table = text.parse().map_err(|e: toml::de::Error| {
-                anyhow!("{}: not valid TOML: {}", path.display(), e.message())
-            })?;
+            let table: Table = text
+                .parse()
+                .map_err(|e: toml::de::Error| anyhow!("{}: not valid TOML: {}", path.display(), e.message()))?;
             layers.push((path.display().to_string(), table));
         }
         let mut flags = Table::new();
@@ -67,7 +67,9 @@ impl RunConfig {
 
         let preset = layers.iter().rev().find_map(|(_, table)| table.get("preset"));
         let preset = match preset {
-            Some(value) => value.clone().try_into().map_err(|_| anyhow!("preset = {value}: known are paper, desktop"))?,
+            Some(value) => {
+                value.clone().try_into().map_err(|_| anyhow!("preset = {value}: known are paper, desktop"))?
+            }
             None => sac::Preset::Desktop,
         };
         let mut merged = Table::try_from(Self::preset(preset)).expect("a configuration is a table");
@@ -203,9 +205,8 @@ mod tests {
 
     #[test]
     fn the_hash_sees_everything_but_the_length() {
-        let hash = |sets: &[&str]| {
-            RunConfig::resolve(None, &sets.iter().map(|s| set(s)).collect::<Vec<_>>()).unwrap().hash()
-        };
+        let hash =
+            |sets: &[&str]| RunConfig::resolve(None, &sets.iter().map(|s| set(s)).collect::<Vec<_>>()).unwrap().hash();
         assert_eq!(hash(&[]), hash(&["steps=5"]));
         assert_ne!(hash(&[]), hash(&["seed=5"]));
         assert_ne!(hash(&[]), hash(&["env.controller.position_step=0.01"]));

@@ -30,7 +30,7 @@ pub fn draw(folder: &RunFolder) -> Result<()> {
         panel("Return", "return", "return"),
         panel("Success at the end of an episode", "share of episodes", "success"),
         panel("Mechanical energy", "J per action", "energy_per_action_j"),
-        panel("Stiffness, mean over time and axes", "N/m", "mean_stiffness_n_per_m"),
+        panel("Stiffness, mean over time and axes", "1/s2 or N/m", "mean_stiffness"),
     ];
     plot::write(&panels, &folder.curves())
 }

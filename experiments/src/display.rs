@@ -57,11 +57,11 @@ impl Display {
         let left = (self.steps - step.min(self.steps)) as f64 / rate.max(1e-9);
         let training = self.recent.iter().sum::<f64>() / self.recent.len().max(1) as f64;
         let text = format!(
-            "step {step:>7}  evaluation {:5.1} (success at end {:3.0} %)  training {training:5.1}  {:5.2} J/action  K {:5.0} N/m  {rate:4.0} steps/s  {:.0} min left",
+            "step {step:>7}  evaluation {:5.1} (success at end {:3.0} %)  training {training:5.1}  {:5.2} J/action  K {:4.0}  {rate:4.0} steps/s  {:.0} min left",
             mean(outcomes, |o| o.total),
             100.0 * mean(outcomes, |o| f64::from(u8::from(o.success))),
             mean(outcomes, |o| o.energy_per_action_j),
-            mean(outcomes, |o| o.mean_stiffness_n_per_m),
+            mean(outcomes, |o| o.mean_stiffness),
             left / 60.0
         );
         self.bar.set_message(format!("evaluation {:.0}", mean(outcomes, |o| o.total)));

@@ -59,11 +59,11 @@ impl RunFolder {
         Ok(folder)
     }
 
-    /// Makes the folder ready for `config` and returns whether there is a run to continue.
+    /// Makes the folder ready for `config`.
     ///
     /// # Errors
     /// If it holds another run, or a run and `resume` is not asked for.
-    pub fn prepare(&self, config: &RunConfig, resume: bool) -> Result<bool> {
+    pub fn prepare(&self, config: &RunConfig, resume: bool) -> Result<()> {
         let path = self.path.display();
         if self.config().exists() {
             if !resume {
@@ -79,7 +79,7 @@ impl RunFolder {
         }
         fs_err::create_dir_all(&self.path)?;
         fs_err::write(self.config(), config.to_toml())?;
-        Ok(self.checkpoint().is_dir())
+        Ok(())
     }
 
     /// The folder itself.

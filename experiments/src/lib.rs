@@ -10,6 +10,8 @@ pub mod plot;
 pub mod rollout;
 pub mod rows;
 pub mod seeds;
+pub mod source;
 pub mod stop;
 pub mod table;
+pub mod traces;
 pub mod train;

@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use sac::{Act, Actor};
 use tasks::{Env, Step};
 
-use crate::rows::{EvaluationKey, Episode, Outcome, RunId, SCHEMA};
+use crate::rows::{Episode, EvaluationKey, Outcome, RunId, SCHEMA};
 use crate::seeds::evaluation_seed;
 use crate::table::Table;
 

@@ -4,6 +4,8 @@
 use serde::{Deserialize, Serialize};
 use tasks::Step;
 
+use crate::config::RunConfig;
+
 /// Version of the columns below.
 pub const SCHEMA: u32 = 1;
 
@@ -16,6 +18,13 @@ pub struct RunId {
     pub space: String,
     /// Seed of the run.
     pub seed: u64,
+}
+
+impl RunId {
+    /// Of the run with this configuration.
+    pub fn of(config: &RunConfig) -> Self {
+        RunId { task: config.env.task.as_str().into(), space: config.env.space.name().into(), seed: config.seed }
+    }
 }
 
 /// A finished episode, as the sums and means of its actions.
@@ -68,7 +77,7 @@ impl Episode {
             max_contact_force_n: max(|s| s.interval.max_force),
             max_raw_contact_force_n: max(|s| s.interval.max_raw_force),
             contact_time_s: sum(|s| s.interval.contact_time),
-            mean_stiffness_n_per_m: sum(|s| s.interval.mean_stiffness()) / n,
+            mean_stiffness: sum(|s| s.interval.mean_stiffness()) / n,
             saturated_fraction: sum(|s| s.interval.saturated()) / n,
             clipped_fraction: sum(|s| s.interval.clipped) / n,
         }
@@ -99,7 +108,7 @@ pub struct Outcome {
     pub max_contact_force_n: f64,
     pub max_raw_contact_force_n: f64,
     pub contact_time_s: f64,
-    pub mean_stiffness_n_per_m: f64,
+    pub mean_stiffness: f64,
     pub saturated_fraction: f64,
     pub clipped_fraction: f64,
 }

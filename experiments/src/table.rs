@@ -1,14 +1,15 @@
 //! CSV files that grow row by row and survive a kill.
 
+use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use fs_err::{File, OpenOptions};
+use fs_err::OpenOptions;
 use serde::Serialize;
 
 /// A CSV file open for appending; every row reaches the disk as it is written.
 pub struct Table {
-    writer: csv::Writer<File>,
+    writer: csv::Writer<Box<dyn Write>>,
 }
 
 impl Table {
@@ -19,7 +20,12 @@ impl Table {
     pub fn append(path: &Path) -> Result<Self> {
         let file = OpenOptions::new().create(true).append(true).open(path)?;
         let is_new = file.metadata()?.len() == 0;
-        Ok(Table { writer: csv::WriterBuilder::new().has_headers(is_new).from_writer(file) })
+        Ok(Table { writer: csv::WriterBuilder::new().has_headers(is_new).from_writer(Box::new(file)) })
+    }
+
+    /// A table that keeps nothing.
+    pub fn discard() -> Self {
+        Table { writer: csv::Writer::from_writer(Box::new(std::io::sink())) }
     }
 
     /// Writes a row made of `key` columns and `value` columns.
@@ -54,7 +60,8 @@ pub fn cut_after(path: &Path, step: u64) -> Result<()> {
     writer.write_record(&headers)?;
     for record in reader.records() {
         let record = record?;
-        let at: u64 = record[column].parse().with_context(|| format!("{}: step {:?}", path.display(), &record[column]))?;
+        let at: u64 =
+            record[column].parse().with_context(|| format!("{}: step {:?}", path.display(), &record[column]))?;
         if at <= step {
             writer.write_record(&record)?;
         }

@@ -14,6 +14,7 @@ use crate::folder::{Manifest, RunFolder};
 use crate::rollout::{Policy, evaluate, learner_view, mean};
 use crate::rows::{Episode, Progress, RunId, SCHEMA, TrainingKey};
 use crate::seeds::sub_seed;
+use crate::source::Purpose;
 use crate::stop::Stop;
 use crate::table::{Table, cut_after};
 
@@ -33,11 +34,22 @@ pub enum Ending {
 /// that no simulation state has to be saved.
 #[derive(Serialize, Deserialize)]
 struct Counters {
+    #[serde(flatten)]
+    purpose: Purpose,
     step: u64,
     episode: u64,
     best_return: Option<f64>,
     episode_stream: ChaCha8Rng,
     wall_s: f64,
+}
+
+/// What the checkpoint of the best evaluation says of itself.
+#[derive(Serialize)]
+struct Best {
+    #[serde(flatten)]
+    purpose: Purpose,
+    step: u64,
+    evaluation_return: f64,
 }
 
 /// A run in progress.
@@ -85,15 +97,21 @@ impl<'a> Run<'a> {
         let mut env = Env::new(config.env.clone(), seed("train-env"))?;
         let evaluation_env = Env::new(config.env.clone(), 0)?;
         let (observations, actions) = (env.observation_components().len(), env.action_dim());
-        let (sac, replay, counters) = if folder.checkpoint().is_dir() {
+        let (sac, replay, counters) = if Checkpoint::exists(&folder.checkpoint())? {
             let saved = Checkpoint::load(&folder.checkpoint(), observations, actions)?;
             let replay = saved.replay.context("the checkpoint holds no replay: only a training run can be resumed")?;
             let counters: Counters = serde_json::from_value(saved.caller).context("checkpoint counters")?;
             env.set_episode_stream(counters.episode_stream.clone());
             (saved.sac, replay, counters)
         } else {
-            let counters =
-                Counters { step: 0, episode: 0, best_return: None, episode_stream: env.episode_stream(), wall_s: 0.0 };
+            let counters = Counters {
+                purpose: Purpose::of(config),
+                step: 0,
+                episode: 0,
+                best_return: None,
+                episode_stream: env.episode_stream(),
+                wall_s: 0.0,
+            };
             let sac = Sac::new(&config.learner, observations, actions, seed("learner"))?;
             (sac, Replay::new(&config.learner, observations, actions), counters)
         };
@@ -103,11 +121,7 @@ impl<'a> Run<'a> {
         Ok(Run {
             config,
             folder,
-            id: RunId {
-                task: config.env.task.as_str().into(),
-                space: config.env.space.name().into(),
-                seed: config.seed,
-            },
+            id: RunId::of(config),
             env,
             evaluation_env,
             sac,
@@ -209,7 +223,8 @@ impl<'a> Run<'a> {
         display.evaluation(step, &outcomes);
         if self.counters.best_return.is_none_or(|best| score > best) {
             self.counters.best_return = Some(score);
-            let note = serde_json::json!({ "step": step, "evaluation_return": score });
+            let note = Best { purpose: Purpose::of(self.config), step, evaluation_return: score };
+            let note = serde_json::to_value(note).context("note of the best checkpoint")?;
             Checkpoint::save(&self.folder.best(), &self.sac, None, note)?;
         }
         Ok(())

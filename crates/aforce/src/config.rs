@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::adaptation::AdaptiveImpedance;
+use crate::adaptive_impedance::AdaptiveImpedance;
 use crate::error::{ConfigError, not_negative, positive, within};
 use crate::force::ForceConfig;
 use crate::impedance::{CommandedImpedance, Convention, FixedImpedance, ImpedanceForm};

@@ -8,7 +8,7 @@ use crate::adaptation::AdaptiveLaw;
 use crate::config::ControllerConfig;
 use crate::error::ConfigError;
 use crate::force::ForceControl;
-use crate::impedance::{Convention, ImpedanceForm, wrench};
+use crate::impedance::{ImpedanceForm, wrench};
 use crate::interpolator::Interpolator;
 use crate::limits::{TorqueExit, TorqueLimits};
 use crate::null_space::null_space_torque;
@@ -33,9 +33,8 @@ pub struct Controller {
     error: Vector6,
     /// K in the units of the form's convention.
     stiffness: Vector6,
-    /// F_ff in the units of the form's convention, and as the wrench that acts.
-    feedforward: Vector6,
-    feedforward_wrench: Wrench,
+    /// F_ff as the wrench that acts (N, Nm).
+    feedforward: Wrench,
     /// diag(Lambda) of the latest sample.
     inertia: Vector6,
     entries: u64,
@@ -78,8 +77,7 @@ impl Controller {
             q0: JointVector::zeros(),
             error: Vector6::zeros(),
             stiffness: Vector6::zeros(),
-            feedforward: Vector6::zeros(),
-            feedforward_wrench: Wrench::zeros(),
+            feedforward: Wrench::zeros(),
             inertia: Vector6::repeat(1.0),
             entries: 0,
             clipped: 0,
@@ -94,7 +92,7 @@ impl Controller {
         self.force.reset();
         self.exit.reset(&y.bias);
         self.error = Vector6::zeros();
-        (self.feedforward, self.feedforward_wrench) = (Vector6::zeros(), Wrench::zeros());
+        self.feedforward = Wrench::zeros();
         (self.entries, self.clipped) = (0, 0);
         let settings = &self.config.impedance;
         self.stiffness = match (&mut self.law, self.space.impedance) {
@@ -151,111 +149,24 @@ impl Controller {
         };
 
         // K and F_ff (eqs. 4-6).
+        let mut f_ff = Vector6::zeros();
         if let Some(law) = &mut self.law {
             law.update(&e, &axis.release(&e_dot), self.dt);
-            (self.stiffness, self.feedforward) = (*law.stiffness(), *law.feedforward());
-            self.feedforward_wrench = axis.release(&self.form.to_wrench(&self.feedforward, &space));
+            (self.stiffness, f_ff) = (*law.stiffness(), *law.feedforward());
+            self.feedforward = axis.release(&self.form.to_wrench(&f_ff, &space));
         }
 
         // F_d, by force control.
         let f_d = if self.space.force { self.force.update(&y.wrench, self.dt) } else { Wrench::zeros() };
 
         // Wrench -F_ff - F_d - K e - D e_dot.
-        let wrench = wrench(&self.form, &space, &axis, &e, &e_dot, &self.stiffness, &self.feedforward) - f_d;
+        let wrench = wrench(&self.form, &space, &axis, &e, &e_dot, &self.stiffness, &f_ff) - f_d;
 
         // Joint torques, then the limits.
         let null_space = null_space_torque(y, &space, &self.q0, self.config.null_space_stiffness);
         let tau = y.jacobian.tr_mul(&wrench) + y.bias + null_space;
         self.inertia = space.diagonal();
         self.exit.pass(&tau, &y.bias, self.dt)
-    }
-
-    /// The action space that this controller decodes.
-    #[must_use]
-    pub fn space(&self) -> ActionSpace {
-        self.space
-    }
-
-    /// K in N/m and Nm/rad. In the shaped convention this is diag(Lambda) kp, which depends on the arm's pose. Along an
-    /// engaged contact axis the share [`engagement`](Self::engagement) of it does not act.
-    #[must_use]
-    pub fn stiffness(&self) -> Vector6 {
-        match self.form.convention {
-            Convention::Physical => self.stiffness,
-            Convention::Shaped => self.stiffness.component_mul(&self.inertia),
-        }
-    }
-
-    /// K in the units of the space's own convention (shaped: kp in 1/s^2).
-    #[must_use]
-    pub fn own_stiffness(&self) -> &Vector6 {
-        &self.stiffness
-    }
-
-    /// The convention of [`own_stiffness`](Self::own_stiffness).
-    #[must_use]
-    pub fn convention(&self) -> Convention {
-        self.form.convention
-    }
-
-    /// F_ff as it acts (N, Nm; world axes). It enters the torque law with a minus sign.
-    #[must_use]
-    pub fn feedforward(&self) -> &Wrench {
-        &self.feedforward_wrench
-    }
-
-    /// F_cmd, the force controller's output along the contact axis (N): what the environment should exert on the tool.
-    #[must_use]
-    pub fn force_command(&self) -> f64 {
-        self.force.command()
-    }
-
-    /// Share of the contact axis that force control has taken over, 0 to 1.
-    #[must_use]
-    pub fn engagement(&self) -> f64 {
-        self.force.axis().engagement
-    }
-
-    /// The goal of the latest action.
-    #[must_use]
-    pub fn goal(&self) -> &Pose {
-        &self.goal
-    }
-
-    /// The set-point x_d of the latest sample.
-    #[must_use]
-    pub fn set_point(&self) -> &Pose {
-        self.interpolator.pose()
-    }
-
-    /// The set-point's velocity (m/s, rad/s; world axes).
-    #[must_use]
-    pub fn set_point_velocity(&self) -> &Twist {
-        self.interpolator.twist()
-    }
-
-    /// e = x - x_d of the latest sample (m, rad; world axes), contact axis included.
-    #[must_use]
-    pub fn error(&self) -> &Vector6 {
-        &self.error
-    }
-
-    /// Joints whose torque was cut by a limit in the latest sample.
-    #[must_use]
-    pub fn saturated(&self) -> [bool; 7] {
-        self.exit.saturated()
-    }
-
-    /// Share of the action entries since reset that lay outside [-1, 1].
-    #[must_use]
-    pub fn clipped_fraction(&self) -> f64 {
-        if self.entries == 0 { 0.0 } else { self.clipped as f64 / self.entries as f64 }
-    }
-
-    /// Samples since reset whose measurement or torque was not finite: the episode has diverged.
-    #[must_use]
-    pub fn faults(&self) -> u64 {
-        self.exit.faults()
     }
 }
 
@@ -270,6 +181,6 @@ impl crate::config::ImpedanceSettings {
     }
 }
 
+mod readings;
 #[cfg(test)]
-#[path = "controller_tests.rs"]
 mod tests;

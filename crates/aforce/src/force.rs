@@ -240,5 +240,4 @@ impl ForceControl {
 }
 
 #[cfg(test)]
-#[path = "force_tests.rs"]
 mod tests;

@@ -21,6 +21,7 @@
 mod action;
 mod action_space;
 mod adaptation;
+mod adaptive_impedance;
 mod config;
 mod contact;
 mod controller;
@@ -40,7 +41,8 @@ mod spatial;
 mod stability;
 
 pub use action_space::{ActionSpace, Component, Impedance, Level, UnknownActionSpace};
-pub use adaptation::{AdaptiveImpedance, AdaptiveLaw, AxisLaw, DeltaSign};
+pub use adaptation::AdaptiveLaw;
+pub use adaptive_impedance::{AdaptiveImpedance, AxisLaw, DeltaSign};
 pub use config::{ControllerConfig, ImpedanceSettings};
 pub use controller::Controller;
 pub use damping::Damping;
@@ -58,7 +60,5 @@ pub use spatial::{
 };
 pub use stability::{StabilityMargin, stability_margin};
 
-#[cfg(test)]
-mod law_tests;
 #[cfg(test)]
 mod testing;

@@ -1,6 +1,6 @@
 //! When the adaptive loop is stable: a closed-form certificate for one axis.
 
-use crate::adaptation::{AxisLaw, DeltaSign};
+use crate::adaptive_impedance::{AxisLaw, DeltaSign};
 
 /// How far the feed-forward gain of an axis is from its limit, at the lowest stiffness.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,7 +45,7 @@ pub fn stability_margin(law: &AxisLaw, sign: DeltaSign, inertia: f64, damping: f
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::adaptation::AdaptiveImpedance;
+    use crate::adaptive_impedance::AdaptiveImpedance;
     use crate::damping::Damping;
 
     fn law(stiffness_min: f64, alpha: f64, delta: f64) -> AxisLaw {

@@ -61,8 +61,10 @@ impl Engine {
     pub fn new(scene: &Scene, settings: Settings) -> Self {
         let mut world = PhysicsWorld::new();
         world.gravity = rapier::Vector::new(0.0, 0.0, -GRAVITY);
-        let softness =
-            SpringCoefficients { natural_frequency: settings.contact_softness[0], damping_ratio: settings.contact_softness[1] };
+        let softness = SpringCoefficients {
+            natural_frequency: settings.contact_softness[0],
+            damping_ratio: settings.contact_softness[1],
+        };
         world.integration_parameters = IntegrationParameters {
             dt: settings.dt,
             num_solver_iterations: settings.substeps,
@@ -118,10 +120,8 @@ impl Engine {
     fn insert_dynamic(&mut self, pose: &Pose, inertial: &Inertial) -> RigidBodyHandle {
         let com = inertial.com;
         let properties = MassProperties::with_inertia_matrix(vector(&com), inertial.mass, matrix(&inertial.inertia));
-        let body = RigidBodyBuilder::dynamic()
-            .pose(to_engine(pose))
-            .additional_mass_properties(properties)
-            .can_sleep(false);
+        let body =
+            RigidBodyBuilder::dynamic().pose(to_engine(pose)).additional_mass_properties(properties).can_sleep(false);
         self.world.insert_body(body)
     }
 

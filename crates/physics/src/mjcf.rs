@@ -16,7 +16,8 @@ pub fn export(scene: &Scene, dt: f64) -> String {
     let w = &mut out;
     writeln!(w, r#"<mujoco model="scene">"#).unwrap();
     writeln!(w, r#"  <compiler angle="radian" autolimits="true"/>"#).unwrap();
-    writeln!(w, r#"  <option timestep="{dt}" gravity="0 0 {}" integrator="Euler" cone="elliptic"/>"#, -GRAVITY).unwrap();
+    writeln!(w, r#"  <option timestep="{dt}" gravity="0 0 {}" integrator="Euler" cone="elliptic"/>"#, -GRAVITY)
+        .unwrap();
     writeln!(w, "  <worldbody>").unwrap();
     for (index, _) in scene.bodies.iter().enumerate().filter(|(_, b)| b.parent.is_none()) {
         write_body(w, scene, index, 2);
@@ -59,16 +60,7 @@ fn write_inertial(w: &mut String, body: &Body, pad: &str) {
     writeln!(
         w,
         r#"{pad}  <inertial mass="{}" pos="{} {} {}" fullinertia="{} {} {} {} {} {}"/>"#,
-        inertial.mass,
-        c.x,
-        c.y,
-        c.z,
-        i.m11,
-        i.m22,
-        i.m33,
-        i.m12,
-        i.m13,
-        i.m23
+        inertial.mass, c.x, c.y, c.z, i.m11, i.m22, i.m33, i.m12, i.m13, i.m23
     )
     .unwrap();
 }

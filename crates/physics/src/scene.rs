@@ -106,8 +106,11 @@ pub struct Inertial {
 
 impl Inertial {
     /// No mass: static bodies and frames.
-    pub const NONE: Inertial =
-        Inertial { mass: 0.0, com: Vector3::new(0.0, 0.0, 0.0), inertia: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0) };
+    pub const NONE: Inertial = Inertial {
+        mass: 0.0,
+        com: Vector3::new(0.0, 0.0, 0.0),
+        inertia: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    };
 
     /// With principal axes parallel to the body frame.
     pub fn diagonal(mass: f64, com: [f64; 3], inertia: [f64; 3]) -> Self {

@@ -39,12 +39,7 @@ pub struct SimulationConfig {
 
 impl Default for SimulationConfig {
     fn default() -> Self {
-        SimulationConfig {
-            substeps: 1,
-            contact_frequency: 200.0,
-            contact_damping_ratio: 5.0,
-            force_cutoff_hz: 30.0,
-        }
+        SimulationConfig { substeps: 1, contact_frequency: 200.0, contact_damping_ratio: 5.0, force_cutoff_hz: 30.0 }
     }
 }
 

@@ -75,6 +75,16 @@ impl Checkpoint {
         Ok(())
     }
 
+    /// Whether there is a checkpoint in `folder`. One that a kill left under its temporary name is put in place.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`] if it cannot be put in place.
+    pub fn exists(folder: &Path) -> Result<bool, Error> {
+        recover(folder)?;
+        Ok(folder.exists())
+    }
+
     /// Reads the checkpoint in `folder`, for a task with these sizes.
     ///
     /// # Errors
@@ -112,17 +122,17 @@ impl Checkpoint {
 }
 
 impl Actor {
-    /// Reads only the policy of the checkpoint in `folder`. Its noise comes from `seed`.
+    /// Reads only the policy of the checkpoint in `folder`, and what the caller saved beside it. The policy's noise comes from `seed`.
     ///
     /// # Errors
     ///
     /// As [`Checkpoint::load`].
-    pub fn load(folder: &Path, observation_dim: usize, action_dim: usize, seed: u64) -> Result<Self, Error> {
+    pub fn load(folder: &Path, observation_dim: usize, action_dim: usize, seed: u64) -> Result<(Self, Value), Error> {
         crate::threads::default_to_one();
         let state = read_state(folder, observation_dim, action_dim)?;
         let mut actor = Self::zeros(&state.config, observation_dim, action_dim, state.acting_rng);
         read_actor(folder, &mut actor)?;
-        Ok(actor.with_seed(seed))
+        Ok((actor.with_seed(seed), state.caller))
     }
 }
 

@@ -1,4 +1,4 @@
-//! What one update works on, made once: an update allocates nothing.
+//! What one update works on, made once.
 
 use crate::Config;
 use crate::actor::Actor;

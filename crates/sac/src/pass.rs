@@ -1,4 +1,4 @@
-//! Forward and backward pass of [`Networks`], written out: libtorch multiplies matrices, loops here do the rest, nothing is allocated.
+//! Forward and backward pass of [`Networks`], written out: libtorch multiplies matrices, loops here do the rest, in memory made once.
 //!
 //! Autograd would do the same products, and besides them the gradients that nobody asks for, with a new tensor for every step between.
 //! The tests hold this file against it.

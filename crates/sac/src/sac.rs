@@ -295,5 +295,14 @@ fn mean(values: &[f32]) -> f32 {
 }
 
 fn norm(values: &[f32]) -> f32 {
-    values.iter().map(|x| f64::from(*x) * f64::from(*x)).sum::<f64>().sqrt() as f32
+    // Eight sums side by side: one alone waits for each addition and would take a twentieth of the update.
+    let mut sums = [0.0f64; 8];
+    let (chunks, rest) = values.as_chunks::<8>();
+    for chunk in chunks {
+        for (sum, &x) in sums.iter_mut().zip(chunk) {
+            *sum += f64::from(x) * f64::from(x);
+        }
+    }
+    let rest = rest.iter().map(|&x| f64::from(x) * f64::from(x)).sum::<f64>();
+    (sums.iter().sum::<f64>() + rest).sqrt() as f32
 }

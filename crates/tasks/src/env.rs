@@ -175,7 +175,8 @@ impl Env {
         let penalty = self.config.force_penalty.of(interval.max_force);
         if diverged {
             // The last valid observation stays; nothing is earned.
-            let ended = Step { reward: 0.0, terminated: true, truncated: false, success: false, diverged, penalty, interval };
+            let ended =
+                Step { reward: 0.0, terminated: true, truncated: false, success: false, diverged, penalty, interval };
             return ended;
         }
         self.observe();

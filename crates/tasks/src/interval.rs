@@ -20,7 +20,8 @@ pub struct Interval {
     pub excess_impulse: f64,
     /// Time with contact beyond the wrist (s).
     pub contact_time: f64,
-    /// Sum over samples of the mean translational stiffness (N/m).
+    /// Sum over samples of the mean translational stiffness, in the unit of the action
+    /// space's own convention (1/s2 or N/m).
     pub sum_stiffness: f64,
     /// Sum over samples of the share of joints whose torque was limited.
     pub sum_saturated: f64,
@@ -48,11 +49,11 @@ impl Interval {
         self.max_raw_force = self.max_raw_force.max(contact.raw.fixed_rows::<3>(0).norm());
         self.excess_impulse += (force - force_limit).max(0.0) * dt;
         self.contact_time += if contact.touching { dt } else { 0.0 };
-        self.sum_stiffness += controller.stiffness().fixed_rows::<3>(0).mean();
+        self.sum_stiffness += controller.own_stiffness().fixed_rows::<3>(0).mean();
         self.sum_saturated += controller.saturated().iter().filter(|&&limited| limited).count() as f64 / 7.0;
     }
 
-    /// Mean translational stiffness (N/m).
+    /// Mean translational stiffness (1/s2 or N/m: the action space's own convention).
     pub fn mean_stiffness(&self) -> f64 {
         self.sum_stiffness / f64::from(self.samples.max(1))
     }

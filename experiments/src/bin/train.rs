@@ -48,10 +48,9 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     let folder = RunFolder::below(&arguments.out, &config);
-    let continues = folder.prepare(&config, arguments.resume)?;
+    folder.prepare(&config, arguments.resume)?;
     let mut display = Display::new(config.steps, arguments.quiet);
-    let verb = if continues { "continuing" } else { "training" };
-    display.line(&format!("{verb} in {}", folder.path().display()));
+    display.line(&format!("run folder {}", folder.path().display()));
 
     let ending = train(&config, &folder, &Stop::on_signals()?, &mut display)?;
     curves::draw(&folder)?;
@@ -70,7 +69,10 @@ fn describe(env: &Env) {
     if env.task().has_gripper() {
         println!("  {:<28} {:>9} .. {:<9} sign counts", "gripper", "open", "close");
     }
-    println!("observation ({} numbers), and what a learner subtracts and multiplies:", env.observation_components().len());
+    println!(
+        "observation ({} numbers), and what a learner subtracts and multiplies:",
+        env.observation_components().len()
+    );
     for c in env.observation_components() {
         println!("  {:<28} - {:<6} x {}", c.name, c.centre, c.scale);
     }

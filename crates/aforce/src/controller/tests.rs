@@ -1,7 +1,7 @@
 //! The whole controller: its formula, its signs, its limits, and a tool that meets a table.
 
 use super::*;
-use crate::adaptation::{AdaptiveImpedance, DeltaSign};
+use crate::adaptive_impedance::{AdaptiveImpedance, DeltaSign};
 use crate::interpolator::Interpolation;
 use crate::reference::Reference;
 use crate::spatial::{Vector3, linear};

@@ -2,7 +2,8 @@
 
 use approx::assert_relative_eq;
 
-use crate::adaptation::{AdaptiveImpedance, AdaptiveLaw, DeltaSign};
+use crate::adaptation::AdaptiveLaw;
+use crate::adaptive_impedance::{AdaptiveImpedance, DeltaSign};
 use crate::damping::Damping;
 use crate::error::ConfigError;
 use crate::impedance::Convention;

@@ -112,24 +112,43 @@ fn release_removes_the_component_along_the_axis_only() {
     assert_eq!(ForceAxis { engagement: 0.0, ..axis }.release(&v), v);
 }
 
-#[test]
-fn a_wall_is_pushed_with_the_force_asked_for() {
-    // 5 kg with their least damping, 20 1/s * 5 kg, against an elastic wall of 1e4 N/m; a 100 Hz force filter.
+/// Presses an axis of `mass` (kg) with `damping` (Ns/m) for 8 s with 20 N on an elastic wall of 1e4 N/m, through a
+/// 100 Hz force filter; returns the force's largest value (N) and its peak-to-peak motion in the last second (N).
+fn press_wall(mass: f64, damping: f64) -> (f64, f64) {
     let mut control = control(ForceConfig::default());
     control.set_target(20.0);
     let (mut z, mut v, mut filtered) = (-6e-4, 0.0, 6.0);
     let filter = 1.0 - (-DT * std::f64::consts::TAU * 100.0).exp();
-    let mut peak = 0.0f64;
-    for _ in 0..2000 {
+    let (mut peak, mut low, mut high) = (0.0f64, f64::INFINITY, 0.0f64);
+    for sample in 0..4000 {
         let wall = 1e4 * f64::max(-z, 0.0); // The table pushes up on a tool that is below its surface.
         filtered += filter * (wall - filtered);
         peak = peak.max(wall);
         let f_d = control.update(&push(filtered), DT);
         // The impedance that brought the tool here presses with 6 N until force control has taken over.
         let impedance = -6.0 * (1.0 - control.axis().engagement);
-        v += DT * (wall - f_d[2] + impedance - 100.0 * v) / 5.0; // The tool pushes with -F_d.
+        v += DT * (wall - f_d[2] + impedance - damping * v) / mass; // The tool pushes with -F_d.
         z += DT * v;
+        if sample >= 3500 {
+            (low, high) = (low.min(wall), high.max(wall));
+        }
     }
-    assert_relative_eq!(filtered, 20.0, epsilon = 0.05);
-    assert!(peak < 30.0, "{peak}");
+    assert!((low + high) / 2.0 > 10.0, "contact was lost");
+    (peak, high - low)
+}
+
+#[test]
+fn a_wall_is_pushed_with_the_force_asked_for() {
+    for mass in [5.0, 12.0, 42.0] {
+        let config = ForceConfig::default();
+        let least = config.damping_min.max(config.damping_rate_min * mass);
+        let (peak, swing) = press_wall(mass, least);
+        assert!(peak < 35.0 && swing < 0.05, "{mass} kg: peak {peak} N, swing {swing} N");
+    }
+}
+
+#[test]
+fn a_heavy_arm_needs_damping_in_proportion() {
+    // ki = 4 > (1 + kp) 60/42 = 1.9 1/s: 60 Ns/m are not enough for 42 kg.
+    assert!(press_wall(42.0, 60.0).1 > 5.0);
 }

@@ -1,0 +1,96 @@
+//! What the controller can tell about its latest sample.
+
+use super::Controller;
+use crate::action_space::ActionSpace;
+use crate::impedance::Convention;
+use crate::spatial::{Pose, Twist, Vector6, Wrench};
+
+impl Controller {
+    /// The action space that this controller decodes.
+    #[must_use]
+    pub fn space(&self) -> ActionSpace {
+        self.space
+    }
+
+    /// K in N/m and Nm/rad. In the shaped convention this is diag(Lambda) kp, which depends on the arm's pose. Along an
+    /// engaged contact axis the share [`engagement`](Self::engagement) of it does not act.
+    #[must_use]
+    pub fn stiffness(&self) -> Vector6 {
+        match self.form.convention {
+            Convention::Physical => self.stiffness,
+            Convention::Shaped => self.stiffness.component_mul(&self.inertia),
+        }
+    }
+
+    /// K in the units of the space's own convention (shaped: kp in 1/s^2).
+    #[must_use]
+    pub fn own_stiffness(&self) -> &Vector6 {
+        &self.stiffness
+    }
+
+    /// The convention of [`own_stiffness`](Self::own_stiffness).
+    #[must_use]
+    pub fn convention(&self) -> Convention {
+        self.form.convention
+    }
+
+    /// F_ff as it acts (N, Nm; world axes). It enters the torque law with a minus sign.
+    #[must_use]
+    pub fn feedforward(&self) -> &Wrench {
+        &self.feedforward
+    }
+
+    /// F_cmd, the force controller's output along the contact axis (N): what the environment should exert on the tool.
+    #[must_use]
+    pub fn force_command(&self) -> f64 {
+        self.force.command()
+    }
+
+    /// Share of the contact axis that force control has taken over, 0 to 1.
+    #[must_use]
+    pub fn engagement(&self) -> f64 {
+        self.force.axis().engagement
+    }
+
+    /// The goal of the latest action.
+    #[must_use]
+    pub fn goal(&self) -> &Pose {
+        &self.goal
+    }
+
+    /// The set-point x_d of the latest sample.
+    #[must_use]
+    pub fn set_point(&self) -> &Pose {
+        self.interpolator.pose()
+    }
+
+    /// The set-point's velocity (m/s, rad/s; world axes).
+    #[must_use]
+    pub fn set_point_velocity(&self) -> &Twist {
+        self.interpolator.twist()
+    }
+
+    /// e = x - x_d of the latest sample (m, rad; world axes), contact axis included.
+    #[must_use]
+    pub fn error(&self) -> &Vector6 {
+        &self.error
+    }
+
+    /// Joints whose torque was cut by a limit in the latest sample.
+    #[must_use]
+    pub fn saturated(&self) -> [bool; 7] {
+        self.exit.saturated()
+    }
+
+    /// Share of the action entries since reset that lay outside [-1, 1].
+    #[must_use]
+    pub fn clipped_fraction(&self) -> f64 {
+        if self.entries == 0 { 0.0 } else { self.clipped as f64 / self.entries as f64 }
+    }
+
+    /// Samples since reset whose measurement or torque was not finite: the episode has diverged.
+    #[must_use]
+    pub fn faults(&self) -> u64 {
+        self.exit.faults()
+    }
+}

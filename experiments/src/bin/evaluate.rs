@@ -1,0 +1,69 @@
+//! Plays the fixed evaluation episodes and prints what they cost and earned.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::{Result, bail};
+use clap::Parser;
+use experiments::cli;
+use experiments::rollout::evaluate;
+use experiments::rows::{Outcome, RunId};
+use experiments::source::SourceArgs;
+use experiments::table::Table;
+
+/// Evaluate a trained policy, a scripted expert or random actions.
+///
+/// The episodes are the same for every policy and action space.
+#[derive(Parser)]
+#[command(version)]
+struct Arguments {
+    #[command(flatten)]
+    source: SourceArgs,
+    /// Episodes to play
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
+    episodes: u32,
+    /// Also write a row per episode to this CSV file, which must not exist
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+}
+
+fn main() -> ExitCode {
+    cli::exit(run(&Arguments::parse()))
+}
+
+fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let (config, mut env, mut policy) = arguments.source.open()?;
+    let mut table = match &arguments.csv {
+        Some(path) if path.exists() => bail!("{}: exists; nothing was overwritten", path.display()),
+        Some(path) => Table::append(path)?,
+        None => Table::discard(),
+    };
+    let id = RunId::of(&config);
+    let outcomes = evaluate(&mut env, &mut policy, arguments.episodes, 0, &id, &mut table)?;
+    println!("{} with {}, {} policy, {} episodes", id.task, id.space, policy.name(), arguments.episodes);
+    for (name, column) in COLUMNS {
+        let values: Vec<f64> = outcomes.iter().map(column).collect();
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let deviation = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt();
+        let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(l, h), &v| (l.min(v), h.max(v)));
+        println!("  {name:<28} {mean:10.3} +- {deviation:<9.3} {low:10.3} .. {high:.3}");
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+type Column = (&'static str, fn(&Outcome) -> f64);
+
+/// Mean, deviation and range over episodes are printed of these.
+const COLUMNS: [Column; 11] = [
+    ("return", |o| o.total),
+    ("success at the end", |o| f64::from(u8::from(o.success))),
+    ("success at any time", |o| f64::from(u8::from(o.success_any))),
+    ("energy, J per action", |o| o.energy_per_action_j),
+    ("stiffness, own unit", |o| o.mean_stiffness),
+    ("largest force, N", |o| o.max_contact_force_n),
+    ("penalised actions", |o| o.penalised_steps as f64),
+    ("penalty", |o| o.penalty),
+    ("excess impulse, N s", |o| o.excess_impulse_ns),
+    ("torques at their limit", |o| o.saturated_fraction),
+    ("diverged", |o| f64::from(u8::from(o.diverged))),
+];

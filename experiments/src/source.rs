@@ -1,0 +1,105 @@
+//! Who plays, and where: a trained run, the scripted expert or chance.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, bail};
+use clap::{Args, ValueEnum};
+use sac::{Act, Actor};
+use serde::{Deserialize, Serialize};
+use tasks::Env;
+
+use crate::cli::ConfigArgs;
+use crate::config::RunConfig;
+use crate::folder::RunFolder;
+use crate::rollout::Policy;
+
+/// Whose episodes are played.
+#[derive(Debug, Args)]
+pub struct SourceArgs {
+    /// Folder of a run whose trained policy plays
+    #[arg(long, value_name = "DIR", required_unless_present_any = ["expert", "random"])]
+    pub run: Option<PathBuf>,
+    /// Which of the run's checkpoints
+    #[arg(long, default_value = "best", requires = "run")]
+    pub checkpoint: Which,
+    /// Sample from the policy instead of taking its mean action
+    #[arg(long, requires = "run")]
+    pub sample: bool,
+    /// The task's scripted expert plays
+    #[arg(long, conflicts_with_all = ["run", "random"])]
+    pub expert: bool,
+    /// Uniformly random actions
+    #[arg(long, conflicts_with = "run")]
+    pub random: bool,
+    /// Environment and learner
+    #[command(flatten)]
+    pub config: ConfigArgs,
+}
+
+/// The two checkpoints of a run.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Which {
+    /// Of the best evaluation
+    Best,
+    /// The last one
+    Last,
+}
+
+/// What a checkpoint was trained for, stored in it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Purpose {
+    /// Task name.
+    pub task: String,
+    /// Action space name.
+    pub space: String,
+}
+
+impl Purpose {
+    /// Of a run with this configuration.
+    pub fn of(config: &RunConfig) -> Self {
+        Purpose { task: config.env.task.as_str().into(), space: config.env.space.name().into() }
+    }
+}
+
+impl SourceArgs {
+    /// The environment and the policy that plays in it.
+    ///
+    /// # Errors
+    /// If the run or its checkpoint is missing, damaged or made for something else.
+    pub fn open(&self) -> Result<(RunConfig, Env, Policy)> {
+        let Some(path) = &self.run else {
+            let config = self.config.resolve()?;
+            let env = Env::new(config.env.clone(), 0)?;
+            let policy = if self.expert { Policy::Expert } else { Policy::random(config.seed) };
+            return Ok((config, env, policy));
+        };
+        let folder = RunFolder::open(path)?;
+        let config = self.config.on_top_of(&folder)?;
+        let checkpoint = match self.checkpoint {
+            Which::Best => folder.best(),
+            Which::Last => folder.checkpoint(),
+        };
+        let env = Env::new(config.env.clone(), 0)?;
+        let (actor, note) =
+            Actor::load(&checkpoint, env.observation_components().len(), env.action_dim(), config.seed)?;
+        let made_for: Purpose = serde_json::from_value(note)
+            .with_context(|| format!("{}: does not say what it was trained for", checkpoint.display()))?;
+        let wanted = Purpose::of(&config);
+        if made_for != wanted {
+            bail!(
+                "{}: trained for {} with {}, not for {} with {}",
+                checkpoint.display(),
+                made_for.task,
+                made_for.space,
+                wanted.task,
+                wanted.space
+            );
+        }
+        let policy = Policy::Actor {
+            actor: Box::new(actor),
+            act: if self.sample { Act::Sample } else { Act::Mean },
+            scaled: config.learner.scaled_observations,
+        };
+        Ok((config, env, policy))
+    }
+}

@@ -1,0 +1,138 @@
+//! The programs as a user meets them: bad input is answered in one line that names what is
+//! wrong, nothing is overwritten, and a run that was killed goes on to the same bytes.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use assert_cmd::Command;
+
+fn program(name: &str) -> Command {
+    Command::new(assert_cmd::cargo::cargo_bin(name))
+}
+
+/// A run small enough for a test, but with every part of a real one.
+fn train(out: &Path) -> Command {
+    let mut command = program("train");
+    command.args(["--seed", "7", "--steps", "2000", "--quiet", "--set", "evaluate_every=1000"]);
+    command.args(["--set", "evaluation_episodes=1", "--set", "checkpoint_every=500"]);
+    command.args(["--set", "learner.random_steps=500", "--set", "learner.hidden=[32, 32]"]);
+    command.args(["--set", "learner.batch_size=16", "--set", "env.horizon=100", "--out"]).arg(out);
+    command
+}
+
+/// Standard error of a command that must fail with `code`, as one line.
+fn error(command: &mut Command, code: i32) -> String {
+    let output = command.output().unwrap();
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(code), "{text}");
+    if code == 1 {
+        assert_eq!(text.lines().count(), 1, "{text}");
+    }
+    text
+}
+
+fn expect(text: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(text.contains(part), "{part:?} is not in: {text}");
+    }
+}
+
+#[test]
+fn bad_input_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path();
+    expect(&error(train(out).args(["--set", "learner.gama=0.9"]), 1), &["gama", "did you mean \"gamma\""]);
+    expect(&error(train(out).args(["--set", "learner.gamma=1.5"]), 1), &["gamma", "1.5"]);
+    expect(&error(train(out).args(["--set", "env.controller.control_hz=510"]), 1), &["control_hz", "510", "20"]);
+    let alpha = "env.controller.impedance.aforce.translation.feedforward_gain=50000";
+    expect(&error(train(out).args(["--set", "env.controller.impedance.aforce.sign=literal", "--set", alpha]), 1), &["50000", "allow_unstable"]);
+    expect(&error(train(out).args(["--config", "/nowhere.toml"]), 1), &["/nowhere.toml"]);
+    expect(&error(train(out).args(["--space", "aforc"]), 2), &["aforc", "aforce"]);
+    expect(&error(train(out).args(["--steps", "0"]), 2), &["--steps"]);
+    let file = out.join("a_file");
+    std::fs::write(&file, "").unwrap();
+    expect(&error(&mut train(&file.join("below")), 1), &["a_file"]);
+    expect(&error(program("evaluate").arg("--run").arg(out), 1), &["not a run folder"]);
+    assert!(!out.join("lift").exists(), "a refused run leaves nothing behind");
+}
+
+#[test]
+fn a_killed_run_goes_on_to_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let (whole, killed) = (folder.path().join("whole"), folder.path().join("killed"));
+    train(&whole).assert().success();
+
+    let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin("train"))
+        .args(train(&killed).get_args())
+        .spawn()
+        .unwrap();
+    let run = killed.join("lift/aforce/seed_7");
+    let deadline = Instant::now() + Duration::from_secs(300);
+    while !run.join("checkpoints/last/state.json").exists() && Instant::now() < deadline {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(!run.join("DONE").exists(), "killed before its end");
+    expect(&error(&mut train(&killed), 1), &["already holds a run", "--resume"]);
+    expect(&error(train(&killed).args(["--resume", "--set", "learner.gamma=0.5"]), 1), &["another configuration", "gamma"]);
+    train(&killed).arg("--resume").assert().success();
+
+    let same = |name: &str| {
+        let read = |root: &Path| std::fs::read(root.join("lift/aforce/seed_7").join(name)).unwrap();
+        assert!(read(&whole) == read(&killed), "{name} differs");
+    };
+    for name in ["config.toml", "episodes.csv", "eval.csv", "checkpoints/last/actor.safetensors"] {
+        same(name);
+    }
+    for name in ["critic", "target", "optimizer"] {
+        same(&format!("checkpoints/last/{name}.safetensors"));
+    }
+    same("checkpoints/last/replay.bin");
+}
+
+#[cfg(unix)]
+#[test]
+fn sigterm_saves_and_exits_with_75() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = train(folder.path());
+    command.args(["--set", "steps=1000000"]);
+    let args: Vec<_> = command.get_args().map(ToOwned::to_owned).filter(|a| a != "2000" && a != "--steps").collect();
+    let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin("train")).args(args).spawn().unwrap();
+    let run = folder.path().join("lift/aforce/seed_7");
+    while !run.join("episodes.csv").exists() {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    std::thread::sleep(Duration::from_millis(300));
+    let pid = child.id().to_string();
+    assert!(std::process::Command::new("kill").args(["-TERM", &pid]).status().unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), Some(75));
+    assert!(run.join("checkpoints/last/replay.bin").exists());
+    assert!(!run.join("DONE").exists());
+}
+
+#[test]
+fn a_trained_run_is_evaluated_and_checked() {
+    let folder = tempfile::tempdir().unwrap();
+    train(folder.path()).assert().success();
+    let run = folder.path().join("lift/aforce/seed_7");
+    let table = folder.path().join("table.csv");
+    let evaluate = || {
+        let mut command = program("evaluate");
+        command.args(["--episodes", "2", "--run"]).arg(&run);
+        command
+    };
+    evaluate().arg("--csv").arg(&table).assert().success();
+    assert_eq!(std::fs::read_to_string(&table).unwrap().lines().count(), 3);
+    expect(&error(evaluate().arg("--csv").arg(&table), 1), &["table.csv", "nothing was overwritten"]);
+    // The same sizes, another action space: the sizes alone would not tell.
+    expect(&error(evaluate().args(["--space", "osc"]), 1), &["trained for lift with aforce", "osc"]);
+    expect(&error(evaluate().args(["--space", "variable"]), 1), &["state.json"]);
+
+    let actor = run.join("checkpoints/best/actor.safetensors");
+    let bytes = std::fs::read(&actor).unwrap();
+    std::fs::write(&actor, &bytes[..bytes.len() / 2]).unwrap();
+    expect(&error(&mut evaluate(), 1), &["actor.safetensors"]);
+    std::fs::remove_file(&actor).unwrap();
+    expect(&error(&mut evaluate(), 1), &["actor.safetensors"]);
+}

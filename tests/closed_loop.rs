@@ -1,0 +1,105 @@
+//! Controller and plant together: where the tool goes, what it presses, where energy stays.
+
+use aforce::{ActionSpace, Controller, ControllerConfig, EnergyLedger, JointVector, TorqueLimits, Vector3};
+use approx::assert_relative_eq;
+use physics::panda::{HOME, ParameterSet, Parameters};
+use physics::scenes::lift::{Lift, TABLE_HEIGHT};
+use physics::{Plant, Simulation, SimulationConfig};
+
+const DT: f64 = 0.002;
+
+fn plant(parameters: Parameters) -> (Simulation, Lift) {
+    let plant = Plant { parameters, dt: DT, config: SimulationConfig::default() };
+    let (mut simulation, lift) = Lift::simulate(&plant, Vector3::repeat(0.021));
+    // Out of the way.
+    lift.place_cube(&mut simulation, &nalgebra::Isometry3::translation(0.3, 0.3, TABLE_HEIGHT + 0.021));
+    simulation.reset(&HOME.into());
+    (simulation, lift)
+}
+
+fn controller(space: &str, config: &ControllerConfig) -> Controller {
+    let limits = TorqueLimits { max: ParameterSet::Robosuite.parameters().max_torque, rate: None };
+    Controller::new(space.parse::<ActionSpace>().unwrap(), config, limits, Vector3::z_axis()).unwrap()
+}
+
+fn run(simulation: &mut Simulation, controller: &mut Controller, samples: usize) {
+    for _ in 0..samples {
+        let tau = controller.update(&simulation.measure());
+        simulation.step(&tau, 0.0).unwrap();
+    }
+}
+
+/// One action along each axis moves the tool along that axis of the world, and no other.
+#[test]
+fn actions_move_the_tool_along_world_axes() {
+    for space in ["aforce", "osc", "high"] {
+        for axis in 0..6 {
+            let config = ControllerConfig { position_step: 0.03, rotation_step: 0.2, ..ControllerConfig::default() };
+            let (mut simulation, _) = plant(ParameterSet::Robosuite.parameters());
+            let mut controller = controller(space, &config);
+            let start = simulation.measure();
+            controller.reset(&start);
+            let mut action = [0.0; 6];
+            action[axis] = 1.0;
+            controller.set_goal(&action, &start);
+            run(&mut simulation, &mut controller, 2500);
+            let moved = aforce::pose_error(&simulation.measure().pose, &start.pose);
+            // In steps, so that metres and radians compare.
+            let moved = moved.component_div(&[0.03, 0.03, 0.03, 0.2, 0.2, 0.2].into());
+            let others: f64 = (0..6).filter(|&i| i != axis).map(|i| moved[i].abs()).fold(0.0, f64::max);
+            // Dry friction of 0.1 Nm in the joints leaves a soft controller short.
+            assert!((moved[axis] - 1.0).abs() < 0.25, "{space} axis {axis}: {:?}", moved.as_slice());
+            assert!(others < 0.15, "{space} axis {axis}: {:?}", moved.as_slice());
+        }
+    }
+}
+
+/// Pressing on the table with a commanded force holds that force.
+#[test]
+fn commanded_force_is_held() {
+    let config = ControllerConfig { position_step: 0.02, ..ControllerConfig::default() };
+    let (mut simulation, _) = plant(ParameterSet::Robosuite.parameters());
+    let mut controller = controller("aforce-force", &config);
+    controller.reset(&simulation.measure());
+    let wanted = 10.0;
+    let press = 2.0 * wanted / config.force.force_max - 1.0;
+    for _ in 0..200 {
+        let y = simulation.measure();
+        // Down until something pushes back, then still.
+        let down = if y.wrench[2] > 4.0 { 0.0 } else { -0.15 };
+        controller.set_goal(&[0.0, 0.0, down, 0.0, 0.0, 0.0, press], &y);
+        run(&mut simulation, &mut controller, 25);
+    }
+    let mut mean = 0.0;
+    for _ in 0..500 {
+        run(&mut simulation, &mut controller, 1);
+        mean += simulation.contact().filtered[2] / 500.0;
+    }
+    assert_relative_eq!(mean, wanted, max_relative = 0.1);
+}
+
+/// Without friction, damping or contact, the work of the motors is the change of energy.
+#[test]
+fn work_is_the_change_of_energy() {
+    let mut parameters = ParameterSet::Robosuite.parameters();
+    parameters.damping.fill(0.0);
+    parameters.friction.fill(0.0);
+    let (mut simulation, _) = plant(parameters);
+    let energy = |s: &Simulation| {
+        let (q, qd) = s.joints();
+        s.model().energy(&q, &qd)
+    };
+    let mut ledger = EnergyLedger::default();
+    let start = energy(&simulation);
+    for k in 0..500 {
+        let y = simulation.measure();
+        let wave = JointVector::from_fn(|i, _| 4.0 * (0.01 * k as f64 * (1.0 + 0.3 * i as f64)).sin());
+        let tau = y.bias + wave;
+        simulation.step(&tau, 0.0).unwrap();
+        // The torque acts over the step: its work goes with the mean velocity.
+        ledger.add(&tau, &((y.qd + simulation.joints().1) / 2.0), DT);
+    }
+    let change = energy(&simulation) - start;
+    assert!(ledger.absolute > 2.0, "the motion does some work: {} J", ledger.absolute);
+    assert!((ledger.net - change).abs() < 0.01 * ledger.absolute, "work {} J, energy {change} J", ledger.net);
+}
