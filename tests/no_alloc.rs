@@ -38,8 +38,7 @@ fn measure_and_update_do_not_allocate() {
     let (mut simulation, _) = Lift::simulate(&plant, Vector3::repeat(0.021));
     simulation.reset(&HOME.into());
     for space in ActionSpace::ALL {
-        let mut controller =
-            Controller::new(space, &ControllerConfig::default(), limits, Vector3::z_axis()).unwrap();
+        let mut controller = Controller::new(space, &ControllerConfig::default(), limits, Vector3::z_axis()).unwrap();
         controller.reset(&simulation.measure());
         let action = vec![0.3; space.dim()];
         let before = ALLOCATIONS.with(Cell::get);

@@ -154,7 +154,7 @@ impl Manifest {
         let since_1970 = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
         Manifest {
             schema: 1,
-            command: std::env::args().collect(),
+            command: command(),
             commit: commit(),
             config_hash: config.hash(),
             seed: config.seed,
@@ -166,6 +166,15 @@ impl Manifest {
             wall_s: 0.0,
         }
     }
+}
+
+/// The command line with the program's bare name, as it would be typed elsewhere.
+fn command() -> Vec<String> {
+    let mut command: Vec<String> = std::env::args().collect();
+    if let Some(program) = command.first_mut() {
+        *program = Path::new(&*program).file_name().unwrap_or_default().to_string_lossy().into_owned();
+    }
+    command
 }
 
 /// Commit of this checkout; `unknown` outside a git repository.

@@ -1,15 +1,327 @@
-//! stub until the real one lands
-#![allow(missing_docs)]
+//! Learning curves on paper: a grid of line panels as SVG and PNG.
+//!
+//! Every call to `kuva`, a young crate, stays in this file, so that it can be replaced.
+
+use std::io::Cursor;
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::{Context, Result, anyhow, ensure};
+use kuva::RasterBackend;
+use kuva::TickFormat;
+use kuva::backend::svg::SvgBackend;
+use kuva::plot::{LinePlot, LineStyle, ScatterPlot};
+use kuva::render::figure::Figure;
+use kuva::render::layout::Layout;
+use kuva::render::plots::Plot;
+use kuva::render::render::{Primitive, Scene, TextAnchor};
+use kuva::render::theme::Theme;
+use physics::camera::Image;
+
+use crate::picture;
+
+/// One curve.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Series {
+    /// What the legend calls it. The same label has the same colour in every panel.
     pub label: String,
+    /// (x, y) in drawing order. Points that are not finite are left out.
     pub points: Vec<(f64, f64)>,
 }
+
+/// One pair of axes with its curves.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Panel {
+    /// Above the axes.
     pub title: String,
+    /// Quantity and unit, below the axes.
     pub x_label: String,
+    /// Quantity and unit, left of the axes.
     pub y_label: String,
+    /// The curves; later ones are drawn over earlier ones.
     pub series: Vec<Series>,
 }
-pub fn write(_panels: &[Panel], _path: &std::path::Path) -> anyhow::Result<()> {
-    Ok(())
+
+/// Size of one panel in SVG units: two by two of them are about 1000 x 700.
+const PANEL: (f64, f64) = (490.0, 335.0);
+const MARGIN: f64 = 8.0;
+/// Pixels per SVG unit: sharp at 300 dpi across a page.
+const PNG_SCALE: f32 = 2.0;
+const TITLE_SIZE: u32 = 17;
+const LABEL_SIZE: u32 = 15;
+const TICK_SIZE: u32 = 13;
+const LINE_WIDTH: f64 = 1.8;
+
+/// Okabe and Ito's colours, which colour-blind readers can tell apart, without the yellow, too pale for a line. Three
+/// more follow, because kuva's PNGs show no dashes within short segments: ten action spaces must do without.
+const COLORS: [&str; 10] =
+    ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#8b4513", "#6a3d9a", "#808080"];
+
+/// Writes `PATH.svg` and `PATH.png`: the panels in two columns, one legend below them if any panel has several curves.
+pub fn write(panels: &[Panel], path_without_extension: &Path) -> Result<()> {
+    let svg_path = picture::with_suffix(path_without_extension, ".svg");
+    let png_path = picture::with_suffix(path_without_extension, ".png");
+    ensure!(!panels.is_empty(), "no panels to draw in {}", svg_path.display());
+
+    let scene = draw(panels);
+    picture::replace(&svg_path, SvgBackend::new().render_scene(&scene).as_bytes())?;
+    let png = RasterBackend::new().with_scale(2.0 * PNG_SCALE).render_scene(&scene);
+    let png = png.map_err(|reason| anyhow!("cannot draw {}: {reason}", png_path.display()))?;
+    picture::write_png(&halved(&png)?, &png_path)
+}
+
+/// Averages blocks of two by two pixels: kuva's PNGs have upright text only without anti-aliasing, thick and ragged.
+fn halved(png: &[u8]) -> Result<Image> {
+    let mut reader = png::Decoder::new(Cursor::new(png)).read_info()?;
+    let mut pixels = vec![0; reader.output_buffer_size().context("picture too large")?];
+    let frame = reader.next_frame(&mut pixels)?;
+    ensure!(frame.bit_depth == png::BitDepth::Eight, "unexpected bit depth {:?}", frame.bit_depth);
+    let (width, height) = (frame.width as usize / 2, frame.height as usize / 2);
+    let (next, below) = (frame.color_type.samples(), frame.line_size);
+    let mut rgb = Vec::with_capacity(3 * width * height);
+    for block in (0..height).flat_map(|row| (0..width).map(move |column| 2 * (row * below + column * next))) {
+        for at in block..block + 3 {
+            let sum: u16 = [at, at + next, at + below, at + below + next].iter().map(|&at| u16::from(pixels[at])).sum();
+            rgb.push((sum / 4) as u8);
+        }
+    }
+    Ok(Image { width, height, rgb })
+}
+
+fn draw(panels: &[Panel]) -> Scene {
+    let columns = panels.len().min(2);
+    let rows = panels.len().div_ceil(2);
+    let labels = legend_labels(panels);
+    let (plots, layouts): (Vec<_>, Vec<_>) = panels.iter().map(|panel| draw_panel(panel, &labels)).unzip();
+    let mut scene = Figure::new(rows, columns)
+        .with_cell_size(PANEL.0, PANEL.1)
+        .with_spacing(MARGIN)
+        .with_padding(MARGIN)
+        .with_plots(plots)
+        .with_layouts(layouts)
+        .render();
+    add_legend(&mut scene, &labels);
+    scene
+}
+
+/// Every label once, in order of appearance; none where no panel has two curves to tell apart.
+fn legend_labels(panels: &[Panel]) -> Vec<&str> {
+    let mut labels = Vec::new();
+    if panels.iter().any(|panel| panel.series.len() > 1) {
+        for series in panels.iter().flat_map(|panel| &panel.series) {
+            if !labels.contains(&series.label.as_str()) {
+                labels.push(&series.label);
+            }
+        }
+    }
+    labels
+}
+
+/// Colour, and line style once the colours are used up, of the n-th label.
+fn pen(index: usize) -> (&'static str, LineStyle) {
+    let styles = [LineStyle::Solid, LineStyle::Dashed, LineStyle::Dotted, LineStyle::DashDot];
+    (COLORS[index % COLORS.len()], styles[index / COLORS.len() % styles.len()].clone())
+}
+
+fn draw_panel(panel: &Panel, labels: &[&str]) -> (Vec<Plot>, Layout) {
+    let mut plots = Vec::new();
+    let (mut x_range, mut y_range) = (Range::EMPTY, Range::EMPTY);
+    for series in &panel.series {
+        let points: Vec<_> = series.points.iter().copied().filter(|&(x, y)| drawable(x) && drawable(y)).collect();
+        for &(x, y) in &points {
+            x_range.include(x);
+            y_range.include(y);
+        }
+        let (color, style) = pen(labels.iter().position(|label| *label == series.label).unwrap_or(0));
+        plots.push(if points.len() == 1 {
+            // A line of one point has no length.
+            Plot::from(ScatterPlot::new().with_data(points).with_color(color).with_size(4.0))
+        } else {
+            let line = LinePlot::new().with_data(points).with_color(color).with_stroke_width(LINE_WIDTH);
+            Plot::from(line.with_line_style(style))
+        });
+    }
+    let empty = x_range == Range::EMPTY;
+    let (x_axis, y_axis) = (x_range.axis(0.0), y_range.axis(0.04));
+    // A cell without plots would vanish, axes and all.
+    plots.push(Plot::from(LinePlot::new()));
+    let layout = Layout::new((x_axis.low, x_axis.high), (y_axis.low, y_axis.high))
+        // kuva would otherwise round the limits outward, by up to a quarter of the panel.
+        .with_x_axis_min(x_axis.low)
+        .with_x_axis_max(x_axis.high)
+        .with_y_axis_min(y_axis.low)
+        .with_y_axis_max(y_axis.high)
+        .with_x_tick_format(TickFormat::Custom(Arc::new(move |value| x_axis.tick_label(value))))
+        .with_y_tick_format(TickFormat::Custom(Arc::new(move |value| y_axis.tick_label(value))))
+        .with_ticks(6)
+        .with_title(if empty { format!("{} (no data)", panel.title) } else { panel.title.clone() })
+        .with_x_label(&panel.x_label)
+        .with_x_label_offset(0.0, -5.0)
+        .with_y_label(&panel.y_label)
+        .with_title_size(TITLE_SIZE)
+        .with_label_size(LABEL_SIZE)
+        .with_tick_size(TICK_SIZE)
+        .with_theme(Theme { grid_color: "#e4e4e4".into(), ..Theme::light() });
+    (plots, layout)
+}
+
+/// Finite, and far enough from overflow for the sums and differences of axis scaling.
+fn drawable(value: f64) -> bool {
+    value.abs() < 1e100
+}
+
+/// Smallest and largest value along an axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Range {
+    low: f64,
+    high: f64,
+}
+
+impl Range {
+    const EMPTY: Range = Range { low: f64::INFINITY, high: f64::NEG_INFINITY };
+
+    fn include(&mut self, value: f64) {
+        self.low = self.low.min(value);
+        self.high = self.high.max(value);
+    }
+
+    fn size(&self) -> f64 {
+        self.low.abs().max(self.high.abs())
+    }
+
+    /// The limits to draw: never empty, and wider than the data by a share of its extent at both ends.
+    fn axis(self, margin: f64) -> Range {
+        let extent = self.high - self.low;
+        if self == Range::EMPTY {
+            Range { low: 0.0, high: 1.0 }
+        } else if extent <= 1e-9 * self.size() {
+            let half = if self.size() > 0.0 { 0.1 * self.size() } else { 1.0 };
+            Range { low: self.low - half, high: self.high + half }
+        } else {
+            Range { low: self.low - margin * extent, high: self.high + margin * extent }
+        }
+    }
+
+    /// "250k" rather than "250000", so that environment steps do not run into each other; no more decimals than the
+    /// distance between two ticks asks for.
+    fn tick_label(&self, value: f64) -> String {
+        let extent = self.high - self.low;
+        if value != 0.0 && (self.size() >= 1e12 || self.size() < 1e-3) {
+            return format!("{value:.2e}").replace('-', "−");
+        }
+        let (unit, suffix) = match value.abs() {
+            // On such an axis neighbours would read alike in these units.
+            _ if self.size() < 1e4 || extent < 1e-2 * self.size() => (1.0, ""),
+            size if size >= 1e9 => (1e9, "G"),
+            size if size >= 1e6 => (1e6, "M"),
+            size if size >= 1e3 => (1e3, "k"),
+            _ => (1.0, ""),
+        };
+        let decimals = (2.0 - (extent / unit).log10()).ceil().clamp(0.0, 12.0) as usize;
+        let number = format!("{:.decimals$}", value / unit).replace('-', "−");
+        let number = if decimals > 0 { number.trim_end_matches('0').trim_end_matches('.') } else { &number };
+        format!("{number}{suffix}")
+    }
+}
+
+/// Adds a strip below the panels with the labels side by side, in as many rows as they need.
+fn add_legend(scene: &mut Scene, labels: &[&str]) {
+    const SWATCH: f64 = 30.0;
+    const GAP: f64 = 8.0;
+    const ROW: f64 = 24.0;
+    /// Mean width of a DejaVu Sans character, on the generous side; the fallback fonts are narrower.
+    const CHARACTER: f64 = 0.62 * LABEL_SIZE as f64;
+    let Some(longest) = labels.iter().map(|label| label.chars().count()).max() else { return };
+    let widest = SWATCH + GAP + longest as f64 * CHARACTER + 3.0 * GAP;
+    // Equal columns, and rows as even as they can be.
+    let fitting = (((scene.width - 2.0 * MARGIN) / widest) as usize).clamp(1, labels.len());
+    let rows = labels.len().div_ceil(fitting);
+    let columns = labels.len().div_ceil(rows);
+    let left = (scene.width - columns as f64 * widest + 3.0 * GAP) / 2.0;
+    let top = scene.height;
+    scene.height += rows as f64 * ROW + MARGIN;
+    for (index, label) in labels.iter().enumerate() {
+        let x = left + (index % columns) as f64 * widest;
+        let y = top + ((index / columns) as f64 + 0.5) * ROW;
+        let (color, style) = pen(index);
+        scene.add(Primitive::Line {
+            x1: x,
+            y1: y,
+            x2: x + SWATCH,
+            y2: y,
+            stroke: color.into(),
+            stroke_width: 1.5 * LINE_WIDTH,
+            stroke_dasharray: style.dasharray(),
+        });
+        scene.add(Primitive::Text {
+            x: x + SWATCH + GAP,
+            // The baseline: digits and capitals are then centred on the swatch.
+            y: y + 0.36 * LABEL_SIZE as f64,
+            content: label.to_string(),
+            size: LABEL_SIZE,
+            anchor: TextAnchor::Start,
+            rotate: None,
+            bold: false,
+            color: None,
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn panel(curves: &[&[(f64, f64)]]) -> Panel {
+        let series =
+            |(index, points): (usize, &&[(f64, f64)])| Series { label: format!("s{index}"), points: points.to_vec() };
+        Panel { series: curves.iter().enumerate().map(series).collect(), ..Panel::default() }
+    }
+
+    #[test]
+    fn odd_data_is_drawn_and_overwrites_whole_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("seed_0.5");
+        let nan = [(0.0, f64::NAN), (f64::NEG_INFINITY, 1.0), (1.0, 1.0), (2.0, f64::MAX), (3.0, -2.0)];
+        let panels = [
+            panel(&[]),
+            panel(&[&[], &[(5.0, 3.0)]]),
+            panel(&[&nan, &[(0.0, f64::NAN)]]),
+            panel(&[&[(0.0, 4.0), (1e6, 4.0)], &[(1.0, 4.0), (1.0, 4.0)]]),
+            panel(&[&[(0.0, -1e99), (1e-300, 1e99)]]),
+        ];
+        for count in [panels.len(), 1] {
+            write(&panels[..count], &path).unwrap();
+        }
+        let mut names: Vec<_> = folder.path().read_dir().unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        names.sort();
+        assert_eq!(names, ["seed_0.5.png", "seed_0.5.svg"]);
+        let svg = std::fs::read_to_string(path.with_file_name("seed_0.5.svg")).unwrap();
+        assert!(svg.contains("(no data)") && !svg.contains("NaN") && !svg.contains("inf"));
+    }
+
+    #[test]
+    fn errors_name_the_path() {
+        assert!(write(&[], Path::new("nowhere/curves")).unwrap_err().to_string().contains("nowhere/curves"));
+        assert!(
+            write(&[panel(&[])], Path::new("/nowhere/curves")).unwrap_err().to_string().contains("/nowhere/curves")
+        );
+    }
+
+    #[test]
+    fn a_legend_only_where_curves_must_be_told_apart() {
+        let line: &[_] = &[(0.0, 0.0), (1.0, 1.0)];
+        assert!(legend_labels(&[panel(&[line]), panel(&[line])]).is_empty());
+        assert_eq!(legend_labels(&[panel(&[line]), panel(&[line, line])]), ["s0", "s1"]);
+    }
+
+    #[test]
+    fn tick_labels_are_short_and_distinct() {
+        let label = |low, high, value| Range { low, high }.tick_label(value);
+        assert_eq!(label(0.0, 1e6, 250_000.0), "250k");
+        assert_eq!(label(0.0, 2e6, 1.25e6), "1.25M");
+        assert_eq!(label(-10.0, 450.0, -10.0), "−10");
+        assert_eq!(label(0.0, 1.0, 0.1 + 0.2), "0.3");
+        assert_eq!(label(0.0, 4e-3, 2.5e-3), "0.0025");
+        assert_eq!(label(1e6, 1e6 + 0.1, 1e6 + 0.02), "1000000.02");
+    }
 }

@@ -45,7 +45,10 @@ fn bad_input_is_named() {
     expect(&error(train(out).args(["--set", "learner.gamma=1.5"]), 1), &["gamma", "1.5"]);
     expect(&error(train(out).args(["--set", "env.controller.control_hz=510"]), 1), &["control_hz", "510", "20"]);
     let alpha = "env.controller.impedance.aforce.translation.feedforward_gain=50000";
-    expect(&error(train(out).args(["--set", "env.controller.impedance.aforce.sign=literal", "--set", alpha]), 1), &["50000", "allow_unstable"]);
+    expect(
+        &error(train(out).args(["--set", "env.controller.impedance.aforce.sign=literal", "--set", alpha]), 1),
+        &["50000", "allow_unstable"],
+    );
     expect(&error(train(out).args(["--config", "/nowhere.toml"]), 1), &["/nowhere.toml"]);
     expect(&error(train(out).args(["--space", "aforc"]), 2), &["aforc", "aforce"]);
     expect(&error(train(out).args(["--steps", "0"]), 2), &["--steps"]);
@@ -75,7 +78,10 @@ fn a_killed_run_goes_on_to_the_same_bytes() {
     child.wait().unwrap();
     assert!(!run.join("DONE").exists(), "killed before its end");
     expect(&error(&mut train(&killed), 1), &["already holds a run", "--resume"]);
-    expect(&error(train(&killed).args(["--resume", "--set", "learner.gamma=0.5"]), 1), &["another configuration", "gamma"]);
+    expect(
+        &error(train(&killed).args(["--resume", "--set", "learner.gamma=0.5"]), 1),
+        &["another configuration", "gamma"],
+    );
     train(&killed).arg("--resume").assert().success();
 
     let same = |name: &str| {

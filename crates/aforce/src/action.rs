@@ -41,12 +41,13 @@ pub(crate) fn decode(space: ActionSpace, config: &ControllerConfig, action: &[f6
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::robosuite_steps;
 
     #[test]
     fn layout_and_scaling() {
         let space: ActionSpace = "variable-force".parse().unwrap();
         let action = [-1.0, 0.0, 1.0, 0.5, -0.5, 2.0, 1.0, -0.5, f64::NAN, 0.1, 0.0, -7.0, 0.2];
-        let command = decode(space, &ControllerConfig::default(), &action);
+        let command = decode(space, &robosuite_steps(), &action);
         assert_eq!(command.stiffness, Some(Vector6::new(0.0, 150.0, 300.0, 225.0, 75.0, 300.0)));
         assert_eq!(command.delta, Vector6::new(0.05, -0.025, 0.0, 0.05, 0.0, -0.5));
         assert_eq!(command.force, Some(30.0));

@@ -218,7 +218,7 @@ mod tests {
 
     #[test]
     fn dimensions_and_components_agree() {
-        let config = ControllerConfig::default();
+        let config = crate::testing::robosuite_steps();
         let dims = [6, 12, 6, 6, 6, 6, 7, 13, 7, 7, 7, 7];
         for (space, dim) in ActionSpace::ALL.into_iter().zip(dims) {
             assert_eq!(space.dim(), dim, "{space}");

@@ -135,7 +135,8 @@ impl AdaptiveImpedance {
     #[must_use]
     pub fn shaped() -> Self {
         let translation = AxisLaw {
-            tolerance: 0.005,
+            // Half the leash: moving steadily, K settles between its bounds instead of at the upper one.
+            tolerance: 0.01,
             relaxation_time: 2.0,
             stiffness_min: 20.0,
             stiffness_max: 300.0,
@@ -148,9 +149,9 @@ impl AdaptiveImpedance {
             feedforward_rate_max: 200.0,
             nominal_inertia: 1.0,
         };
-        let rotation = AxisLaw { tolerance: 0.05, ..translation };
+        let rotation = AxisLaw { tolerance: 0.075, ..translation };
         Self {
-            form: ImpedanceForm::paper(Convention::Shaped),
+            form: ImpedanceForm::continued(Convention::Shaped),
             sign: DeltaSign::Damping,
             allow_unstable: false,
             translation,
@@ -190,7 +191,7 @@ impl AdaptiveImpedance {
             nominal_inertia: 3.0,
         };
         Self {
-            form: ImpedanceForm::paper(Convention::Physical),
+            form: ImpedanceForm { reference_velocity: true, ..ImpedanceForm::continued(Convention::Physical) },
             sign: DeltaSign::Damping,
             allow_unstable: false,
             translation,

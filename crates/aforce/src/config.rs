@@ -7,7 +7,6 @@ use crate::error::{ConfigError, not_negative, positive, within};
 use crate::force::ForceConfig;
 use crate::impedance::{CommandedImpedance, Convention, FixedImpedance, ImpedanceForm};
 use crate::interpolator::Interpolation;
-use crate::reference::Reference;
 
 /// Everything about the controller that is not the plant's (torque limits) or the task's (contact axis).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -23,8 +22,6 @@ pub struct ControllerConfig {
     pub rotation_step: f64,
     /// k of the null-space posture (1/s^2), damped critically.
     pub null_space_stiffness: f64,
-    /// What the pose delta is added to.
-    pub reference: Reference,
     /// How the set-point travels to the goal.
     pub interpolation: Interpolation,
     /// Force control, for the action spaces that command a force.
@@ -34,15 +31,15 @@ pub struct ControllerConfig {
 }
 
 impl Default for ControllerConfig {
-    /// The paper's simulated set-up: 20 Hz over 500 Hz, robosuite's steps and re-basing, linear interpolation.
+    /// 20 Hz over 500 Hz and linear interpolation as in the paper's simulations; smaller steps than robosuite's 5 cm and
+    /// 0.5 rad, with which every action space learns worse (docs/decisions.md).
     fn default() -> Self {
         Self {
             policy_hz: 20,
             control_hz: 500,
-            position_step: 0.05,
-            rotation_step: 0.5,
+            position_step: 0.02,
+            rotation_step: 0.15,
             null_space_stiffness: 10.0,
-            reference: Reference::Rebased,
             // Differs from robosuite's 0.2: with the paper's e_dot the ramp's speed is damped against.
             interpolation: Interpolation::Linear { ramp_ratio: 1.0 },
             force: ForceConfig::default(),
@@ -69,7 +66,6 @@ impl ControllerConfig {
         // Three entries at once turn by sqrt(3) steps: less than half a turn.
         within("rotation_step", self.rotation_step, 0.0..=1.8)?;
         not_negative("null_space_stiffness", self.null_space_stiffness)?;
-        self.reference.validate()?;
         self.interpolation.validate()?;
         self.force.validate()?;
         let impedance = &self.impedance;
@@ -117,7 +113,8 @@ pub struct ImpedanceSettings {
 impl Default for ImpedanceSettings {
     fn default() -> Self {
         let physical = |translation, rotation| FixedImpedance {
-            form: ImpedanceForm::paper(Convention::Physical),
+            // Without it a soft arm crawls: 150 N/m move 42 kg at 2 cm/s on a leash of 2 cm.
+            form: ImpedanceForm { reference_velocity: true, ..ImpedanceForm::continued(Convention::Physical) },
             translation,
             rotation,
         };
@@ -150,11 +147,9 @@ mod tests {
 
     #[test]
     fn parts_can_be_overridden() {
-        let text = "position_step = 0.02\nreference = { kind = \"continued\", leash_position = 0.02, leash_rotation = 0.15 }\n\
-                    [force]\nki = 2.0";
+        let text = "position_step = 0.02\n[force]\nki = 2.0";
         let config: ControllerConfig = toml::from_str(text).unwrap();
         assert_eq!((config.position_step, config.force.ki, config.force.kp), (0.02, 2.0, 0.3));
-        assert_eq!(config.reference, Reference::Continued { leash_position: 0.02, leash_rotation: 0.15 });
     }
 
     #[test]

@@ -123,7 +123,7 @@ impl Controller {
         if let Some(force) = command.force {
             self.force.set_target(force);
         }
-        let goal = self.config.reference.next_goal(&self.goal, &y.pose, &command.delta);
+        let goal = self.form.reference.next_goal(&self.goal, &y.pose, &command.delta);
         // A diverged plant must not poison the goal; `update` counts the fault.
         if all_finite(&goal.translation.vector) && all_finite(&goal.rotation.coords) {
             self.goal = goal;

@@ -6,6 +6,7 @@ use crate::damping::Damping;
 use crate::error::{ConfigError, not_negative, positive, within};
 use crate::force::ForceAxis;
 use crate::operational_space::OperationalSpace;
+use crate::reference::Reference;
 use crate::spatial::{Vector6, Wrench, linear};
 
 /// What a stiffness number means. kp = 150 shaped is 0.5 to 6 kN/m on this arm, not 150 N/m.
@@ -43,23 +44,37 @@ pub struct ImpedanceForm {
     pub damping_ratio: f64,
     /// True: e_dot = x_dot - x_d_dot (the paper). False: e_dot = x_dot, damped against standstill (robosuite).
     pub reference_velocity: bool,
+    /// What the pose delta of an action is added to.
+    pub reference: Reference,
 }
 
 impl ImpedanceForm {
-    /// The paper's law: critical damping of the error's rate, aware of the arm's inertia.
+    /// Of the paper's own spaces: critical damping, aware of the arm's inertia; a goal that goes on from the last one, so
+    /// that the tracking error is more than the latest delta.
+    ///
+    /// The paper's e_dot counts the reference's velocity. With a linear set-point that is a step at every action, and the
+    /// damping term answers it with torque peaks: four to eight times the energy at no gain in return
+    /// (docs/decisions.md). Switch it on together with jerk-limited set-points.
     #[must_use]
-    pub fn paper(convention: Convention) -> Self {
-        Self { convention, damping: Damping::MassAware, damping_ratio: 1.0, reference_velocity: true }
+    pub fn continued(convention: Convention) -> Self {
+        Self {
+            convention,
+            damping: Damping::MassAware,
+            damping_ratio: 1.0,
+            reference_velocity: false,
+            reference: Reference::Continued { leash_position: 0.02, leash_rotation: 0.15 },
+        }
     }
 
-    /// robosuite's OSC: shaped, critical, damped against standstill.
+    /// robosuite's OSC: shaped, critical, damped against standstill, re-based on the measured pose.
     #[must_use]
     pub fn robosuite() -> Self {
-        Self { reference_velocity: false, ..Self::paper(Convention::Shaped) }
+        Self { reference: Reference::Rebased, ..Self::continued(Convention::Shaped) }
     }
 
     pub(crate) fn validate(&self, space: &str) -> Result<(), ConfigError> {
-        within(&format!("{space}.form.damping_ratio"), self.damping_ratio, 0.0..=10.0)
+        within(&format!("{space}.form.damping_ratio"), self.damping_ratio, 0.0..=10.0)?;
+        self.reference.validate(&format!("{space}.form"))
     }
 
     /// D of each axis, in the convention's units, and in the same sample as K.
@@ -180,7 +195,7 @@ mod tests {
     #[test]
     fn physical_by_hand() {
         // z: K = 100, m = 10: D = 2 sqrt(1000); e = 2 cm, e_dot = 0.1 m/s, F_ff = 3 N.
-        let form = ImpedanceForm::paper(Convention::Physical);
+        let form = ImpedanceForm::continued(Convention::Physical);
         let axis = |v: f64| Vector6::new(0.0, 0.0, v, 0.0, 0.0, 0.0);
         let w = wrench(&form, &space(), &free(), &axis(0.02), &axis(0.1), &Vector6::repeat(100.0), &axis(3.0));
         assert_relative_eq!(w, axis(-3.0 - 2.0 - 0.2 * 1000f64.sqrt()), epsilon = 1e-9);
@@ -189,7 +204,7 @@ mod tests {
     #[test]
     fn shaped_by_hand() {
         // The same numbers are accelerations: D = 2 sqrt(100) = 20 1/s, and everything is multiplied by 10 kg.
-        let form = ImpedanceForm::paper(Convention::Shaped);
+        let form = ImpedanceForm::continued(Convention::Shaped);
         let axis = |v: f64| Vector6::new(0.0, 0.0, v, 0.0, 0.0, 0.0);
         let w = wrench(&form, &space(), &free(), &axis(0.02), &axis(0.1), &Vector6::repeat(100.0), &axis(3.0));
         assert_relative_eq!(w, axis(-10.0 * (3.0 + 2.0 + 2.0)), epsilon = 1e-9);
@@ -198,7 +213,7 @@ mod tests {
     #[test]
     fn every_axis_is_pushed_back() {
         for convention in [Convention::Shaped, Convention::Physical] {
-            let form = ImpedanceForm::paper(convention);
+            let form = ImpedanceForm::continued(convention);
             for axis in 0..6 {
                 let mut e = Vector6::zeros();
                 e[axis] = 0.01;
@@ -216,7 +231,7 @@ mod tests {
     fn an_engaged_axis_gives_up_stiffness_and_keeps_damping() {
         let engaged = ForceAxis { engagement: 1.0, ..free() };
         for convention in [Convention::Shaped, Convention::Physical] {
-            let form = ImpedanceForm { damping_ratio: 0.0, ..ImpedanceForm::paper(convention) };
+            let form = ImpedanceForm { damping_ratio: 0.0, ..ImpedanceForm::continued(convention) };
             let (e, k) = (Vector6::repeat(0.01), Vector6::repeat(100.0));
             let still = wrench(&form, &space(), &engaged, &e, &Vector6::zeros(), &k, &Vector6::repeat(2.0));
             assert!(still[2].abs() < 1e-9 && still[0] < 0.0 && still[5] < 0.0);

@@ -37,10 +37,10 @@ impl Reference {
         }
     }
 
-    pub(crate) fn validate(&self) -> Result<(), ConfigError> {
+    pub(crate) fn validate(&self, form: &str) -> Result<(), ConfigError> {
         if let Self::Continued { leash_position, leash_rotation } = *self {
-            within("reference.leash_position", leash_position, 1e-4..=1.0)?;
-            within("reference.leash_rotation", leash_rotation, 1e-3..=std::f64::consts::FRAC_PI_2)?;
+            within(&format!("{form}.reference.leash_position"), leash_position, 1e-4..=1.0)?;
+            within(&format!("{form}.reference.leash_rotation"), leash_rotation, 1e-3..=std::f64::consts::FRAC_PI_2)?;
         }
         Ok(())
     }

@@ -2,6 +2,7 @@
 
 use nalgebra::UnitQuaternion;
 
+use crate::config::ControllerConfig;
 use crate::spatial::{Jacobian, JointMatrix, JointVector, Measurement, Pose, Twist, Wrench, linear, rotational};
 
 /// A generic arm at rest: random Jacobian, random positive definite mass matrix.
@@ -56,4 +57,9 @@ pub(crate) fn move_gantry(y: &mut Measurement, tau: &JointVector, external: &Wre
     y.twist = y.jacobian * y.qd;
     y.pose.translation.vector += linear(&y.twist) * dt;
     y.pose.rotation = UnitQuaternion::from_scaled_axis(rotational(&y.twist) * dt) * y.pose.rotation;
+}
+
+/// The default configuration with robosuite's action steps.
+pub(crate) fn robosuite_steps() -> ControllerConfig {
+    ControllerConfig { position_step: 0.05, rotation_step: 0.5, ..ControllerConfig::default() }
 }

@@ -13,11 +13,11 @@ use std::path::{Path, PathBuf};
 
 use fs_err as fs;
 use rand_chacha::ChaCha8Rng;
-use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::network::Entry;
+use crate::tensor_file::{Tensors, write_tensors};
 use crate::{Actor, Config, Error, Replay, Sac, replay_file};
 
 /// Version of the layout above.
@@ -210,53 +210,9 @@ fn log_temperature() -> Vec<Entry> {
     vec![Entry { name: "log_temperature".into(), offset: 0, shape: vec![1] }]
 }
 
-fn write_tensors(path: &Path, groups: &[(&[Entry], &str, &[f32])]) -> Result<(), Error> {
-    let mut tensors = Vec::new();
-    for (entries, suffix, values) in groups {
-        for entry in *entries {
-            let bytes: Vec<u8> = values[entry.range()].iter().flat_map(|x| x.to_le_bytes()).collect();
-            tensors.push((format!("{}{suffix}", entry.name), entry.shape.clone(), bytes));
-        }
-    }
-    let views = tensors.iter().map(|(name, shape, bytes)| {
-        (name, TensorView::new(Dtype::F32, shape.clone(), bytes).expect("as many bytes as the shape says"))
-    });
-    write_file(path, &safetensors::serialize(views, None).map_err(|e| Error::checkpoint(path, e))?)
-}
-
 /// Writes a file and waits until it is on the disk: the rename must not overtake it.
-fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let mut file = fs::File::create(path)?;
     file.write_all(bytes)?;
     Ok(file.sync_all()?)
-}
-
-/// A safetensors file in memory.
-struct Tensors {
-    path: PathBuf,
-    bytes: Vec<u8>,
-}
-
-impl Tensors {
-    fn read(path: PathBuf) -> Result<Self, Error> {
-        Ok(Self { bytes: fs::read(&path)?, path })
-    }
-
-    /// Copies each entry, under its name and `suffix`, to its place in `values`.
-    fn copy(&self, entries: &[Entry], suffix: &str, values: &mut [f32]) -> Result<(), Error> {
-        let error = |problem: String| Error::checkpoint(&self.path, problem);
-        let file = SafeTensors::deserialize(&self.bytes).map_err(|e| error(format!("damaged or cut off ({e})")))?;
-        for entry in entries {
-            let name = format!("{}{suffix}", entry.name);
-            let tensor = file.tensor(&name).map_err(|_| error(format!("holds no {name}")))?;
-            if tensor.shape() != entry.shape || tensor.dtype() != Dtype::F32 {
-                let (dtype, shape) = (tensor.dtype(), tensor.shape());
-                return Err(error(format!("{name} is {dtype:?} {shape:?}, not F32 {:?}", entry.shape)));
-            }
-            for (value, bytes) in values[entry.range()].iter_mut().zip(tensor.data().as_chunks().0) {
-                *value = f32::from_le_bytes(*bytes);
-            }
-        }
-        Ok(())
-    }
 }

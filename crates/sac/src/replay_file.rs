@@ -34,7 +34,7 @@ pub(crate) fn write(path: &Path, replay: &Replay) -> Result<(), Error> {
     Ok(inner.get_ref().sync_all()?)
 }
 
-/// Reads what [`write`] wrote.
+/// Reads what [`write()`] wrote.
 pub(crate) fn read(path: &Path, config: &Config, observation_dim: usize, action_dim: usize) -> Result<Replay, Error> {
     let error = |problem: String| Error::checkpoint(path, problem);
     let file = File::open(path)?;

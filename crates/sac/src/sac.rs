@@ -7,6 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use crate::actor::{Act, Actor};
 use crate::adam::Adam;
+use crate::losses::{Losses, mean, norm};
 use crate::memory::{Half, Memory};
 use crate::network::Networks;
 use crate::replay::Replay;
@@ -39,35 +40,6 @@ enum Stream {
     Acting,
     Batches,
     Noise,
-}
-
-/// What an update reports, averaged over its batch.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Losses {
-    /// Sum of both critics' mean squared errors, in reward^2.
-    pub critic_loss: f32,
-    /// mean(alpha log pi - min Q), in reward.
-    pub actor_loss: f32,
-    /// alpha after the update, in reward per nat.
-    pub temperature: f32,
-    /// -mean(log pi), in nat.
-    pub entropy: f32,
-    /// Mean of min Q on the policy's own actions, in reward. Climbing while returns fall means overestimation.
-    pub q_mean: f32,
-    /// Euclidean norm of the critics' gradient.
-    pub grad_norm_critic: f32,
-    /// Euclidean norm of the actor's gradient.
-    pub grad_norm_actor: f32,
-}
-
-impl Losses {
-    /// Whether every number is finite. If not, learning has diverged and cannot recover.
-    pub fn is_finite(&self) -> bool {
-        let Self { critic_loss, actor_loss, temperature, entropy, q_mean, grad_norm_critic, grad_norm_actor } = *self;
-        [critic_loss, actor_loss, temperature, entropy, q_mean, grad_norm_critic, grad_norm_actor]
-            .iter()
-            .all(|x| x.is_finite())
-    }
 }
 
 impl Sac {
@@ -216,9 +188,8 @@ impl Sac {
         let Memory { batch, log_prob, critic_pass, target_pass, critic_gradient, .. } = memory;
         let n = batch.reward.len();
         let mut loss = 0.0;
-        for i in 0..n {
-            let next_value = target_pass.result()[2 * i].min(target_pass.result()[2 * i + 1]) - alpha * log_prob[i];
-            let y = batch.reward[i] + batch.discount[i] * next_value;
+        for (i, [q1, q2]) in target_pass.result().as_chunks::<2>().0.iter().enumerate() {
+            let y = batch.reward[i] + batch.discount[i] * (q1.min(*q2) - alpha * log_prob[i]);
             for q in 2 * i..2 * i + 2 {
                 let error = critic_pass.result()[q] - y;
                 loss += error * error / n as f32;
@@ -288,21 +259,4 @@ impl Sac {
             }
         }
     }
-}
-
-fn mean(values: &[f32]) -> f32 {
-    values.iter().sum::<f32>() / values.len() as f32
-}
-
-fn norm(values: &[f32]) -> f32 {
-    // Eight sums side by side: one alone waits for each addition and would take a twentieth of the update.
-    let mut sums = [0.0f64; 8];
-    let (chunks, rest) = values.as_chunks::<8>();
-    for chunk in chunks {
-        for (sum, &x) in sums.iter_mut().zip(chunk) {
-            *sum += f64::from(x) * f64::from(x);
-        }
-    }
-    let rest = rest.iter().map(|&x| f64::from(x) * f64::from(x)).sum::<f64>();
-    (sums.iter().sum::<f64>() + rest).sqrt() as f32
 }

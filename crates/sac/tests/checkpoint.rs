@@ -77,11 +77,11 @@ fn a_continued_run_gives_the_bytes_of_an_unbroken_one() {
 #[test]
 fn the_actor_alone_acts_like_the_learner() {
     let folder = tempfile::tempdir().unwrap();
-    let (mut sac, replay) = start();
-    Checkpoint::save(folder.path(), &sac, None, Value::Null).unwrap();
+    let (mut sac, _) = start();
+    Checkpoint::save(folder.path(), &sac, None, json!({ "task": "door" })).unwrap();
     assert!(Checkpoint::load(folder.path(), OBSERVATIONS, ACTIONS).unwrap().replay.is_none());
-    drop(replay);
-    let mut actor = Actor::load(folder.path(), OBSERVATIONS, ACTIONS, 1).unwrap();
+    let (mut actor, caller) = Actor::load(folder.path(), OBSERVATIONS, ACTIONS, 1).unwrap();
+    assert_eq!(caller, json!({ "task": "door" }));
     let (mut a, mut b) = ([0.0; ACTIONS], [0.0; ACTIONS]);
     sac.act(&[0.1; OBSERVATIONS], &mut a, Act::Mean);
     actor.act(&[0.1; OBSERVATIONS], &mut b, Act::Mean);
@@ -140,7 +140,7 @@ fn a_missing_damaged_or_foreign_checkpoint_is_refused_in_one_line() {
         fs::write(path.join(file), &whole[..whole.len() - 20]).unwrap();
         let cut = message(OBSERVATIONS);
         assert!(cut.contains(&format!("last/{file}: ")) && cut.contains(complaint), "{file}: {cut}");
-        fs::write(path.join(file), &[]).unwrap();
+        fs::write(path.join(file), []).unwrap();
         assert!(message(OBSERVATIONS).contains(&format!("last/{file}: ")), "{file}: {}", message(OBSERVATIONS));
         fs::write(path.join(file), whole).unwrap();
     }

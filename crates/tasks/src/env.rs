@@ -242,7 +242,7 @@ impl Env {
     /// The scripted expert's action in the present state.
     pub fn expert_action(&self) -> Vec<f64> {
         let waypoint = self.task.expert(&self.simulation, &self.y);
-        let reference = match self.config.controller.reference {
+        let reference = match *self.controller.reference() {
             Reference::Rebased => &self.y.pose,
             Reference::Continued { .. } => self.controller.goal(),
         };

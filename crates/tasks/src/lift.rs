@@ -114,7 +114,7 @@ impl Task for Lift {
     }
 
     fn camera(&self) -> Camera {
-        Camera { eye: [0.95, -0.75, 1.35], target: [-0.12, 0.0, 0.92], field_of_view: 0.75 }
+        Camera { eye: [0.95, -0.95, 1.45], target: [-0.22, 0.0, 0.98], field_of_view: 0.72 }
     }
 }
 

@@ -3,6 +3,7 @@
 use super::Controller;
 use crate::action_space::ActionSpace;
 use crate::impedance::Convention;
+use crate::reference::Reference;
 use crate::spatial::{Pose, Twist, Vector6, Wrench};
 
 impl Controller {
@@ -32,6 +33,12 @@ impl Controller {
     #[must_use]
     pub fn convention(&self) -> Convention {
         self.form.convention
+    }
+
+    /// What the pose delta of an action is added to.
+    #[must_use]
+    pub fn reference(&self) -> &Reference {
+        &self.form.reference
     }
 
     /// F_ff as it acts (N, Nm; world axes). It enters the torque law with a minus sign.

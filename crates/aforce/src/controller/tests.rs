@@ -5,7 +5,7 @@ use crate::adaptive_impedance::{AdaptiveImpedance, DeltaSign};
 use crate::interpolator::Interpolation;
 use crate::reference::Reference;
 use crate::spatial::{Vector3, linear};
-use crate::testing::{gantry, move_gantry, random_arm};
+use crate::testing::{gantry, move_gantry, random_arm, robosuite_steps};
 use approx::assert_relative_eq;
 use proptest::prelude::*;
 
@@ -29,7 +29,7 @@ fn action(name: &str, delta: [f64; 6], force: f64) -> Vec<f64> {
 #[test]
 fn osc_torque_is_robosuites_formula() {
     let mut y = random_arm(21);
-    let mut control = controller("osc", &ControllerConfig::default(), UNLIMITED);
+    let mut control = controller("osc", &robosuite_steps(), UNLIMITED);
     control.reset(&y);
     let q0 = y.q;
     control.set_goal(&[0.4, -0.2, 0.6, 0.1, -0.3, 0.2], &y);
@@ -81,12 +81,12 @@ fn a_positive_entry_moves_the_tool_along_the_positive_axis() {
     for space in ActionSpace::ALL {
         for axis in 0..6 {
             let mut y = gantry(INERTIA);
-            let mut control = controller(space.name(), &ControllerConfig::default(), UNLIMITED);
+            let mut control = controller(space.name(), &robosuite_steps(), UNLIMITED);
             control.reset(&y);
             let mut delta = [0.0; 6];
             delta[axis] = 0.5;
             control.set_goal(&action(space.name(), delta, -1.0), &y);
-            for _ in 0..25 {
+            for _ in 0..100 {
                 let tau = control.update(&y);
                 move_gantry(&mut y, &tau, &Wrench::zeros(), 0.002);
             }
@@ -112,10 +112,22 @@ fn shaped_stiffness_is_reported_in_both_units() {
     assert_eq!((low.stiffness()[0], low.stiffness()[5]), (150.0, 10.0));
 }
 
+/// The configuration with one way to form the goal in every action space.
+fn with_reference(config: &ControllerConfig, reference: Reference) -> ControllerConfig {
+    let mut config = *config;
+    let settings = &mut config.impedance;
+    for level in [&mut settings.low, &mut settings.mid, &mut settings.high, &mut settings.osc] {
+        level.form.reference = reference;
+    }
+    settings.aforce.form.reference = reference;
+    settings.variable.form.reference = reference;
+    config
+}
+
 /// Lowers the tool onto an elastic table at z = 0 and presses for 4 s; returns the force on the tool and the controller.
 fn press(name: &str, config: &ControllerConfig, force_entry: f64) -> (f64, Controller) {
     let reference = Reference::Continued { leash_position: 0.03, leash_rotation: 0.1 };
-    let config = &ControllerConfig { reference, ..*config };
+    let config = &with_reference(config, reference);
     let mut y = gantry(INERTIA);
     y.pose.translation.z = 0.005;
     let mut control = controller(name, config, UNLIMITED);
@@ -250,9 +262,11 @@ proptest! {
         if jerk_limited {
             config.interpolation = Interpolation::JerkLimited;
         }
-        if continued {
-            config.reference = Reference::Continued { leash_position: 0.02, leash_rotation: 0.15 };
-        }
+        let reference = match continued {
+            true => Reference::Continued { leash_position: 0.02, leash_rotation: 0.15 },
+            false => Reference::Rebased,
+        };
+        config = with_reference(&config, reference);
         let max = JointVector::from([80.0, 80.0, 80.0, 80.0, 80.0, 12.0, 12.0]);
         let limits = TorqueLimits { max, rate: Some(JointVector::repeat(1000.0)) };
         let mut control = controller(space.name(), &config, limits);

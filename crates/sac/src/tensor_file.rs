@@ -1,0 +1,55 @@
+//! Named f32 tensors in the safetensors format, which Python opens with one call.
+
+use std::path::{Path, PathBuf};
+
+use fs_err as fs;
+use safetensors::tensor::{Dtype, SafeTensors, TensorView};
+
+use crate::Error;
+use crate::checkpoint::write_file;
+use crate::network::Entry;
+
+/// Writes groups of entries, each under its name and the group's suffix.
+pub(crate) fn write_tensors(path: &Path, groups: &[(&[Entry], &str, &[f32])]) -> Result<(), Error> {
+    let mut tensors = Vec::new();
+    for (entries, suffix, values) in groups {
+        for entry in *entries {
+            let bytes: Vec<u8> = values[entry.range()].iter().flat_map(|x| x.to_le_bytes()).collect();
+            tensors.push((format!("{}{suffix}", entry.name), entry.shape.clone(), bytes));
+        }
+    }
+    let views = tensors.iter().map(|(name, shape, bytes)| {
+        (name, TensorView::new(Dtype::F32, shape.clone(), bytes).expect("as many bytes as the shape says"))
+    });
+    write_file(path, &safetensors::serialize(views, None).map_err(|e| Error::checkpoint(path, e))?)
+}
+
+/// A safetensors file in memory.
+pub(crate) struct Tensors {
+    path: PathBuf,
+    bytes: Vec<u8>,
+}
+
+impl Tensors {
+    pub fn read(path: PathBuf) -> Result<Self, Error> {
+        Ok(Self { bytes: fs::read(&path)?, path })
+    }
+
+    /// Copies each entry, under its name and `suffix`, to its place in `values`.
+    pub fn copy(&self, entries: &[Entry], suffix: &str, values: &mut [f32]) -> Result<(), Error> {
+        let error = |problem: String| Error::checkpoint(&self.path, problem);
+        let file = SafeTensors::deserialize(&self.bytes).map_err(|e| error(format!("damaged or cut off ({e})")))?;
+        for entry in entries {
+            let name = format!("{}{suffix}", entry.name);
+            let tensor = file.tensor(&name).map_err(|_| error(format!("holds no {name}")))?;
+            if tensor.shape() != entry.shape || tensor.dtype() != Dtype::F32 {
+                let (dtype, shape) = (tensor.dtype(), tensor.shape());
+                return Err(error(format!("{name} is {dtype:?} {shape:?}, not F32 {:?}", entry.shape)));
+            }
+            for (value, bytes) in values[entry.range()].iter_mut().zip(tensor.data().as_chunks().0) {
+                *value = f32::from_le_bytes(*bytes);
+            }
+        }
+        Ok(())
+    }
+}
