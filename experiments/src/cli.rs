@@ -8,11 +8,14 @@ use anyhow::{Result, ensure};
 use clap::{Args, ValueEnum};
 use toml::Value;
 
-use crate::config::{RunConfig, parse_override};
+use crate::config::{BadSetting, RunConfig, parse_override};
 use crate::folder::RunFolder;
 
 /// Exit code of a run that a signal stopped after it saved itself: try again.
 pub const STOPPED: u8 = 75;
+
+/// Exit code of wrong usage, the same that clap uses.
+const USAGE: u8 = 2;
 
 /// Where a configuration comes from; later sources win.
 #[derive(Debug, Args)]
@@ -97,6 +100,6 @@ fn parse_steps(text: &str) -> Result<u64, String> {
 pub fn exit(result: Result<ExitCode>) -> ExitCode {
     result.unwrap_or_else(|error| {
         eprintln!("error: {}", format!("{error:#}").replace('\n', " "));
-        ExitCode::FAILURE
+        if error.is::<BadSetting>() { ExitCode::from(USAGE) } else { ExitCode::FAILURE }
     })
 }

@@ -3,10 +3,19 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Result, ensure};
 use serde::{Deserialize, Serialize};
 use tasks::EnvConfig;
 use toml::{Table, Value};
+
+/// A setting that cannot be: wrong usage, as opposed to a failure.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct BadSetting(String);
+
+fn bad(message: String) -> anyhow::Error {
+    BadSetting(message).into()
+}
 
 /// Everything that decides the outcome of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -56,19 +65,19 @@ impl RunConfig {
             let text = fs_err::read_to_string(path)?;
             let table: Table = text
                 .parse()
-                .map_err(|e: toml::de::Error| anyhow!("{}: not valid TOML: {}", path.display(), e.message()))?;
+                .map_err(|e: toml::de::Error| bad(format!("{}: not valid TOML: {}", path.display(), e.message())))?;
             layers.push((path.display().to_string(), table));
         }
         let mut flags = Table::new();
         for (key, value) in overrides {
-            insert(&mut flags, key, value.clone()).with_context(|| format!("--set {key}"))?;
+            insert(&mut flags, key, value.clone()).map_err(|head| bad(format!("{key}: {head} is not a section")))?;
         }
         layers.push(("command line".into(), flags));
 
         let preset = layers.iter().rev().find_map(|(_, table)| table.get("preset"));
         let preset = match preset {
             Some(value) => {
-                value.clone().try_into().map_err(|_| anyhow!("preset = {value}: known are paper, desktop"))?
+                value.clone().try_into().map_err(|_| bad(format!("preset = {value}: known are paper, desktop")))?
             }
             None => sac::Preset::Desktop,
         };
@@ -76,21 +85,23 @@ impl RunConfig {
         for (source, table) in layers {
             merge(&mut merged, table);
             let check: Result<Self, _> = merged.clone().try_into();
-            check.map_err(|e| anyhow!("{source}: {}", explain(&e)))?;
+            check.map_err(|e| bad(format!("{source}: {}", explain(&e))))?;
         }
         let config: Self = merged.try_into().expect("checked with the last layer");
-        config.validate()?;
+        config.validate().map_err(|e| bad(e.to_string()))?;
         Ok(config)
     }
 
     fn validate(&self) -> Result<()> {
-        for (name, value) in [("steps", self.steps), ("evaluate_every", self.evaluate_every)] {
-            if value == 0 {
-                bail!("{name} = 0: must be at least 1");
-            }
-        }
-        if self.evaluation_episodes == 0 {
-            bail!("evaluation_episodes = 0: must be at least 1");
+        let counts = [
+            ("steps", self.steps),
+            ("evaluate_every", self.evaluate_every),
+            ("evaluation_episodes", self.evaluation_episodes.into()),
+            ("checkpoint_every", self.checkpoint_every),
+            ("env.horizon", self.env.horizon.into()),
+        ];
+        for (name, value) in counts {
+            ensure!(value > 0, "{name} = 0: must be at least 1");
         }
         self.env.validate()?;
         self.learner.validate()?;
@@ -121,14 +132,15 @@ pub fn parse_override(text: &str) -> Result<(String, Value), String> {
     Ok((key.trim().into(), value))
 }
 
-fn insert(table: &mut Table, key: &str, value: Value) -> Result<()> {
+/// Puts a value under a dotted key; the error is the part of the key that is no section.
+fn insert(table: &mut Table, key: &str, value: Value) -> Result<(), String> {
     match key.split_once('.') {
         None => {
             table.insert(key.into(), value);
         }
         Some((head, rest)) => {
             let inner = table.entry(head).or_insert_with(|| Value::Table(Table::new()));
-            insert(inner.as_table_mut().ok_or_else(|| anyhow!("{head} is not a section"))?, rest, value)?;
+            insert(inner.as_table_mut().ok_or(head)?, rest, value)?;
         }
     }
     Ok(())

@@ -4,7 +4,7 @@
 use aforce::Vector3;
 use nalgebra::{Translation3, Vector3 as V3};
 
-use crate::panda::tool_rotation;
+use crate::panda::{Parameters, tool_rotation};
 use crate::scene::{Actuator, Axis, Body, Geom, Inertial, Joint, Role, Scene, Shape, Stop, at, pose};
 use aforce::Pose;
 
@@ -22,14 +22,13 @@ const MAX_FORCE: f64 = 20.0;
 const COMMAND_RATE: f64 = 0.01 / 0.002;
 
 /// Adds the gripper below `right_hand`; returns the body that carries the grip site.
-pub fn add_gripper(scene: &mut Scene, right_hand: usize) -> usize {
+pub fn add_gripper(scene: &mut Scene, parameters: &Parameters, right_hand: usize) -> usize {
     let gripper = scene.add(Body {
         name: "gripper".into(),
         parent: Some(right_hand),
         pose: Pose::from_parts(Translation3::identity(), tool_rotation()),
         joint: Joint::Fixed,
-        // Principal moments 0.09, 0.07, 0.05 in axes turned by +90 degrees about x.
-        inertial: Inertial::diagonal(0.3, [0.0, 0.0, 0.17], [0.09, 0.05, 0.07]),
+        inertial: parameters.gripper,
         geoms: vec![Geom {
             name: "hand".into(),
             shape: Shape::Box(Vector3::new(0.1022, 0.0316, 0.04595)),
@@ -39,17 +38,16 @@ pub fn add_gripper(scene: &mut Scene, right_hand: usize) -> usize {
             color: [60, 62, 68],
         }],
     });
-    add_finger(scene, gripper, "left", 1.0);
-    add_finger(scene, gripper, "right", -1.0);
+    add_finger(scene, gripper, &parameters.finger, "left", 1.0);
+    add_finger(scene, gripper, &parameters.finger, "right", -1.0);
     gripper
 }
 
 /// `side` is +1 for the left finger, whose joint coordinate grows as it opens, and -1
 /// for the right one, whose coordinate falls.
-fn add_finger(scene: &mut Scene, gripper: usize, name: &str, side: f64) {
+fn add_finger(scene: &mut Scene, gripper: usize, inertial: &Inertial, name: &str, side: f64) {
     const Q: f64 = std::f64::consts::FRAC_1_SQRT_2;
-    let tip_offset = [0.0, 0.0085 * side, 0.056];
-    let tip = Inertial::diagonal(0.01, tip_offset, [0.01; 3]);
+    let com = Vector3::new(inertial.com.x, side * inertial.com.y, inertial.com.z);
     scene.add(Body {
         name: format!("{name}_finger"),
         parent: Some(gripper),
@@ -63,7 +61,7 @@ fn add_finger(scene: &mut Scene, gripper: usize, name: &str, side: f64) {
             armature: 1.0,
             stop: Stop { stiffness: 20_000.0, damping: 100.0 },
         }),
-        inertial: Inertial::diagonal(0.1, [0.0, 0.0, 0.05], [0.01, 0.01, 0.005]).merged(&tip),
+        inertial: Inertial { com, ..*inertial },
         geoms: vec![
             Geom {
                 name: format!("{name}_shell"),

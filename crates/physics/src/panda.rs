@@ -60,8 +60,12 @@ pub enum ParameterSet {
 pub struct Parameters {
     /// Links 1 to 7, in the link frames.
     pub links: [Inertial; 7],
-    /// The flange and hand, in the frame called `right_hand`.
+    /// What is fixed to the flange, in the frame called `right_hand`.
     pub hand: Inertial,
+    /// The gripper without its fingers, in the gripper frame.
+    pub gripper: Inertial,
+    /// One finger, in its own frame; the left one (the right is its mirror image).
+    pub finger: Inertial,
     /// Viscous damping per joint (Nm s/rad).
     pub damping: JointVector,
     /// Dry friction per joint (Nm).
@@ -97,6 +101,13 @@ fn robosuite() -> Parameters {
             link(0.5, [0.0, 0.0, 0.08], 0.05),
         ],
         hand: link(0.5, [0.0; 3], 0.05),
+        // Principal moments 0.09, 0.07, 0.05 in axes turned by +90 degrees about x.
+        gripper: Inertial::diagonal(0.3, [0.0, 0.0, 0.17], [0.09, 0.05, 0.07]),
+        finger: Inertial::diagonal(0.1, [0.0, 0.0, 0.05], [0.01, 0.01, 0.005]).merged(&Inertial::diagonal(
+            0.01,
+            [0.0, 0.0085, 0.056],
+            [0.01; 3],
+        )),
         damping: SVector::from([0.1, 0.1, 0.1, 0.1, 0.1, 0.01, 0.01]),
         friction: SVector::from([0.1; 7]),
         armature: JointVector::from_fn(|i, _| 5.0 / (i as f64 + 1.0)),
@@ -147,6 +158,8 @@ fn identified() -> Parameters {
             ),
         ],
         hand: Inertial::diagonal(0.73, [-0.01, 0.0, 0.03], [0.001, 0.0025, 0.0017]),
+        gripper: Inertial::NONE, // The maker's hand above includes it.
+        finger: Inertial::diagonal(0.015, [0.0; 3], [2.375e-6, 2.375e-6, 7.5e-7]),
         damping: SVector::from([1.0; 7]),
         friction: SVector::from([0.0; 7]),
         // Reflected rotor inertias of the FR3, which shares the Panda's drives.

@@ -42,6 +42,8 @@ mod n_step;
 mod network;
 mod pass;
 #[cfg(test)]
+mod pytorch;
+#[cfg(test)]
 mod reference;
 mod replay;
 mod replay_file;

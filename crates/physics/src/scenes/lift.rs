@@ -28,7 +28,7 @@ pub fn scene(parameters: &Parameters, cube_half: Vector3) -> (Scene, usize) {
     let table = Table { size: [0.8, 0.8, 0.05], top: [0.0, 0.0, TABLE_HEIGHT], friction: 1.0 };
     let base = add_fixtures(&mut scene, &table);
     let right_hand = add_arm(&mut scene, parameters, base);
-    let gripper = add_gripper(&mut scene, right_hand);
+    let gripper = add_gripper(&mut scene, parameters, right_hand);
     scene.add(Body {
         name: "cube".into(),
         parent: None,

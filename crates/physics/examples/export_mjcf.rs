@@ -1,0 +1,50 @@
+//! Writes the Lift scene for MuJoCo: `export_mjcf robosuite|identified FOLDER` makes
+//! FOLDER/<set>.xml and FOLDER/<set>.csv, the table of what the file must contain.
+
+use std::fmt::Write;
+use std::path::Path;
+use std::{env, fs, process};
+
+use aforce::Vector3;
+use physics::mjcf;
+use physics::panda::ParameterSet;
+use physics::scene::{Joint, Scene};
+use physics::scenes::lift;
+
+fn main() {
+    let arguments: Vec<String> = env::args().skip(1).collect();
+    let (name, folder) = match arguments.as_slice() {
+        [name, folder] => (name.as_str(), Path::new(folder)),
+        _ => usage(),
+    };
+    let set = match name {
+        "robosuite" => ParameterSet::Robosuite,
+        "identified" => ParameterSet::Identified,
+        _ => usage(),
+    };
+    let (scene, _) = lift::scene(&set.parameters(), Vector3::repeat(0.021));
+    fs::create_dir_all(folder).expect("the folder can be made");
+    fs::write(folder.join(format!("{name}.xml")), mjcf::export(&scene, 0.002)).expect("the folder is writable");
+    fs::write(folder.join(format!("{name}.csv")), table(&scene)).expect("the folder is writable");
+}
+
+/// One line per joint, and one with the mass of the whole scene.
+fn table(scene: &Scene) -> String {
+    let mut out = String::from("name,lower,upper,damping,friction,armature,max_effort,mass\n");
+    for body in &scene.bodies {
+        if let Joint::Hinge(axis) | Joint::Slide(axis) = &body.joint {
+            let max_effort = scene.actuators.iter().find(|a| a.joint == axis.name).map_or(0.0, |a| a.max_effort);
+            let [lower, upper] = axis.range;
+            let (damping, friction, armature) = (axis.damping, axis.friction, axis.armature);
+            writeln!(out, "{},{lower},{upper},{damping},{friction},{armature},{max_effort},", axis.name).unwrap();
+        }
+    }
+    let mass: f64 = scene.bodies.iter().map(|b| b.inertial.mass).sum();
+    writeln!(out, "total,,,,,,,{mass}").unwrap();
+    out
+}
+
+fn usage() -> ! {
+    eprintln!("usage: export_mjcf robosuite|identified FOLDER");
+    process::exit(2)
+}

@@ -1,0 +1,227 @@
+//! Three updates, and the mean actions of a checkpoint, against those of PyTorch: its autograd, its distributions, its Adam.
+//! `scripts/pytorch_reference.py` recorded them in `reference/pytorch.safetensors` and tells how.
+//!
+//! Properties:
+//! - every loss, gradient, moment, weight, target and the temperature that an update leaves is PyTorch's, up to the rounding of f32;
+//! - the comparison is sharp: a slip in any input, setting or count is noticed;
+//! - a checkpoint written here means the same policy to PyTorch.
+
+use std::path::{Path, PathBuf};
+
+use safetensors::SafeTensors;
+use serde_json::json;
+
+use crate::gaussian::SquashedGaussian;
+use crate::network::Networks;
+use crate::{Act, Actor, Checkpoint, Config, Losses, Replay, Sac, Transition};
+
+const OBSERVATIONS: usize = 5;
+const ACTIONS: usize = 3;
+
+// Tolerances, relative to the largest entry of a tensor. f32 rounds by 6e-8; the record itself is computed in f64.
+
+/// Weights, targets, losses, temperature. Seen here: up to 2e-7; PyTorch in f32: 3e-7.
+const OF_STATE: f32 = 1e-6;
+/// Gradients and their means. The derivative by the one bias of a critic's last layer is a sum of terms of both signs, of which little
+/// remains. Seen here: up to 1.5e-6; PyTorch in f32: 3e-6.
+const OF_GRADIENT: f32 = 1e-5;
+/// Means of squared gradients. 0.999 in f32 is 1.3e-8 too large, so that 1 - 0.999 is 1.3e-5 too small, and so is v. The correction of
+/// its bias makes up for it (see `Adam`): weights do not notice.
+const OF_SQUARES: f32 = 2e-5;
+
+fn path(file: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("reference").join(file)
+}
+
+/// What PyTorch computed.
+struct Record(Vec<u8>);
+
+impl Record {
+    fn read() -> Self {
+        Self(std::fs::read(path("pytorch.safetensors")).unwrap())
+    }
+
+    fn config(&self) -> Config {
+        let (_, header) = SafeTensors::read_metadata(&self.0).unwrap();
+        serde_json::from_str(&header.metadata().as_ref().unwrap()["config"]).unwrap()
+    }
+
+    fn get(&self, name: &str) -> Vec<f32> {
+        let file = SafeTensors::deserialize(&self.0).unwrap();
+        let tensor = file.tensor(name).unwrap_or_else(|_| panic!("no {name} in the record"));
+        tensor.data().as_chunks().0.iter().map(|x| f32::from_le_bytes(*x)).collect()
+    }
+
+    fn fill(&self, networks: &mut Networks, suffix: &str) {
+        for entry in networks.entries() {
+            networks.values[entry.range()].copy_from_slice(&self.get(&format!("{}{suffix}", entry.name)));
+        }
+    }
+
+    /// The learner that PyTorch started with.
+    fn learner(&self) -> Sac {
+        let mut sac = Sac::new(&self.config(), OBSERVATIONS, ACTIONS, 0).unwrap();
+        self.fill(&mut sac.actor.network, "@0");
+        self.fill(&mut sac.critics, "@0");
+        self.fill(&mut sac.targets, ".target@0");
+        sac
+    }
+
+    /// Puts the batch and the noise of update `t` where the learner looks for them.
+    fn load_batch(&self, sac: &mut Sac, t: usize) {
+        let get = |name| self.get(&format!("batch.{name}@{t}"));
+        let rows = |observation: Vec<f32>, action: Vec<f32>| -> Vec<f32> {
+            let rows = observation.chunks_exact(OBSERVATIONS).zip(action.chunks_exact(ACTIONS));
+            rows.flat_map(|(observation, action)| [observation, action].concat()).collect()
+        };
+        let batch = &mut sac.memory.batch;
+        batch.input = rows(get("observation"), get("action"));
+        // The policy's action belongs in the place of the NaN.
+        batch.next_input = rows(get("next_observation"), vec![f32::NAN; get("action").len()]);
+        (batch.reward, batch.discount) = (get("reward"), get("discount"));
+        sac.memory.noise = [get("next_noise"), get("noise")].concat();
+    }
+}
+
+/// Largest error relative to the largest entry: rounding errors of a sum are as large as those of its largest terms.
+fn error(found: &[f32], expected: &[f32]) -> f32 {
+    assert_eq!(found.len(), expected.len());
+    // Keeps a NaN, unlike `max`.
+    let larger = |a: f32, b: f32| if b > a || b.is_nan() { b } else { a };
+    let largest = |values: &mut dyn Iterator<Item = f32>| values.map(f32::abs).fold(0.0, larger);
+    largest(&mut found.iter().zip(expected).map(|(a, b)| a - b)) / largest(&mut expected.iter().copied())
+}
+
+/// A change to what an update works on.
+type Slip = fn(&mut Sac);
+
+/// Does the three updates, each after `slip`, and returns what differs from PyTorch's by more than rounding.
+fn differences(slip: Slip) -> Vec<String> {
+    let record = Record::read();
+    let mut sac = record.learner();
+    let mut differences = Vec::new();
+    for t in 1..=3 {
+        record.load_batch(&mut sac, t);
+        slip(&mut sac);
+        let losses = sac.learn();
+        let mut compare = |name: &str, found: &[f32], tolerance: f32| {
+            let error = error(found, &record.get(&format!("{name}@{t}")));
+            if error.is_nan() || error > tolerance {
+                differences.push(format!("{name} after update {t}: off by {error:.1e}, allowed {tolerance:.1e}"));
+            }
+        };
+        let Losses { critic_loss, actor_loss, entropy, q_mean, .. } = losses;
+        for (name, value) in
+            [("critic_loss", critic_loss), ("actor_loss", actor_loss), ("entropy", entropy), ("q_mean", q_mean)]
+        {
+            compare(name, &[value], OF_STATE);
+        }
+        compare("log_temperature", &[sac.log_temperature], OF_STATE);
+        compare("log_temperature.adam_m", &sac.temperature_adam.m, OF_GRADIENT);
+        compare("log_temperature.adam_v", &sac.temperature_adam.v, OF_SQUARES);
+        for (networks, values, suffix, tolerance) in [
+            (&sac.actor.network, &sac.actor.network.values[..], "", OF_STATE),
+            (&sac.actor.network, &sac.memory.actor_gradient.values, ".gradient", OF_GRADIENT),
+            (&sac.actor.network, &sac.actor_adam.m, ".adam_m", OF_GRADIENT),
+            (&sac.actor.network, &sac.actor_adam.v, ".adam_v", OF_SQUARES),
+            (&sac.critics, &sac.critics.values, "", OF_STATE),
+            (&sac.critics, &sac.memory.critic_gradient.values, ".gradient", OF_GRADIENT),
+            (&sac.critics, &sac.critic_adam.m, ".adam_m", OF_GRADIENT),
+            (&sac.critics, &sac.critic_adam.v, ".adam_v", OF_SQUARES),
+            (&sac.critics, &sac.targets.values, ".target", OF_STATE),
+        ] {
+            for entry in networks.entries() {
+                compare(&format!("{}{suffix}", entry.name), &values[entry.range()], tolerance);
+            }
+        }
+    }
+    differences
+}
+
+#[test]
+fn three_updates_leave_what_pytorch_leaves() {
+    let differences = differences(|_| ());
+    assert!(differences.is_empty(), "{}", differences.join("\n"));
+}
+
+#[test]
+fn any_slip_is_noticed() {
+    let slips: [(&str, Slip); 20] = [
+        ("a discount of gamma^2 for gamma^3", |sac| sac.memory.batch.discount[0] /= 0.97),
+        ("a discount after a termination", |sac| sac.memory.batch.discount[5] = 0.97),
+        ("a reward", |sac| sac.memory.batch.reward[3] += 1e-3),
+        ("an observation", |sac| sac.memory.batch.input[OBSERVATIONS - 1] += 1e-3),
+        ("an action", |sac| sac.memory.batch.input[OBSERVATIONS] += 1e-3),
+        ("a next observation", |sac| sac.memory.batch.next_input[0] += 1e-3),
+        ("next noise", |sac| sac.memory.noise[0] += 1e-3),
+        ("present noise", |sac| *sac.memory.noise.last_mut().unwrap() += 1e-3),
+        ("noise the wrong way round", |sac| sac.memory.noise.rotate_right(8 * ACTIONS)),
+        ("the temperature", |sac| sac.log_temperature += 1e-4),
+        ("a weight of a target", |sac| sac.targets.values[0] += 1e-4),
+        ("targets that are the critics", |sac| sac.targets = sac.critics.clone()),
+        ("targets moved every time", |sac| sac.config.target_period = 1),
+        ("the targets' step", |sac| sac.config.tau *= 1.01),
+        ("the target entropy", |sac| sac.config.target_entropy = None),
+        ("the actor's rate", |sac| sac.config.actor_learning_rate *= 1.01),
+        ("the critics' rate", |sac| sac.config.critic_learning_rate *= 1.01),
+        ("the temperature's rate", |sac| sac.config.temperature_learning_rate *= 1.01),
+        ("updates counted from 0", |sac| sac.updates = sac.updates.max(1)),
+        ("the range of log std", |sac| {
+            sac.actor.policy = SquashedGaussian::new(&Config { log_std_max: 1.51, ..sac.config.clone() });
+        }),
+    ];
+    for (what, slip) in slips {
+        assert!(!differences(slip).is_empty(), "{what} makes no difference");
+    }
+}
+
+#[test]
+fn a_checkpoint_means_the_same_policy_to_pytorch() {
+    let (mut actor, _) = Actor::load(&path("checkpoint"), OBSERVATIONS, ACTIONS, 0).unwrap();
+    let record = Record::read();
+    let observations = record.get("checkpoint.observations");
+    let expected = record.get("checkpoint.mean_actions");
+    assert!(!expected.is_empty());
+    for (observation, expected) in observations.chunks_exact(OBSERVATIONS).zip(expected.chunks_exact(ACTIONS)) {
+        let mut action = [0.0; ACTIONS];
+        actor.act(observation, &mut action, Act::Mean);
+        // Both sides round to f32: a few times 6e-8 each.
+        approx::assert_abs_diff_eq!(action[..], expected, epsilon = 1e-6);
+    }
+}
+
+/// Writes the checkpoint that PyTorch is asked about: `cargo test -p sac --lib -- --ignored write_the_checkpoint`, then the script.
+#[test]
+#[ignore = "writes into the repository"]
+fn write_the_checkpoint() {
+    let config = Record::read().config();
+    let mut replay = Replay::new(&config, OBSERVATIONS, ACTIONS);
+    let observe = |k: usize| std::array::from_fn::<f32, OBSERVATIONS, _>(|i| ((7 * k + i) as f32).sin());
+    for k in 0..50 {
+        let step = Transition {
+            observation: &observe(k),
+            action: &[0.1, -0.5, 0.9],
+            reward: (k as f32).cos(),
+            next_observation: &observe(k + 1),
+            terminated: k % 10 == 9,
+            truncated: false,
+        };
+        replay.push(&step).unwrap();
+    }
+    let mut sac = Sac::new(&config, OBSERVATIONS, ACTIONS, 1).unwrap();
+    // Until no bias is zero any more.
+    for _ in 0..100 {
+        sac.update(&replay);
+    }
+    let observations: Vec<_> = (100..108).map(observe).collect();
+    let mean_actions: Vec<_> = observations
+        .iter()
+        .map(|observation| {
+            let mut action = [0.0; ACTIONS];
+            sac.act(observation, &mut action, Act::Mean);
+            action
+        })
+        .collect();
+    let caller = json!({ "observations": observations, "mean_actions": mean_actions });
+    Checkpoint::save(&path("checkpoint"), &sac, None, caller).unwrap();
+}
