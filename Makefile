@@ -5,7 +5,7 @@ CARGO ?= cargo
 RUN = $(CARGO) run --quiet --release --bin
 DEMO = runs/demo/lift/aforce/seed_1
 
-.PHONY: setup demo test check bench
+.PHONY: setup demo test check bench reproduce
 
 # libtorch, pinned and verified, into third_party/libtorch (about 500 MB).
 setup:
@@ -29,3 +29,11 @@ check: setup
 
 bench: setup
 	$(CARGO) bench --workspace
+
+# The runs behind results/lift, one after the other (about 20 minutes each on one core).
+reproduce: setup
+	$(CARGO) build --release --bins
+	for space in aforce variable; do \
+	    $(RUN) train -- --task lift --space $$space --seed 1 --steps 250000 --out runs/reproduce --resume || exit; \
+	done
+	$(RUN) report -- runs/reproduce

@@ -7,9 +7,9 @@
 Needs `pip install torch==2.11.0 numpy safetensors` in a virtual environment; without a GPU. Times mean something only if nothing else runs.
 
 The record holds three updates of a small learner on fixed weights, batches and noise: inputs under `NAME@0` (weights) and `batch.NAME@T`,
-all that update T leaves under `NAME@T` (T = 1, 2, 3). It is computed in f64 and rounded to f32: what the Rust learner deviates by is its own
+all that update T leaves under `NAME@T` (T = 1, 2, 3). It is computed in f64 and rounded to f32: what the Rust learner is off by is its own
 rounding. The script prints how far PyTorch in f32 is off. The record also holds the mean actions that PyTorch gives for the checkpoint in
-crates/sac/reference/checkpoint, which Rust wrote (see crates/sac/src/pytorch.rs).
+crates/sac/reference/checkpoint, which Rust wrote (see crates/sac/src/pytorch.rs). A second run writes the same bytes.
 """
 
 import argparse
@@ -26,7 +26,7 @@ from pathlib import Path
 import numpy
 import safetensors
 import torch
-from safetensors.torch import load_file, save_file
+from safetensors.torch import load_file, save
 from torch import nn
 from torch.distributions import Normal, TanhTransform
 from torch.nn.functional import mse_loss
@@ -225,16 +225,17 @@ def write_record():
     record |= {f"batch.{name}@{t}": values for t, batch in enumerate(batches, 1) for name, values in batch.items()}
     record |= {name: values.float() for name, values in exact.items()}
     record["checkpoint.observations"], record["checkpoint.mean_actions"] = checkpoint_actions()
-    metadata = {
+    about = {
         "command": "python3 scripts/pytorch_reference.py",
         "python": platform.python_version(),
         "torch": torch.__version__.partition("+")[0],
         "numpy": numpy.__version__,
         "safetensors": safetensors.__version__,
-        "config": json.dumps(CONFIG),
+        "config": CONFIG,
     }
     RECORD.parent.mkdir(exist_ok=True)
-    save_file({name: values.contiguous() for name, values in record.items()}, RECORD, metadata)
+    metadata = {"about": json.dumps(about)}  # one entry: the order of several changes from run to run
+    RECORD.write_bytes(save({name: values.contiguous() for name, values in record.items()}, metadata))
     print(f"wrote {RECORD.relative_to(ROOT)}, {RECORD.stat().st_size} bytes")
 
 

@@ -1,6 +1,7 @@
 //! Experiments on contact tasks: what the programs `train`, `evaluate` and `replay` share.
 
 pub mod cli;
+pub mod columns;
 pub mod config;
 pub mod curves;
 pub mod display;
@@ -12,6 +13,7 @@ pub mod rows;
 pub mod seeds;
 pub mod source;
 pub mod stop;
+pub mod summary;
 pub mod table;
 pub mod traces;
 pub mod train;

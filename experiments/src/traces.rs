@@ -9,7 +9,16 @@ use crate::plot::{Panel, Series};
 pub struct Traces {
     time: f64,
     actions: u32,
-    columns: Vec<(&'static str, &'static str, &'static str, Vec<(f64, f64)>)>,
+    columns: Vec<Column>,
+}
+
+/// One curve.
+#[derive(Debug, Clone)]
+struct Column {
+    panel: &'static str,
+    unit: &'static str,
+    label: &'static str,
+    points: Vec<(f64, f64)>,
 }
 
 impl Traces {
@@ -38,10 +47,11 @@ impl Traces {
             ("Reward", "per action", "reward", step.reward),
         ];
         if self.columns.is_empty() {
-            self.columns = rows.iter().map(|&(panel, unit, label, _)| (panel, unit, label, vec![])).collect();
+            let column = |&(panel, unit, label, _): &_| Column { panel, unit, label, points: vec![] };
+            self.columns = rows.iter().map(column).collect();
         }
         for (column, row) in self.columns.iter_mut().zip(rows) {
-            column.3.push((self.time, row.3));
+            column.points.push((self.time, row.3));
         }
     }
 
@@ -58,14 +68,14 @@ impl Traces {
     /// One panel per quantity.
     pub fn panels(&self) -> Vec<Panel> {
         let mut panels: Vec<Panel> = vec![];
-        for (title, unit, label, points) in &self.columns {
-            let series = Series { label: (*label).into(), points: points.clone() };
-            match panels.last_mut().filter(|p| p.title == *title) {
+        for column in &self.columns {
+            let series = Series { label: column.label.into(), points: column.points.clone() };
+            match panels.last_mut().filter(|p| p.title == column.panel) {
                 Some(panel) => panel.series.push(series),
                 None => panels.push(Panel {
-                    title: (*title).into(),
+                    title: column.panel.into(),
                     x_label: "time (s)".into(),
-                    y_label: (*unit).into(),
+                    y_label: column.unit.into(),
                     series: vec![series],
                 }),
             }

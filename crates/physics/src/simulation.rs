@@ -171,7 +171,8 @@ impl Simulation {
         self.engine.step(&self.efforts);
 
         let (q, qd) = self.joints();
-        if !self.engine.is_finite() || !(qd.amax() < MAX_PLAUSIBLE_SPEED) {
+        let plausible = qd.iter().all(|qd| qd.abs() < MAX_PLAUSIBLE_SPEED);
+        if !self.engine.is_finite() || !plausible {
             return Err(Diverged);
         }
         let tool = self.model.kinematics(&q).tool.translation.vector;

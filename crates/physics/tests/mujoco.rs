@@ -285,11 +285,8 @@ impl Bench {
     /// A tool of 0.1 kg and half size `half`, at `position`, slides along `direction` under
     /// gravity and the force of its `stop` at the ends of `range`.
     fn new(half: [f64; 3], position: [f64; 3], direction: Vector3, range: [f64; 2], stop: Stop) -> Bench {
-        let plant = Plant {
-            parameters: ParameterSet::Robosuite.parameters(),
-            dt: 0.002,
-            config: SimulationConfig::default(),
-        };
+        let plant =
+            Plant { parameters: ParameterSet::Robosuite.parameters(), dt: 0.002, config: SimulationConfig::default() };
         let (mut scene, gripper) = lift::scene(&plant.parameters, BLOCK_HALF.into());
         let (table, block) = (scene.body("table"), scene.body("cube"));
         scene.bodies[table].geoms[0].role = Role::Hand;
@@ -423,7 +420,7 @@ fn sliding_decelerates_with_mu_g() {
 fn cartesian_spring(simulation: &Simulation, target: &Pose, stiffness: Vector6) -> (JointVector, Vector6) {
     let y = simulation.measure();
     let error = aforce::pose_error(&y.pose, target);
-    let damping = stiffness.map(|k| 2.0 * (k * 2.0f64).sqrt());
+    let damping = Vector6::new(40.0, 40.0, 40.0, 2.0, 2.0, 2.0);
     let wrench = -stiffness.component_mul(&error) - damping.component_mul(&y.twist);
     (y.bias, wrench)
 }
@@ -458,6 +455,18 @@ fn wrench_beyond_the_wrist_balances_the_joint_torques() {
                 tau = bias + y.jacobian.transpose() * wrench;
                 commanded = wrench;
                 simulation.step(&tau, 1.0).unwrap();
+                if step % 400 == 0 || step > 3996 {
+                    println!(
+                        "DBG {step} read {:?} cmd {:?} p {:?} qd {:.1e} fingers {:?} {:?} pen {:.1e}",
+                        simulation.contact().raw.as_slice(),
+                        (-wrench).as_slice(),
+                        simulation.measure().pose.translation.vector.as_slice(),
+                        simulation.joints().1.amax(),
+                        simulation.joint(7),
+                        simulation.joint(8),
+                        simulation.deepest_penetration()
+                    );
+                }
             }
             let y = simulation.measure();
             let balance = (y.jacobian * y.jacobian.transpose()).try_inverse().unwrap();
@@ -486,12 +495,12 @@ fn grasp_holds_while_the_arm_accelerates() {
         let (mut simulation, cube) = Lift::simulate(&plant, Vector3::repeat(0.021));
         simulation.reset(&HOME.into());
         let home = simulation.measure().pose;
-        let track = |s: &mut Simulation, target: JointVector, velocity: JointVector, acceleration: JointVector, grip| {
-            let y = s.measure();
-            let tau =
-                y.bias + y.mass * (acceleration + (target - y.q) * 2500.0 + (velocity - y.qd) * 100.0);
-            s.step(&tau, grip).unwrap();
-        };
+        let track =
+            |s: &mut Simulation, target: JointVector, velocity: JointVector, acceleration: JointVector, grip| {
+                let y = s.measure();
+                let tau = y.bias + y.mass * (acceleration + (target - y.q) * 2500.0 + (velocity - y.qd) * 100.0);
+                s.step(&tau, grip).unwrap();
+            };
         let hold = |s: &mut Simulation, grip| track(s, HOME.into(), JointVector::zeros(), JointVector::zeros(), grip);
         for _ in 0..250 {
             hold(&mut simulation, -1.0);
@@ -505,7 +514,10 @@ fn grasp_holds_while_the_arm_accelerates() {
             hold(&mut simulation, 1.0);
         }
         assert!(cube.is_grasped(&simulation));
-        println!("{name}: hand at {:?}", (simulation.measure().pose.translation.vector - home.translation.vector).norm());
+        println!(
+            "{name}: hand at {:?}",
+            (simulation.measure().pose.translation.vector - home.translation.vector).norm()
+        );
 
         // Without yaw in the first joint; the second to sixth move the hand by 2 to 4 cm.
         let swing = JointVector::from([0.06, 0.03, 0.06, 0.03, 0.1, 0.1, 0.1]);
@@ -536,7 +548,9 @@ fn grasp_holds_while_the_arm_accelerates() {
         let end = in_hand(&simulation).translation.vector - start.translation.vector;
         println!(
             "{name}: acceleration rms {:.2} peak {peak:.2} m/s2; slip at most {:?} mm, at the end {:?} mm, turned {turned:.1e} rad",
-            squares.sqrt(), slip * 1e3, end * 1e3
+            squares.sqrt(),
+            slip * 1e3,
+            end * 1e3
         );
         assert!(cube.is_grasped(&simulation));
         assert!(slip.norm() < 2e-4, "{name}: slipped by {slip} m");

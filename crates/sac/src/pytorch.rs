@@ -9,7 +9,7 @@
 use std::path::{Path, PathBuf};
 
 use safetensors::SafeTensors;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::gaussian::SquashedGaussian;
 use crate::network::Networks;
@@ -43,7 +43,8 @@ impl Record {
 
     fn config(&self) -> Config {
         let (_, header) = SafeTensors::read_metadata(&self.0).unwrap();
-        serde_json::from_str(&header.metadata().as_ref().unwrap()["config"]).unwrap()
+        let about: Value = serde_json::from_str(&header.metadata().as_ref().unwrap()["about"]).unwrap();
+        serde_json::from_value(about["config"].clone()).unwrap()
     }
 
     fn get(&self, name: &str) -> Vec<f32> {

@@ -1,0 +1,101 @@
+//! One row per run: what it ended with and what it cost.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use serde::Serialize;
+
+use crate::columns::Columns;
+use crate::config::RunConfig;
+use crate::folder::RunFolder;
+
+/// Evaluations at the end of a run whose mean is its final return.
+const LAST: usize = 5;
+
+/// A row of `runs.csv`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs, reason = "documented once, in results/README.md")]
+pub struct RunSummary {
+    pub schema: u32,
+    pub task: String,
+    pub space: String,
+    pub seed: u64,
+    pub preset: String,
+    pub env_steps: u64,
+    pub final_return: f64,
+    pub best_return: f64,
+    pub final_success: f64,
+    pub energy_per_action_j: f64,
+    pub final_energy_per_action_j: f64,
+    pub penalised_episode_share: f64,
+    pub mean_penalty_per_episode: f64,
+    pub diverged_episodes: usize,
+    pub wall_s: f64,
+    pub commit: String,
+}
+
+/// All run folders below `root`, sorted by path.
+///
+/// # Errors
+/// If a folder cannot be read.
+pub fn find_runs(root: &Path) -> Result<Vec<RunFolder>> {
+    let mut paths: Vec<PathBuf> = fs_err::read_dir(root)?.map(|entry| Ok(entry?.path())).collect::<Result<_>>()?;
+    paths.sort();
+    if let Ok(folder) = RunFolder::open(root) {
+        return Ok(vec![folder]);
+    }
+    let mut runs = vec![];
+    for path in paths.into_iter().filter(|path| path.is_dir()) {
+        runs.extend(find_runs(&path)?);
+    }
+    Ok(runs)
+}
+
+/// Mean of each evaluation from the tables of a run, over thousands of steps.
+///
+/// # Errors
+/// If `eval.csv` is missing or damaged.
+pub fn evaluations(run: &RunFolder, column: &str) -> Result<Vec<(f64, f64)>> {
+    Ok(Columns::read(&run.eval())?.mean_by_step(column))
+}
+
+impl RunSummary {
+    /// From the tables of a run.
+    ///
+    /// # Errors
+    /// If one is missing or damaged, or the run was never evaluated.
+    pub fn of(run: &RunFolder) -> Result<Self> {
+        let config = RunConfig::resolve(Some(&run.config()), &[])?;
+        let manifest = run.manifest()?;
+        let training = Columns::read(&run.episodes())?;
+        let returns = evaluations(run, "return")?;
+        let last = returns.last().with_context(|| format!("{}: no evaluation", run.path().display()))?;
+        let at_end = |column: &str| -> Result<f64> {
+            let values: Vec<f64> = evaluations(run, column)?.iter().rev().take(LAST).map(|p| p.1).collect();
+            Ok(mean(&values))
+        };
+        let penalties = training.values("penalty");
+        Ok(RunSummary {
+            schema: 1,
+            task: config.env.task.as_str().into(),
+            space: config.env.space.name().into(),
+            seed: config.seed,
+            preset: format!("{:?}", config.preset).to_lowercase(),
+            env_steps: (last.0 * 1000.0).round() as u64,
+            final_return: at_end("return")?,
+            best_return: returns.iter().map(|p| p.1).fold(f64::MIN, f64::max),
+            final_success: at_end("success")?,
+            energy_per_action_j: mean(&training.values("energy_per_action_j")),
+            final_energy_per_action_j: at_end("energy_per_action_j")?,
+            penalised_episode_share: mean(&penalties.iter().map(|&p| f64::from(u8::from(p > 0.0))).collect::<Vec<_>>()),
+            mean_penalty_per_episode: mean(&penalties),
+            diverged_episodes: training.values("diverged").iter().filter(|&&d| d > 0.0).count(),
+            wall_s: manifest.wall_s,
+            commit: manifest.commit,
+        })
+    }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
