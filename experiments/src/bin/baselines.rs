@@ -1,0 +1,136 @@
+//! What needs no learning: scripted experts and random actions in every action space.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::{Context, Result, ensure};
+use clap::{Parser, ValueEnum};
+use experiments::cli::{self, ConfigArgs};
+use experiments::config::RunConfig;
+use experiments::folder;
+use experiments::rollout::{Policy, episode};
+use experiments::rows::Outcome;
+use experiments::seeds::evaluation_seed;
+use serde::Serialize;
+use tasks::Env;
+
+/// Play the evaluation episodes with the scripted expert or with random actions in every
+/// action space (or those named by --spaces), and write a row per space.
+#[derive(Parser)]
+#[command(version)]
+struct Arguments {
+    /// Who plays
+    policy: Who,
+    /// Where the table goes; must not exist
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Action spaces (default: all)
+    #[arg(long, value_delimiter = ',')]
+    spaces: Vec<aforce::ActionSpace>,
+    /// Episodes per action space
+    #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..))]
+    episodes: u32,
+    #[command(flatten)]
+    config: ConfigArgs,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, ValueEnum)]
+enum Who {
+    Expert,
+    Random,
+}
+
+#[derive(Serialize)]
+struct Row {
+    schema: u32,
+    task: &'static str,
+    space: &'static str,
+    policy: &'static str,
+    position_step_m: f64,
+    rotation_step_rad: f64,
+    episodes: u32,
+    success: f64,
+    success_any: f64,
+    return_mean: f64,
+    return_std: f64,
+    energy_per_action_j: f64,
+    energy_net_absolute_per_action_j: f64,
+    penalised_episode_share: f64,
+    penalised_action_share: f64,
+    mean_excess_n: Option<f64>,
+    penalty: f64,
+    saturated_fraction: f64,
+    diverged_episodes: usize,
+    commit: String,
+}
+
+fn main() -> ExitCode {
+    cli::exit(run(&Arguments::parse()))
+}
+
+fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let out = arguments.out.display();
+    ensure!(!arguments.out.exists(), "{out}: exists; nothing was overwritten");
+    let spaces = if arguments.spaces.is_empty() { aforce::ActionSpace::ALL.to_vec() } else { arguments.spaces.clone() };
+    let config = arguments.config.resolve()?;
+    let mut rows = vec![];
+    for space in spaces {
+        let mut config = config.clone();
+        config.env.space = space;
+        let row = play(&config, arguments.policy, arguments.episodes)?;
+        println!(
+            "{} {space}: success {:.2}, return {:.1} +- {:.1}",
+            row.task, row.success, row.return_mean, row.return_std
+        );
+        rows.push(row);
+    }
+    let mut table = csv::Writer::from_path(&arguments.out).with_context(|| out.to_string())?;
+    for row in rows {
+        table.serialize(row)?;
+    }
+    table.flush()?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
+    let mut env = Env::new(config.env.clone(), 0)?;
+    let mut policy = if who == Who::Expert { Policy::Expert } else { Policy::random(config.seed) };
+    let mut net_absolute = 0.0;
+    let outcomes: Vec<Outcome> = (0..episodes)
+        .map(|index| {
+            let watch = |_: &Env, step: &tasks::Step| net_absolute += step.interval.energy.net_absolute;
+            episode(&mut env, &mut policy, evaluation_seed(index), watch).outcome()
+        })
+        .collect();
+    let sum = |of: fn(&Outcome) -> f64| outcomes.iter().map(of).sum::<f64>();
+    let mean = |of: fn(&Outcome) -> f64| sum(of) / f64::from(episodes);
+    let actions = sum(|o| o.length as f64);
+    let penalised = sum(|o| o.penalised_steps as f64);
+    let return_mean = mean(|o| o.total);
+    let variance = outcomes.iter().map(|o| (o.total - return_mean).powi(2)).sum::<f64>() / f64::from(episodes);
+    // The penalty is weight x force: the force above the limit follows from it.
+    let law = config.env.force_penalty;
+    let mean_excess = sum(|o| o.penalty) / law.weight / penalised - law.limit;
+    Ok(Row {
+        schema: 1,
+        task: config.env.task.as_str(),
+        space: config.env.space.name(),
+        policy: policy.name(),
+        position_step_m: config.env.controller.position_step,
+        rotation_step_rad: config.env.controller.rotation_step,
+        episodes,
+        success: mean(|o| f64::from(u8::from(o.success))),
+        success_any: mean(|o| f64::from(u8::from(o.success_any))),
+        return_mean,
+        return_std: variance.sqrt(),
+        energy_per_action_j: sum(|o| o.energy_j) / actions,
+        energy_net_absolute_per_action_j: net_absolute / actions,
+        penalised_episode_share: mean(|o| f64::from(u8::from(o.penalised_steps > 0))),
+        penalised_action_share: penalised / actions,
+        mean_excess_n: (penalised > 0.0).then_some(mean_excess),
+        penalty: mean(|o| o.penalty),
+        saturated_fraction: mean(|o| o.saturated_fraction),
+        diverged_episodes: outcomes.iter().filter(|o| o.diverged).count(),
+        commit: folder::commit(),
+    })
+}
