@@ -51,8 +51,8 @@ pub(crate) struct Engine {
     /// In the order of [`Engine::axes`].
     joints: Vec<EngineJoint>,
     axes: Vec<Axis>,
-    /// Collider, role, colour of each geom, and its index in the scene's flat geom list.
-    geoms: Vec<(ColliderHandle, Role, [u8; 3])>,
+    /// Collider and colour of each geom, in the order of the scene.
+    geoms: Vec<(ColliderHandle, [u8; 3])>,
     /// Role by raw collider index.
     roles: Vec<Option<Role>>,
 }
@@ -110,7 +110,7 @@ impl Engine {
                 .friction_combine_rule(CoefficientCombineRule::Max)
                 .collision_groups(groups(geom.role));
             let handle = self.world.insert_collider(collider, parent);
-            self.geoms.push((handle, geom.role, geom.color));
+            self.geoms.push((handle, geom.color));
             let raw = handle.into_raw_parts().0 as usize;
             self.roles.resize(self.roles.len().max(raw + 1), None);
             self.roles[raw] = Some(geom.role);
@@ -325,7 +325,7 @@ impl Engine {
     pub fn cast_ray(&self, origin: &Vector3, direction: &Vector3) -> Option<(f64, Vector3, [u8; 3])> {
         let ray = Ray::new(vector(origin), vector(direction));
         let mut nearest: Option<(f64, Vector3, [u8; 3])> = None;
-        for &(handle, _, color) in &self.geoms {
+        for &(handle, color) in &self.geoms {
             let collider = &self.world.colliders[handle];
             let limit = nearest.map_or(100.0, |(distance, ..)| distance);
             if let Some(hit) = collider.shape().cast_ray_and_get_normal(collider.position(), &ray, limit, true) {

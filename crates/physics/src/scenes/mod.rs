@@ -20,8 +20,8 @@ struct Table {
     friction: f64,
 }
 
-/// Adds floor, pedestal and table; returns the pose of the arm's base, which stands
-/// 16 cm behind the table's near edge distance from the origin as in robosuite.
+/// Adds floor, pedestal and table; returns the pose of the arm's base, which stands half
+/// the table's length and 16 cm behind the world's origin, as in robosuite.
 fn add_fixtures(scene: &mut Scene, table: &Table) -> aforce::Pose {
     let base = at([-0.16 - table.size[0] / 2.0, 0.0, BASE_HEIGHT]);
     let fixture = |name: &str, half: [f64; 3], centre: [f64; 3], friction, color| Geom {
