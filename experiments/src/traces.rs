@@ -32,8 +32,8 @@ impl Traces {
         let interval = &step.interval;
         let power = interval.energy.absolute * f64::from(env.config().controller.policy_hz);
         let rows = [
-            ("Contact force", "N", "mean, filtered", interval.mean_force()),
-            ("Contact force", "N", "largest, filtered", interval.max_force),
+            ("Contact force", "N", "mean, sustained", interval.mean_force()),
+            ("Contact force", "N", "largest, sustained", interval.max_force),
             ("Stiffness, the space's own unit", "1/s2 or N/m", "x", unit[0]),
             ("Stiffness, the space's own unit", "1/s2 or N/m", "y", unit[1]),
             ("Stiffness, the space's own unit", "1/s2 or N/m", "z", unit[2]),

@@ -44,6 +44,7 @@ fn bad_input_is_named() {
     expect(&error(train(out).args(["--set", "learner.gama=0.9"]), 2), &["gama", "did you mean \"gamma\""]);
     expect(&error(train(out).args(["--set", "learner.gamma=1.5"]), 2), &["gamma", "1.5"]);
     expect(&error(train(out).args(["--set", "env.controller.control_hz=510"]), 2), &["control_hz", "510", "20"]);
+    expect(&error(train(out).args(["--set", "env.simulation.substeps=1000000000"]), 2), &["substeps", "1 to 64"]);
     let alpha = "env.controller.impedance.aforce.translation.feedforward_gain=50000";
     expect(
         &error(train(out).args(["--set", "env.controller.impedance.aforce.sign=literal", "--set", alpha]), 2),

@@ -223,7 +223,11 @@ impl AdaptiveImpedance {
     }
 
     /// Refuses parameters under which small oscillations grow, unless they are asked for.
-    pub(crate) fn check_stability(&self) -> Result<(), ConfigError> {
+    ///
+    /// # Errors
+    /// [`ConfigError::Unstable`] with the numbers, if either group's margin is exceeded and
+    /// `allow_unstable` is not set.
+    pub fn check_stability(&self) -> Result<(), ConfigError> {
         let [translation, rotation] = self.margins();
         for (group, law, margin) in
             [("translation", &self.translation, translation), ("rotation", &self.rotation, rotation)]

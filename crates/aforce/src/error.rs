@@ -44,8 +44,11 @@ pub enum ConfigError {
     },
 }
 
-/// `value` must lie in `range`.
-pub(crate) fn within(field: &str, value: f64, range: RangeInclusive<f64>) -> Result<(), ConfigError> {
+/// `value` must lie in `range`; `field` is its dotted path in the configuration file.
+///
+/// # Errors
+/// [`ConfigError::OutOfRange`] if it does not.
+pub fn within(field: &str, value: f64, range: RangeInclusive<f64>) -> Result<(), ConfigError> {
     if range.contains(&value) {
         return Ok(());
     }

@@ -47,7 +47,7 @@ pub use config::{ControllerConfig, ImpedanceSettings};
 pub use controller::Controller;
 pub use damping::Damping;
 pub use energy::EnergyLedger;
-pub use error::ConfigError;
+pub use error::{ConfigError, within};
 pub use force::{ForceAxis, ForceConfig, ForceControl};
 pub use impedance::{CommandedImpedance, Convention, FixedImpedance, ImpedanceForm, wrench};
 pub use interpolator::{Interpolation, Interpolator};

@@ -7,8 +7,12 @@ use aforce::Wrench;
 /// do not count; the tool's weight and inertia are not in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactReading {
-    /// First-order low-pass of `raw` (N, Nm). What controllers and penalties use.
+    /// First-order low-pass of `raw` (N, Nm): what a wrist sensor would give a controller.
     pub filtered: Wrench,
+    /// A slower low-pass of `raw` (N, Nm): what penalties and safety records use. Rigid
+    /// contact turns an impact into one step of kilonewtons; a real one lasts tens of
+    /// milliseconds, and so does this one.
+    pub sustained: Wrench,
     /// Impulses of the last step divided by its length (N, Nm). Single-step peaks of an
     /// impact are an artefact of rigid contact.
     pub raw: Wrench,
@@ -18,17 +22,20 @@ pub struct ContactReading {
 
 impl Default for ContactReading {
     fn default() -> Self {
-        ContactReading { filtered: Wrench::zeros(), raw: Wrench::zeros(), touching: false }
+        ContactReading { filtered: Wrench::zeros(), sustained: Wrench::zeros(), raw: Wrench::zeros(), touching: false }
     }
 }
 
 impl ContactReading {
-    /// Takes in a raw reading, `dt` seconds after the last, through a first-order
-    /// low-pass of cut-off `cutoff` (Hz), discretised exactly.
-    pub(crate) fn update(&mut self, raw: Option<Wrench>, cutoff: f64, dt: f64) {
+    /// Takes in a raw reading, `dt` seconds after the last, through first-order low-passes
+    /// with the given cut-offs (Hz) of the filtered and the sustained wrench, discretised
+    /// exactly.
+    pub(crate) fn update(&mut self, raw: Option<Wrench>, cutoffs: [f64; 2], dt: f64) {
         self.raw = raw.unwrap_or_else(Wrench::zeros);
         self.touching = raw.is_some();
-        let gain = 1.0 - (-std::f64::consts::TAU * cutoff * dt).exp();
-        self.filtered += (self.raw - self.filtered) * gain;
+        for (wrench, cutoff) in [&mut self.filtered, &mut self.sustained].into_iter().zip(cutoffs) {
+            let gain = 1.0 - (-std::f64::consts::TAU * cutoff * dt).exp();
+            *wrench += (self.raw - *wrench) * gain;
+        }
     }
 }

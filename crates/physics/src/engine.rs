@@ -18,17 +18,6 @@ use rapier3d_f64::prelude::CoefficientCombineRule;
 use crate::model::GRAVITY;
 use crate::scene::{Axis, Inertial, Joint, Role, Scene, Shape};
 
-/// Engine settings that differ between scenes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
-    /// Length of one step (s).
-    pub dt: f64,
-    /// Substeps inside one step. One has the accuracy of MuJoCo's Euler integrator.
-    pub substeps: usize,
-    /// Natural frequency (Hz) and damping ratio with which penetration is pushed out.
-    pub contact_softness: [f64; 2],
-}
-
 /// A joint of the scene in the engine.
 #[derive(Clone, Copy)]
 struct EngineJoint {
@@ -45,7 +34,6 @@ struct EngineJoint {
 /// A simulated scene.
 pub(crate) struct Engine {
     world: PhysicsWorld,
-    settings: Settings,
     /// The rigid body of each moving scene body.
     bodies: Vec<Option<RigidBodyHandle>>,
     /// In the order of [`Engine::axes`].
@@ -58,16 +46,21 @@ pub(crate) struct Engine {
 }
 
 impl Engine {
-    pub fn new(scene: &Scene, settings: Settings) -> Self {
+    /// `scene` in steps of `dt` (s), each of `substeps` substeps.
+    pub fn new(scene: &Scene, dt: f64, substeps: usize) -> Self {
         let mut world = PhysicsWorld::new();
         world.gravity = rapier::Vector::new(0.0, 0.0, -GRAVITY);
         let softness = SpringCoefficients {
-            natural_frequency: settings.contact_softness[0],
-            damping_ratio: settings.contact_softness[1],
+            natural_frequency: scene.softness.frequency,
+            damping_ratio: scene.softness.damping_ratio,
         };
         world.integration_parameters = IntegrationParameters {
-            dt: settings.dt,
-            num_solver_iterations: settings.substeps,
+            dt,
+            num_solver_iterations: substeps,
+            // With one, a hand pressed on a table chatters; eight make the force exact.
+            num_internal_pgs_iterations: 8,
+            // This pass would take the compliance out of a soft contact again.
+            num_internal_stabilization_iterations: usize::from(scene.softness.rigid),
             contact_softness: softness,
             static_contact_softness: softness,
             // Recycled contacts let a grasped object creep by 0.7 mm/s.
@@ -76,7 +69,6 @@ impl Engine {
         };
         let mut engine = Engine {
             world,
-            settings,
             bodies: vec![None; scene.bodies.len()],
             joints: vec![],
             axes: vec![],
@@ -279,7 +271,7 @@ impl Engine {
 
     /// Wrench on the first collider of a pair.
     fn contact_wrench(&self, pair: &ContactPair, point: &Vector3) -> Wrench {
-        let dt = self.settings.dt;
+        let IntegrationParameters { dt, num_solver_iterations: substeps, .. } = self.world.integration_parameters;
         let frame = self.world.colliders[pair.collider1].position();
         let mut wrench = Wrench::zeros();
         for manifold in pair.solver_manifolds() {
@@ -288,7 +280,7 @@ impl Engine {
                 // The normal impulse is the step's total, the tangential one the last
                 // substep's. One of the pair is a link: between bodies that are not, the
                 // engine would store the friction of all points at each of them.
-                let friction = contact.data.warmstart_tangent_world * self.settings.substeps as f64;
+                let friction = contact.data.warmstart_tangent_world * substeps as f64;
                 let force = (friction - manifold.data.normal * contact.data.impulse) / dt;
                 let force = Vector3::new(force.x, force.y, force.z);
                 let at = frame * contact.local_p1;

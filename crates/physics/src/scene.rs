@@ -10,6 +10,32 @@ pub struct Scene {
     pub bodies: Vec<Body>,
     /// Actuators, in the order in which efforts are given to the simulation.
     pub actuators: Vec<Actuator>,
+    /// How contacts give way, throughout the scene.
+    pub softness: Softness,
+}
+
+/// The spring and damper that push penetrating bodies apart, relative to their masses.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Softness {
+    /// Natural frequency (Hz): higher is stiffer.
+    pub frequency: f64,
+    /// Damping ratio.
+    pub damping_ratio: f64,
+    /// Whether bodies in contact may not approach at all. A contact that is not rigid
+    /// brakes an approach over several steps, as a pad does.
+    pub rigid: bool,
+}
+
+impl Default for Softness {
+    /// Hard surfaces: a firm grasp penetrates by less than 0.1 mm.
+    fn default() -> Self {
+        Softness { frequency: 200.0, damping_ratio: 5.0, rigid: true }
+    }
+}
+
+impl Softness {
+    /// A compliant pad between tool and surface.
+    pub const PAD: Softness = Softness { frequency: 20.0, damping_ratio: 1.0, rigid: false };
 }
 
 /// A rigid body.

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::contact::ContactReading;
-use crate::engine::{Engine, EngineState, Settings};
+use crate::engine::{Engine, EngineState};
 use crate::gripper::{Gripper, INITIAL_OPENING};
 use crate::model::Model;
 use crate::panda::Parameters;
@@ -29,17 +29,15 @@ pub struct SimulationConfig {
     /// Engine substeps inside one step; one has the accuracy of MuJoCo's Euler
     /// integrator at the same step, two halve the error and cost a third more time.
     pub substeps: usize,
-    /// Natural frequency of contacts (Hz): higher is stiffer.
-    pub contact_frequency: f64,
-    /// Damping ratio of contacts.
-    pub contact_damping_ratio: f64,
-    /// Cut-off of the low-pass on the contact wrench (Hz).
+    /// Cut-off of the low-pass on the contact wrench that the controller reads (Hz).
     pub force_cutoff_hz: f64,
+    /// Cut-off of the low-pass behind [`ContactReading::sustained`] (Hz).
+    pub sustained_cutoff_hz: f64,
 }
 
 impl Default for SimulationConfig {
     fn default() -> Self {
-        SimulationConfig { substeps: 1, contact_frequency: 200.0, contact_damping_ratio: 5.0, force_cutoff_hz: 30.0 }
+        SimulationConfig { substeps: 1, force_cutoff_hz: 100.0, sustained_cutoff_hz: 12.0 }
     }
 }
 
@@ -56,7 +54,8 @@ pub struct Simulation {
     engine: Engine,
     model: Model,
     dt: f64,
-    force_cutoff_hz: f64,
+    /// Cut-offs of the filtered and the sustained wrench (Hz).
+    cutoffs: [f64; 2],
     gripper: Option<Gripper>,
     contact: ContactReading,
     /// Work space: one effort per joint of the engine.
@@ -75,19 +74,14 @@ impl Simulation {
     /// `plant.dt` long.
     pub fn new(scene: &Scene, tool: usize, offset: [f64; 3], plant: &Plant) -> Self {
         let config = plant.config;
-        let settings = Settings {
-            dt: plant.dt,
-            substeps: config.substeps,
-            contact_softness: [config.contact_frequency, config.contact_damping_ratio],
-        };
-        let engine = Engine::new(scene, settings);
+        let engine = Engine::new(scene, plant.dt, config.substeps);
         let has_gripper = engine.axes().get(7).is_some_and(|axis| axis.name == "left_finger_joint");
         Simulation {
             efforts: vec![0.0; engine.axes().len()],
             engine,
             model: Model::new(scene, tool, offset),
             dt: plant.dt,
-            force_cutoff_hz: config.force_cutoff_hz,
+            cutoffs: [config.force_cutoff_hz, config.sustained_cutoff_hz],
             gripper: has_gripper.then(Gripper::default),
             contact: ContactReading::default(),
         }
@@ -177,7 +171,7 @@ impl Simulation {
         }
         let tool = self.model.kinematics(&q).tool.translation.vector;
         let raw = self.engine.wrench_beyond_wrist(&tool);
-        self.contact.update(raw, self.force_cutoff_hz, self.dt);
+        self.contact.update(raw, self.cutoffs, self.dt);
         Ok(())
     }
 

@@ -1,9 +1,9 @@
 //! Adam (Kingma and Ba, 2015, algorithm 1). Written out because tch hides the optimiser's state, and without it no run can be continued.
 
 /// Decay of the mean of gradients.
-const BETA_1: f32 = 0.9;
+const BETA_1: f64 = 0.9;
 /// Decay of the mean of squared gradients.
-const BETA_2: f32 = 0.999;
+const BETA_2: f64 = 0.999;
 /// Keeps the division finite.
 const EPSILON: f32 = 1e-8;
 
@@ -25,11 +25,13 @@ impl Adam {
     pub fn step(&mut self, parameters: &mut [f32], gradient: &[f32], learning_rate: f64, t: u64) {
         // Both moments start at zero; these two undo the bias that comes from it. In f64, because 1 - 0.999^t is small at first.
         let t = i32::try_from(t).unwrap_or(i32::MAX);
-        let step_size = (learning_rate / (1.0 - f64::from(BETA_1).powi(t))) as f32;
-        let scale_v = (1.0 - f64::from(BETA_2).powi(t)).sqrt().recip() as f32;
+        let step_size = (learning_rate / (1.0 - BETA_1.powi(t))) as f32;
+        let scale_v = (1.0 - BETA_2.powi(t)).sqrt().recip() as f32;
+        // In f32, 1 - 0.999 is already off by 1.3e-5 of its value.
+        let (gain_m, gain_v) = ((1.0 - BETA_1) as f32, (1.0 - BETA_2) as f32);
         for (((p, &g), m), v) in parameters.iter_mut().zip(gradient).zip(&mut self.m).zip(&mut self.v) {
-            *m += (1.0 - BETA_1) * (g - *m);
-            *v += (1.0 - BETA_2) * (g * g - *v);
+            *m += gain_m * (g - *m);
+            *v += gain_v * (g * g - *v);
             *p -= step_size * *m / (v.sqrt() * scale_v + EPSILON);
         }
     }

@@ -25,9 +25,8 @@ const OF_STATE: f32 = 1e-6;
 /// Gradients and their means. The derivative by the one bias of a critic's last layer is a sum of terms of both signs, of which little
 /// remains. Seen here: up to 1.5e-6; PyTorch in f32: 3e-6.
 const OF_GRADIENT: f32 = 1e-5;
-/// Means of squared gradients. 0.999 in f32 is 1.3e-8 too large, so that 1 - 0.999 is 1.3e-5 too small, and so is v. The correction of
-/// its bias makes up for it (see `Adam`): weights do not notice.
-const OF_SQUARES: f32 = 2e-5;
+/// Means of squared gradients: twice the relative error of a gradient.
+const OF_SQUARES: f32 = 1e-5;
 
 fn path(file: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("reference").join(file)

@@ -1,6 +1,8 @@
 //! The environment: the one loop from an action to torques, and back to a reward.
 
-use aforce::{ActionSpace, ConfigError, Controller, ControllerConfig, Impedance, Measurement, Reference, TorqueLimits};
+use aforce::{
+    ActionSpace, ConfigError, Controller, ControllerConfig, Impedance, Measurement, Reference, TorqueLimits, within,
+};
 use physics::panda::{HOME, ParameterSet};
 use physics::{Plant, Simulation, SimulationConfig};
 use rand::{Rng, SeedableRng};
@@ -42,7 +44,20 @@ impl EnvConfig {
     /// # Errors
     /// The first value that is not allowed, with its field and range.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        Env::new(self.clone(), 0).map(|_| ())
+        let SimulationConfig { substeps, force_cutoff_hz, sustained_cutoff_hz } = self.simulation;
+        let ForcePenalty { limit, weight } = self.force_penalty;
+        within("env.horizon", f64::from(self.horizon), 1.0..=1e6)?;
+        within("env.initial_noise", self.initial_noise, 0.0..=0.5)?;
+        within("env.force_penalty.limit", limit, 0.0..=1e6)?;
+        within("env.force_penalty.weight", weight, 0.0..=1e3)?;
+        within("env.simulation.substeps", substeps as f64, 1.0..=64.0)?;
+        within("env.simulation.force_cutoff_hz", force_cutoff_hz, 0.1..=1e4)?;
+        within("env.simulation.sustained_cutoff_hz", sustained_cutoff_hz, 0.1..=1e4)?;
+        self.controller.validate()?;
+        if self.space.impedance == Impedance::Adaptive {
+            self.controller.impedance.aforce.check_stability()?;
+        }
+        Ok(())
     }
 }
 
@@ -104,6 +119,7 @@ impl Env {
     /// # Errors
     /// If the controller's configuration is not usable.
     pub fn new(config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
+        config.validate()?;
         let mut task = config.task.create();
         let parameters = config.robot.parameters();
         let limits = TorqueLimits { max: parameters.max_torque, rate: parameters.max_torque_rate };

@@ -10,13 +10,13 @@ pub struct Interval {
     pub samples: u32,
     /// Energy in every definition.
     pub energy: EnergyLedger,
-    /// Largest norm of the filtered contact force (N).
+    /// Largest norm of the sustained contact force (N).
     pub max_force: f64,
-    /// Sum over samples of the norm of the filtered contact force (N).
+    /// Sum over samples of the norm of the sustained contact force (N).
     pub sum_force: f64,
     /// Largest norm of the raw contact force (N).
     pub max_raw_force: f64,
-    /// Integral of the filtered force above the limit (N s).
+    /// Integral of the sustained force above the limit (N s).
     pub excess_impulse: f64,
     /// Time with contact beyond the wrist (s).
     pub contact_time: f64,
@@ -41,7 +41,7 @@ impl Interval {
         force_limit: f64,
         dt: f64,
     ) {
-        let force = contact.filtered.fixed_rows::<3>(0).norm();
+        let force = contact.sustained.fixed_rows::<3>(0).norm();
         self.samples += 1;
         self.energy.add(tau, &y.qd, dt);
         self.max_force = self.max_force.max(force);
@@ -58,7 +58,7 @@ impl Interval {
         self.sum_stiffness / f64::from(self.samples.max(1))
     }
 
-    /// Mean norm of the filtered contact force (N).
+    /// Mean norm of the sustained contact force (N).
     pub fn mean_force(&self) -> f64 {
         self.sum_force / f64::from(self.samples.max(1))
     }
