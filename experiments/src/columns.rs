@@ -35,7 +35,7 @@ impl Columns {
     }
 
     /// Pairs of thousands of steps and value.
-    fn points(&self, column: &str) -> Vec<(f64, f64)> {
+    pub fn points(&self, column: &str) -> Vec<(f64, f64)> {
         self.values("step").into_iter().map(|step| step / 1000.0).zip(self.values(column)).collect()
     }
 

@@ -51,6 +51,14 @@ impl Episode {
         self.steps.last().is_some_and(|s| s.success)
     }
 
+    /// Largest sustained force (N) of an action that a `share` of the actions does not exceed.
+    fn force_percentile(&self, share: f64) -> f64 {
+        let mut forces: Vec<f64> = self.steps.iter().map(|s| s.interval.max_force).collect();
+        forces.sort_by(f64::total_cmp);
+        let rank = (share * forces.len() as f64).ceil() as usize;
+        forces.get(rank.saturating_sub(1)).copied().unwrap_or(0.0)
+    }
+
     /// The columns that training and evaluation share.
     pub fn outcome(&self) -> Outcome {
         let n = self.steps.len().max(1) as f64;
@@ -75,6 +83,7 @@ impl Episode {
             penalised_steps: self.steps.iter().filter(|s| s.penalty > 0.0).count(),
             excess_impulse_ns: sum(|s| s.interval.excess_impulse),
             max_contact_force_n: max(|s| s.interval.max_force),
+            p99_contact_force_n: self.force_percentile(0.99),
             max_raw_contact_force_n: max(|s| s.interval.max_raw_force),
             contact_time_s: sum(|s| s.interval.contact_time),
             mean_stiffness: sum(|s| s.interval.mean_stiffness()) / n,
@@ -106,6 +115,7 @@ pub struct Outcome {
     pub penalised_steps: usize,
     pub excess_impulse_ns: f64,
     pub max_contact_force_n: f64,
+    pub p99_contact_force_n: f64,
     pub max_raw_contact_force_n: f64,
     pub contact_time_s: f64,
     pub mean_stiffness: f64,
@@ -156,4 +166,30 @@ pub struct Progress {
     pub grad_norm_critic: f64,
     pub grad_norm_actor: f64,
     pub replay_size: usize,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tasks::Interval;
+
+    #[test]
+    fn ninety_nine_of_a_hundred_actions_stay_below_the_percentile() {
+        let mut episode = Episode::default();
+        for force in (1..=200).rev() {
+            let interval = Interval { max_force: f64::from(force), ..Interval::default() };
+            episode.add(Step {
+                reward: 0.0,
+                terminated: false,
+                truncated: false,
+                success: false,
+                diverged: false,
+                penalty: 0.0,
+                interval,
+            });
+        }
+        let outcome = episode.outcome();
+        assert_eq!((outcome.p99_contact_force_n, outcome.max_contact_force_n), (198.0, 200.0));
+        assert_eq!(Episode::default().outcome().p99_contact_force_n, 0.0);
+    }
 }

@@ -11,6 +11,8 @@ use crate::folder::RunFolder;
 
 /// Evaluations at the end of a run whose mean is its final return.
 const LAST: usize = 5;
+/// An evaluation return that counts as solved, of at most 500.
+const SOLVED: f64 = 450.0;
 
 /// A row of `runs.csv`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -25,6 +27,11 @@ pub struct RunSummary {
     pub final_return: f64,
     pub best_return: f64,
     pub final_success: f64,
+    pub final_success_any: f64,
+    pub sampled_return: f64,
+    pub sampled_success: f64,
+    pub steps_to_450: Option<u64>,
+    pub wall_min_to_450: Option<f64>,
     pub energy_per_action_j: f64,
     pub final_energy_per_action_j: f64,
     pub penalised_episode_share: f64,
@@ -74,6 +81,13 @@ impl RunSummary {
             let values: Vec<f64> = evaluations(run, column)?.iter().rev().take(LAST).map(|p| p.1).collect();
             Ok(mean(&values))
         };
+        let first = returns.len().checked_sub(LAST + 1).map_or(0.0, |i| returns[i].0);
+        let sampled = |column: &str| {
+            let values = training.points(column);
+            mean(&values.iter().filter(|p| p.0 > first).map(|p| p.1).collect::<Vec<_>>())
+        };
+        let solved = returns.iter().find(|p| p.1 >= SOLVED).map(|p| p.0);
+        let clock = Columns::read(&run.progress())?.points("wall_s");
         let penalties = training.values("penalty");
         Ok(RunSummary {
             schema: 1,
@@ -81,10 +95,15 @@ impl RunSummary {
             space: config.env.space.name().into(),
             seed: config.seed,
             preset: format!("{:?}", config.preset).to_lowercase(),
-            env_steps: (last.0 * 1000.0).round() as u64,
+            env_steps: in_steps(last.0),
             final_return: at_end("return")?,
             best_return: returns.iter().map(|p| p.1).fold(f64::MIN, f64::max),
             final_success: at_end("success")?,
+            final_success_any: at_end("success_any")?,
+            sampled_return: sampled("return"),
+            sampled_success: sampled("success"),
+            steps_to_450: solved.map(in_steps),
+            wall_min_to_450: solved.and_then(|at| clock.iter().find(|p| p.0 >= at)).map(|p| p.1 / 60.0),
             energy_per_action_j: mean(&training.values("energy_per_action_j")),
             final_energy_per_action_j: at_end("energy_per_action_j")?,
             penalised_episode_share: mean(&penalties.iter().map(|&p| f64::from(u8::from(p > 0.0))).collect::<Vec<_>>()),
@@ -94,6 +113,10 @@ impl RunSummary {
             commit: manifest.commit,
         })
     }
+}
+
+fn in_steps(thousands: f64) -> u64 {
+    (thousands * 1000.0).round() as u64
 }
 
 fn mean(values: &[f64]) -> f64 {

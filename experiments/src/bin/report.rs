@@ -34,19 +34,20 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let path = out.join("runs.csv");
     let mut table = csv::Writer::from_path(&path).with_context(|| path.display().to_string())?;
     println!(
-        "{:<5} {:<16} {:>5} {:>7} {:>13} {:>12} {:>9} {:>11}",
-        "task", "space", "seed", "steps", "final return", "best return", "success", "J/action"
+        "{:<5} {:<16} {:>5} {:>7} {:>13} {:>12} {:>8} {:>9} {:>11}",
+        "task", "space", "seed", "steps", "final return", "best return", "sampled", "success", "J/action"
     );
     for row in &rows {
         table.serialize(row)?;
         println!(
-            "{:<5} {:<16} {:>5} {:>7} {:>13.1} {:>12.1} {:>9.2} {:>11.2}",
+            "{:<5} {:<16} {:>5} {:>7} {:>13.1} {:>12.1} {:>8.1} {:>9.2} {:>11.2}",
             row.task,
             row.space,
             row.seed,
             row.env_steps,
             row.final_return,
             row.best_return,
+            row.sampled_return,
             row.final_success,
             row.energy_per_action_j
         );
