@@ -30,7 +30,6 @@ from safetensors.torch import load_file, save
 from torch import nn
 from torch.distributions import Normal, TanhTransform
 from torch.nn.functional import mse_loss
-from torch.optim.lr_scheduler import LambdaLR
 
 ROOT = Path(__file__).resolve().parent.parent
 RECORD = ROOT / "crates" / "sac" / "reference" / "pytorch.safetensors"
@@ -43,7 +42,6 @@ CONFIG = {
     "actor_learning_rate": 1e-3,
     "critic_learning_rate": 3e-3,
     "temperature_learning_rate": 5e-3,
-    "learning_rate_decay": 20,
     "gamma": 0.97,
     "n_step": 3,
     "tau": 0.01,
@@ -79,12 +77,6 @@ class Learner:
         self.actor_adam = optimizer("actor", self.actor.parameters())
         self.critic_adam = optimizer("critic", self.critics.parameters())
         self.temperature_adam = optimizer("temperature", [self.log_temperature])
-        adams = [self.actor_adam, self.critic_adam, self.temperature_adam]
-        self.schedules = [LambdaLR(adam, lambda done: self.rate_factor(done + 1)) for adam in adams]
-
-    def rate_factor(self, update):
-        decay = self.config.get("learning_rate_decay", 0)
-        return max(0.1, 1 - 0.9 * update / decay) if decay else 1.0
 
     def policy(self, observation, noise):
         """A tanh-squashed Gaussian: the action that `noise` stands for, and its log-probability."""
@@ -129,8 +121,6 @@ class Learner:
         self.temperature_adam.zero_grad()
         temperature_loss.backward()
         self.temperature_adam.step()
-        for schedule in self.schedules:
-            schedule.step()
 
         if self.updates % self.config["target_period"] == 0:
             with torch.no_grad():

@@ -135,8 +135,8 @@ impl AdaptiveImpedance {
     #[must_use]
     pub fn shaped() -> Self {
         let translation = AxisLaw {
-            // Half the leash: moving steadily, K settles between its bounds instead of at the upper one.
-            tolerance: 0.01,
+            // Less than half the leash: at full speed K settles between its bounds instead of at the upper one.
+            tolerance: 0.015,
             relaxation_time: 2.0,
             stiffness_min: 20.0,
             stiffness_max: 300.0,
@@ -149,7 +149,7 @@ impl AdaptiveImpedance {
             feedforward_rate_max: 200.0,
             nominal_inertia: 1.0,
         };
-        let rotation = AxisLaw { tolerance: 0.075, ..translation };
+        let rotation = AxisLaw { tolerance: 0.11, ..translation };
         Self {
             form: ImpedanceForm::continued(Convention::Shaped),
             sign: DeltaSign::Damping,

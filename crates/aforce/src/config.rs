@@ -113,7 +113,7 @@ pub struct ImpedanceSettings {
 impl Default for ImpedanceSettings {
     fn default() -> Self {
         let physical = |translation, rotation| FixedImpedance {
-            // Without it a soft arm crawls: 150 N/m move 42 kg at 2 cm/s on a leash of 2 cm.
+            // Without it a soft arm crawls: 150 N/m move 42 kg at 4 cm/s on a leash of 4 cm.
             form: ImpedanceForm { reference_velocity: true, ..ImpedanceForm::continued(Convention::Physical) },
             translation,
             rotation,

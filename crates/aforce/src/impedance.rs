@@ -62,7 +62,7 @@ impl ImpedanceForm {
             damping: Damping::MassAware,
             damping_ratio: 1.0,
             reference_velocity: false,
-            reference: Reference::Continued { leash_position: 0.02, leash_rotation: 0.15 },
+            reference: Reference::Continued { leash_position: 0.04, leash_rotation: 0.3 },
         }
     }
 

@@ -18,8 +18,6 @@ pub struct Config {
     pub critic_learning_rate: f64,
     /// Step size of Adam for the logarithm of the temperature.
     pub temperature_learning_rate: f64,
-    /// Updates over which the three rates fall, linearly, to a tenth, where they stay; 0 keeps them constant.
-    pub learning_rate_decay: u64,
     /// Discount per action, in [0, 1): rewards 1 / (1 - gamma) actions ahead still count.
     pub gamma: f64,
     /// Rewards summed before the critic takes over (1: the textbook). More carries a late reward back faster, and adds a bias that
@@ -68,7 +66,6 @@ impl Config {
             actor_learning_rate: 1e-4,
             critic_learning_rate: 1e-4,
             temperature_learning_rate: 1e-4,
-            learning_rate_decay: 0,
             gamma: 0.99,
             n_step: 1,
             tau: 0.005,
@@ -93,8 +90,6 @@ impl Config {
                 actor_learning_rate: 5e-4,
                 critic_learning_rate: 5e-4,
                 temperature_learning_rate: 5e-4,
-                // A policy that has learned keeps swinging otherwise: one evaluation episode in ten fails.
-                learning_rate_decay: 100_000,
                 scaled_observations: true,
                 // A late reward is carried back over fewer updates.
                 n_step: 3,
@@ -174,15 +169,6 @@ impl Config {
         )
     }
 
-    /// Factor of all learning rates in update `t`, counted from 1.
-    pub(crate) fn learning_rate_factor(&self, t: u64) -> f64 {
-        const LAST: f64 = 0.1;
-        match self.learning_rate_decay {
-            0 => 1.0,
-            decay => (1.0 - (1.0 - LAST) * t as f64 / decay as f64).max(LAST),
-        }
-    }
-
     /// Number of updates that follow environment step `step`, counted from 1: none up to `random_steps`, then as many as keep the total at
     /// `updates_per_step` times the steps taken since. Depends on the step alone, so that a continued run needs no counter.
     pub fn updates_after(&self, step: u64) -> u64 {
@@ -242,14 +228,6 @@ mod tests {
         ] {
             assert!(message(change).starts_with(&format!("sac.{field} = ")), "{field}: {}", message(change));
         }
-    }
-
-    #[test]
-    fn learning_rates_fall_to_a_tenth_and_stay() {
-        let config = Config { learning_rate_decay: 1000, ..Config::default() };
-        let factors = [0, 500, 1000, 5000].map(|t| config.learning_rate_factor(t));
-        approx::assert_relative_eq!(factors[..], [1.0, 0.55, 0.1, 0.1]);
-        assert_eq!(Config { learning_rate_decay: 0, ..config }.learning_rate_factor(5000), 1.0);
     }
 
     #[test]

@@ -199,8 +199,7 @@ impl Sac {
         critic_pass.backward(&self.critics);
         critic_pass.parameter_gradient(&present, critic_gradient);
         let gradient = &critic_gradient.values;
-        let rate = self.config.critic_learning_rate * self.config.learning_rate_factor(self.updates);
-        self.critic_adam.step(&mut self.critics.values, gradient, rate, self.updates);
+        self.critic_adam.step(&mut self.critics.values, gradient, self.config.critic_learning_rate, self.updates);
         (loss, norm(gradient))
     }
 
@@ -239,8 +238,7 @@ impl Sac {
         actor_pass.backward(&self.actor.network);
         actor_pass.parameter_gradient(&present.narrow(1, 0, observations as i64), actor_gradient);
         let gradient = &actor_gradient.values;
-        let rate = self.config.actor_learning_rate * self.config.learning_rate_factor(self.updates);
-        self.actor_adam.step(&mut self.actor.network.values, gradient, rate, self.updates);
+        self.actor_adam.step(&mut self.actor.network.values, gradient, self.config.actor_learning_rate, self.updates);
         (q_mean, norm(gradient))
     }
 
@@ -249,8 +247,7 @@ impl Sac {
         let target = self.config.target_entropy.unwrap_or(-(self.actor.action_dim() as f64));
         let gradient = self.temperature() * (entropy - target as f32);
         let log_temperature = std::slice::from_mut(&mut self.log_temperature);
-        let rate = self.config.temperature_learning_rate * self.config.learning_rate_factor(self.updates);
-        self.temperature_adam.step(log_temperature, &[gradient], rate, self.updates);
+        self.temperature_adam.step(log_temperature, &[gradient], self.config.temperature_learning_rate, self.updates);
     }
 
     /// Moves the targets a fraction tau towards the critics (Polyak averaging).
