@@ -151,12 +151,12 @@ impl Task for Wipe {
         Reward { value, success: markers.wiped_count() == markers::COUNT }
     }
 
-    /// Level above the nearest marker, down, and along the nearest ones under pressure.
+    /// Level above the nearer end of the remaining line, down, and along it under pressure.
     fn expert(&self, _: &Simulation, y: &Measurement) -> Waypoint {
         let tool = y.pose.translation.vector;
         let distance = |marker: &Vector3| (marker - tool).xy().norm();
-        let nearest = self.markers().remaining().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        let target = nearest.unwrap_or(tool);
+        let ends = [self.markers().remaining().next(), self.markers().remaining().last()].into_iter().flatten();
+        let target = ends.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(tool);
         let level = level();
         let down = in_contact(y) || (distance(&target) < 0.02 && tool.z < TABLE_HEIGHT + 0.025);
         let press = down && y.pose.rotation.angle_to(&level) < 0.15;
