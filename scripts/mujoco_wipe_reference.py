@@ -61,7 +61,7 @@ def press(xml, force):
         mujoco.mj_jac(model, data, linear, angular, point, tool)
         jacobian = np.vstack([linear, angular])
         y = SPEED * 0.002 * max(step - 4000, 0)
-        target = np.array([0.05, y, max(1.07 - 1e-4 * step, TABLE + 0.002)])
+        target = np.array([0.15, y, max(1.07 - 1e-4 * step, TABLE + 0.002)])
         error = np.concatenate([point - target, rotation_error(rotation, LEVEL)])
         twist = jacobian @ data.qvel
         wrench = -STIFFNESS * error - DAMPING * twist

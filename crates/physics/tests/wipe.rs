@@ -23,7 +23,6 @@ struct Bench {
     simulation: Simulation,
     scene: Wipe,
     step: usize,
-    friction: f64,
 }
 
 impl Bench {
@@ -33,7 +32,7 @@ impl Bench {
         let plant = Plant { parameters, dt: 0.002, config: SimulationConfig::default() };
         let (mut simulation, scene) = Wipe::simulate(&plant, height, friction);
         simulation.reset(&HOME.into());
-        Bench { simulation, scene, step: 0, friction }
+        Bench { simulation, scene, step: 0 }
     }
 
     fn level() -> UnitQuaternion<f64> {
@@ -49,7 +48,7 @@ impl Bench {
             let y = self.simulation.measure();
             let slid = SPEED * 0.002 * self.step.saturating_sub(4000) as f64;
             let height = (1.07 - 1e-4 * self.step as f64).max(TABLE_HEIGHT + 0.002);
-            let target = Pose::from_parts(Translation3::new(0.05, slid, height), Self::level());
+            let target = Pose::from_parts(Translation3::new(0.15, slid, height), Self::level());
             let error = aforce::pose_error(&y.pose, &target);
             let mut wrench =
                 -Vector6::from(STIFFNESS).component_mul(&error) - Vector6::from(DAMPING).component_mul(&y.twist);
@@ -102,15 +101,15 @@ fn pressing_and_sliding_forces() {
             scatter.as_slice(),
             &row[4..]
         );
-        assert_relative_eq!(slide.fixed_rows::<2>(0).norm(), bench.friction * slide[2], max_relative = 0.01);
+        assert_relative_eq!(slide.fixed_rows::<2>(0).norm(), TABLE_FRICTION * slide[2], max_relative = 0.01);
         assert!(slide[1] < 0.0, "friction opposes the motion");
         assert_relative_eq!(slide[2], row[6], max_relative = 0.02);
         assert_relative_eq!(slide[1], row[5], max_relative = 0.02);
     }
 }
 
-/// robosuite's face, level: 5.3 N push it 0.13 mm in, 127 N 1.88 mm. The engine's springs
-/// are linear: 45 kN/m at home, and the arm's apparent mass changes it by a fifth.
+/// robosuite's face, level: 5.3 N push it 0.13 mm in, 53 N 1.08 mm. The engine's springs are
+/// linear, robosuite's stiffen to 68 kN/m at 127 N.
 #[test]
 fn the_face_gives_way_as_robosuites() {
     const ROBOSUITE: [(f64, f64); 6] =
@@ -121,6 +120,52 @@ fn the_face_gives_way_as_robosuites() {
             bench.run(4000, force);
             let depth = 1000.0 * (TABLE_HEIGHT - bench.simulation.measure().pose.translation.z);
             println!("{set:?}, {force} N: {depth:.3} mm, robosuite {expected} mm");
+            assert!((40.0..52.0).contains(&(force / depth)), "{set:?}: {} kN/m", force / depth);
+            assert!(force > 60.0 || (depth / expected - 1.0).abs() < 0.2, "{set:?}: {depth} mm");
         }
     }
+}
+
+/// A tool that comes down meets the table with no more than a pad makes of it: v sqrt(k m)
+/// with 43 kN/m and the 36 kg that the arm weighs there, 1.2 N per mm/s.
+#[test]
+fn an_impact_is_modest() {
+    let mut bench = Bench::new(ParameterSet::Robosuite, TABLE_HEIGHT, TABLE_FRICTION);
+    let (mut speed, mut peak, mut sustained) = (0.0f64, 0.0f64, 0.0f64);
+    for step in 1..=2100 {
+        bench.run(step, 0.0);
+        let contact = bench.simulation.contact();
+        if peak == 0.0 {
+            speed = -bench.simulation.measure().twist[2];
+        }
+        peak = peak.max(contact.raw.fixed_rows::<3>(0).norm());
+        sustained = sustained.max(contact.sustained.fixed_rows::<3>(0).norm());
+    }
+    println!("at {speed:.3} m/s: {peak:.1} N raw, {sustained:.1} N sustained");
+    assert!(speed > 0.02 && peak > 10.0 && peak < 1240.0 * speed && sustained < peak);
+}
+
+#[test]
+fn restoring_in_contact_continues_bit_for_bit() {
+    let mut bench = Bench::new(ParameterSet::Robosuite, TABLE_HEIGHT, TABLE_FRICTION);
+    bench.run(4100, 30.0);
+    let (snapshot, step) = (bench.simulation.snapshot(), bench.step);
+    let run = |bench: &mut Bench| {
+        let mean = bench.run(4400, 30.0);
+        (mean, bench.simulation.joints(), *bench.simulation.contact())
+    };
+    let first = run(&mut bench);
+    bench.simulation.restore(&snapshot);
+    bench.step = step;
+    assert_eq!(first, run(&mut bench));
+}
+
+/// The builder's height and friction reach the table.
+#[test]
+fn another_table() {
+    let mut bench = Bench::new(ParameterSet::Identified, TABLE_HEIGHT + 0.01, 0.3);
+    let (slide, _) = bench.run(5000, 20.0);
+    let height = bench.simulation.measure().pose.translation.z;
+    assert!((height - TABLE_HEIGHT - 0.01).abs() < 0.002, "{height}");
+    assert_relative_eq!(slide.xy().norm(), 0.3 * slide[2], max_relative = 0.01);
 }

@@ -187,3 +187,85 @@ fn level() -> UnitQuaternion<f64> {
     let axes = [Vector3::y(), Vector3::x(), -Vector3::z()];
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_basis_unchecked(&axes))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+
+    const AIR: Touch = Touch { arm: false, contact: false, force: 0.0, flat: false, penalty: 0.0 };
+    const PRESSING: Touch = Touch { contact: true, force: 30.0, flat: true, ..AIR };
+
+    fn markers() -> Markers {
+        Markers::random(0.0, &mut ChaCha8Rng::seed_from_u64(1))
+    }
+
+    /// A level tool on the table at the middle of the remaining markers, `height` above them.
+    fn over(markers: &Markers, height: f64) -> Pose {
+        let centroid = markers.centroid_and_radius().expect("markers remain").0;
+        Pose::from_parts(Translation3::from(centroid + height * Vector3::z()), level())
+    }
+
+    /// Over all markers in turn.
+    fn wipe_all(markers: &mut Markers) -> Pose {
+        let mut pose = Pose::identity();
+        let line: Vec<Vector3> = markers.remaining().collect();
+        for marker in line {
+            pose = Pose::from_parts(Translation3::from(marker), level());
+            reward(markers, &pose, &PRESSING);
+        }
+        pose
+    }
+
+    #[test]
+    fn in_the_air_nearness_counts() {
+        let mut markers = markers();
+        let tool = over(&markers, 0.1);
+        // 5 (1 - tanh 0.5)
+        assert!((reward(&mut markers, &tool, &AIR) - 2.689414).abs() < 1e-6);
+        assert_eq!(reward(&mut markers, &tool, &Touch { arm: true, ..PRESSING }), -10.0);
+        assert_eq!(markers.wiped_count(), 0);
+    }
+
+    #[test]
+    fn markers_are_wiped_between_15_and_60_newtons() {
+        for (force, wipes) in [(15.0, false), (15.1, true), (60.0, true), (60.1, false)] {
+            let mut markers = markers();
+            let tool = Pose::from_parts(Translation3::from(markers.remaining().next().unwrap()), level());
+            reward(&mut markers, &tool, &Touch { force, ..PRESSING });
+            assert_eq!(markers.wiped_count() > 0, wipes, "{force} N");
+        }
+        let mut markers = markers();
+        let tool = over(&markers, 0.0);
+        reward(&mut markers, &tool, &Touch { contact: false, ..PRESSING });
+        assert_eq!(markers.wiped_count(), 0, "without contact");
+    }
+
+    #[test]
+    fn each_marker_earns_50_once() {
+        let mut markers = markers();
+        let tool = Pose::from_parts(Translation3::from(markers.remaining().next().unwrap()), level());
+        let first = reward(&mut markers, &tool, &PRESSING);
+        let second = reward(&mut markers, &tool, &PRESSING);
+        assert!((first - second - 50.0 * markers.wiped_count() as f64).abs() < 1e-9);
+    }
+
+    #[test]
+    fn completion_pressing_and_penalty_add_up() {
+        let mut markers = markers();
+        let tool = wipe_all(&mut markers);
+        let mut reward = |touch: Touch| reward(&mut markers, &tool, &touch);
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
+        close(reward(AIR), 25.5);
+        // Contact 0.01; pressing 0.01 and 0.01 per newton; flat 0.1.
+        close(reward(PRESSING), 25.5 + 0.01 + 0.01 + 0.3 + 0.1);
+        close(reward(Touch { flat: false, ..PRESSING }), 25.5 + 0.01 + 0.01 + 0.3);
+        close(reward(Touch { penalty: 4.0, force: 80.0, ..PRESSING }), 25.5 + 0.01 - 4.0);
+    }
+
+    #[test]
+    fn normalisation_follows_the_horizon() {
+        assert!((Wipe::new(500).scale - 0.0281611).abs() < 5e-8);
+        assert!((Wipe::new(1000).scale - 0.0327761).abs() < 5e-8);
+    }
+}
