@@ -36,6 +36,14 @@ fn random_actions_stay_finite_and_repeat() {
     }
 }
 
+/// robosuite's flat observations: object, then robot.
+#[test]
+fn observations_have_robosuites_size() {
+    for (task, size) in [(TaskName::Lift, 42), (TaskName::Wipe, 37)] {
+        assert_eq!(env(task, "osc".parse().unwrap()).observation().len(), size, "{}", task.as_str());
+    }
+}
+
 #[test]
 fn episodes_differ_by_seed_and_end_at_the_horizon() {
     let mut env = env(TaskName::Lift, "osc".parse().unwrap());
@@ -66,7 +74,8 @@ fn an_expert_solves_every_task_in_every_space() {
     // On its leash of 2 cm a spring of 150 N/m presses with 3 N, and wiping takes 15.
     let too_soft = (TaskName::Wipe, "low".parse().unwrap());
     for (task, space) in everywhere().filter(|&pair| pair != too_soft) {
-        for seed in 0..2 {
+        let seeds = if task == TaskName::Wipe { 1 } else { 2 };
+        for seed in 0..seeds {
             let (total, success) = expert(task, space, ControllerConfig::default(), seed);
             println!("{} {space} seed {seed}: return {total:.1}, success {success}", task.as_str());
             let least = if task == TaskName::Wipe { 250.0 } else { 350.0 };

@@ -1,6 +1,6 @@
 //! robosuite's wiping tool: a compliant pad below the flange, without joints or motors.
 
-use aforce::{Pose, Vector3};
+use aforce::{Pose, Vector3, Wrench};
 use nalgebra::Translation3;
 
 use crate::model::Model;
@@ -60,7 +60,7 @@ pub fn softness(model: &Model) -> Softness {
         for side in [-RAIL_Y, RAIL_Y] {
             let corner = k.tool.rotation * Vector3::new(x * RAIL_HALF[0], side + y * RAIL_HALF[1], 0.0);
             let turn = corner.cross(&Vector3::z());
-            let push = jacobian.tr_mul(&nalgebra::stack![Vector3::z(); turn]);
+            let push = jacobian.tr_mul(&Wrench::new(0.0, 0.0, 1.0, turn.x, turn.y, turn.z));
             total += 1.0 / push.dot(&mass.solve(&push));
         }
     }
