@@ -153,7 +153,7 @@ impl Controller {
         if let Some(law) = &mut self.law {
             law.update(&e, &axis.release(&e_dot), self.dt);
             (self.stiffness, f_ff) = (*law.stiffness(), *law.feedforward());
-            self.feedforward = axis.release(&self.form.to_wrench(&f_ff, &space));
+            self.feedforward = self.form.to_wrench(&axis.release(&f_ff), &space);
         }
 
         // F_d, by force control.

@@ -158,6 +158,10 @@ impl CommandedImpedance {
 ///
 /// `stiffness` and `feedforward` are in the units of the form's convention. While `axis` is engaged, K and F_ff act no
 /// longer along it, and damping there is at least the force axis' own.
+///
+/// What is given up is the acceleration along the axis, before it is shaped. The arm's inertia couples the axes: the
+/// wrench along n that remains cancels what an acceleration across n would add to the contact force, and it vanishes
+/// in steady sliding, where spring and damper are balanced.
 #[must_use]
 pub fn wrench(
     form: &ImpedanceForm,
@@ -170,17 +174,17 @@ pub fn wrench(
 ) -> Wrench {
     let damping = form.damping_of(stiffness, space);
     let damp = |velocity: &Vector6| form.to_wrench(&damping.component_mul(velocity), space);
-    let elastic = form.to_wrench(&(feedforward + stiffness.component_mul(e)), space); // F_ff + K e
+    let elastic = form.to_wrench(&axis.release(&(feedforward + stiffness.component_mul(e))), space); // F_ff + K e
     let viscous =
         damp(e_dot) + axis.missing_damping(space, damp) * linear(e_dot).dot(&axis.direction) * axis.unit_wrench(); // D e_dot
-    -axis.release(&elastic) - viscous
+    -elastic - viscous
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::spatial::Vector3;
-    use crate::testing::gantry;
+    use crate::testing::{gantry, random_arm};
     use approx::assert_relative_eq;
 
     fn free() -> ForceAxis {
@@ -225,6 +229,21 @@ mod tests {
                 assert!(w[axis] < 0.0 && w.amax() == -w[axis]);
             }
         }
+    }
+
+    /// A spring pulls along x and the damper brakes as much: an arm whose inertia couples x and z must not push along z.
+    #[test]
+    fn steady_sliding_leaves_the_force_axis_alone() {
+        let y = random_arm(3);
+        let space = OperationalSpace::new(&y.mass, &y.jacobian).unwrap();
+        assert!(space.lambda_p[(2, 0)].abs() > 0.01 * space.lambda_p[(2, 2)], "x and z are coupled");
+        let engaged = ForceAxis { engagement: 1.0, ..free() };
+        let form = ImpedanceForm::continued(Convention::Shaped);
+        // K = 100, D = 20: 0.01 m behind and 0.05 m/s forward.
+        let along_x = |v: f64| Vector6::new(v, 0.0, 0.0, 0.0, 0.0, 0.0);
+        let (k, f_ff) = (Vector6::repeat(100.0), Vector6::zeros());
+        let w = wrench(&form, &space, &engaged, &along_x(-0.01), &along_x(0.05), &k, &f_ff);
+        assert_relative_eq!(w, Wrench::zeros(), epsilon = 1e-9);
     }
 
     #[test]

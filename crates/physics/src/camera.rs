@@ -15,6 +15,24 @@ pub struct Camera {
     pub field_of_view: f64,
 }
 
+/// A coloured disc on a horizontal surface: drawn, not simulated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Decal {
+    /// Middle (m, world).
+    pub centre: [f64; 3],
+    /// Radius (m).
+    pub radius: f64,
+    /// Colour.
+    pub color: [u8; 3],
+}
+
+impl Decal {
+    fn covers(&self, point: &Vector3) -> bool {
+        let d = point - Vector3::from(self.centre);
+        d.z.abs() < 5e-4 && d.x.hypot(d.y) < self.radius
+    }
+}
+
 /// A picture, rows from the top, 8-bit RGB.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Image {
@@ -31,8 +49,8 @@ const LIGHT: [f64; 3] = [-0.4, -0.5, 1.0];
 const SKY: [u8; 3] = [238, 241, 245];
 
 impl Camera {
-    /// Draws what the camera sees.
-    pub fn render(&self, simulation: &Simulation, width: usize, height: usize) -> Image {
+    /// Draws what the camera sees; where decals overlap, the last one.
+    pub fn render(&self, simulation: &Simulation, decals: &[Decal], width: usize, height: usize) -> Image {
         let eye = Vector3::from(self.eye);
         let forward = (Vector3::from(self.target) - eye).normalize();
         let right = forward.cross(&Vector3::z()).normalize();
@@ -45,18 +63,19 @@ impl Camera {
                 let x = (2.0 * (column as f64 + 0.5) - width as f64) / height as f64 * scale;
                 let y = (1.0 - 2.0 * (row as f64 + 0.5) / height as f64) * scale;
                 let direction = (forward + right * x + up * y).normalize();
-                rgb.extend(shade(simulation, &eye, &direction, &light));
+                rgb.extend(shade(simulation, decals, &eye, &direction, &light));
             }
         }
         Image { width, height, rgb }
     }
 }
 
-fn shade(simulation: &Simulation, eye: &Vector3, direction: &Vector3, light: &Vector3) -> [u8; 3] {
+fn shade(simulation: &Simulation, decals: &[Decal], eye: &Vector3, direction: &Vector3, light: &Vector3) -> [u8; 3] {
     let Some((distance, normal, color)) = simulation.cast_ray(eye, direction) else {
         return SKY;
     };
     let point = eye + direction * distance;
+    let color = decals.iter().rev().find(|decal| decal.covers(&point)).map_or(color, |decal| decal.color);
     let lit = normal.dot(light).max(0.0);
     let in_shadow = lit > 0.0 && simulation.cast_ray(&(point + normal * 1e-4), light).is_some();
     let brightness = 0.45 + if in_shadow { 0.0 } else { 0.55 * lit };

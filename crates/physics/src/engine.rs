@@ -291,12 +291,20 @@ impl Engine {
         wrench
     }
 
-    /// Whether geoms `a` and `b` (indices in the scene's order) press on each other.
-    pub fn touching(&self, a: usize, b: usize) -> bool {
-        self.world
-            .narrow_phase
-            .contact_pair(self.geoms[a].0, self.geoms[b].0)
-            .is_some_and(|pair| pair.total_impulse_magnitude() > 0.0)
+    /// Number of points at which geoms `a` and `b` (indices in the scene's order) press on
+    /// each other.
+    pub fn contact_points(&self, a: usize, b: usize) -> usize {
+        let pair = self.world.narrow_phase.contact_pair(self.geoms[a].0, self.geoms[b].0);
+        let points = pair.into_iter().flat_map(|pair| pair.manifolds()).flat_map(|manifold| &manifold.points);
+        points.filter(|point| point.data.impulse > 0.0).count()
+    }
+
+    /// Whether anything presses on the arm's links.
+    pub fn arm_touches(&self) -> bool {
+        self.world.narrow_phase.contact_pairs().any(|pair| {
+            let link = |collider| self.role(collider) == Some(Role::Link);
+            (link(pair.collider1) || link(pair.collider2)) && pair.total_impulse_magnitude() > 0.0
+        })
     }
 
     /// Deepest overlap (m) of any two geoms that may touch; 0 without contact.

@@ -19,6 +19,7 @@ pub mod panda;
 pub mod scene;
 pub mod scenes;
 mod simulation;
+pub mod wiping_tool;
 
 pub use contact::ContactReading;
 pub use simulation::{Diverged, Plant, Simulation, SimulationConfig, Snapshot};

@@ -33,11 +33,6 @@ impl Default for Softness {
     }
 }
 
-impl Softness {
-    /// A compliant pad between tool and surface.
-    pub const PAD: Softness = Softness { frequency: 20.0, damping_ratio: 1.0, rigid: false };
-}
-
 /// A rigid body.
 #[derive(Debug, Clone)]
 pub struct Body {
@@ -230,19 +225,21 @@ pub enum Role {
     Pad,
     /// What is manipulated.
     Object,
+    /// A tool without joints, beyond the wrist.
+    Tool,
 }
 
 impl Role {
     /// Whether contacts of this geom belong to the wrench beyond the wrist.
     pub fn is_beyond_wrist(self) -> bool {
-        matches!(self, Role::Hand | Role::Pad)
+        matches!(self, Role::Hand | Role::Pad | Role::Tool)
     }
 
     /// Whether two geoms can touch. The distal half of the arm (from link 3 on) meets
     /// the world; the arm does not meet itself: neighbouring hulls overlap by design.
     pub fn collides_with(self, other: Role) -> bool {
         use Role::*;
-        let arm = |role| matches!(role, Link | Hand | Pad);
+        let arm = |role| matches!(role, Link | Hand | Pad | Tool);
         match (self, other) {
             (Shoulder, other) | (other, Shoulder) => other == Object,
             (a, b) if arm(a) && arm(b) => false,
@@ -253,7 +250,7 @@ impl Role {
 }
 
 impl Role {
-    const ALL: [Role; 6] = [Role::Fixture, Role::Shoulder, Role::Link, Role::Hand, Role::Pad, Role::Object];
+    const ALL: [Role; 7] = [Role::Fixture, Role::Shoulder, Role::Link, Role::Hand, Role::Pad, Role::Object, Role::Tool];
 
     /// This role's bit in a collision mask.
     pub fn bit(self) -> u32 {

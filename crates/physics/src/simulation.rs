@@ -192,7 +192,17 @@ impl Simulation {
 
     /// Whether two geoms (by their place in the scene) press on each other.
     pub fn touching(&self, a: usize, b: usize) -> bool {
-        self.engine.touching(a, b)
+        self.contact_points(a, b) > 0
+    }
+
+    /// Number of points at which two geoms (by their place in the scene) press on each other.
+    pub fn contact_points(&self, a: usize, b: usize) -> usize {
+        self.engine.contact_points(a, b)
+    }
+
+    /// Whether anything presses on the arm short of the wrist (links 3 to 7).
+    pub fn arm_touches(&self) -> bool {
+        self.engine.arm_touches()
     }
 
     /// Deepest overlap of geoms in contact (m).

@@ -1,8 +1,6 @@
 //! The environment: the one loop from an action to torques, and back to a reward.
 
-use aforce::{
-    ActionSpace, ConfigError, Controller, ControllerConfig, Impedance, Measurement, Reference, TorqueLimits, within,
-};
+use aforce::{ActionSpace, ConfigError, Controller, ControllerConfig, Impedance, Measurement, TorqueLimits, within};
 use physics::panda::{HOME, ParameterSet};
 use physics::{Plant, Simulation, SimulationConfig};
 use rand::{Rng, SeedableRng};
@@ -107,7 +105,7 @@ pub struct Step {
     pub success: bool,
     /// The simulation diverged.
     pub diverged: bool,
-    /// Force penalty of this action, whether or not the task takes it off the reward.
+    /// Force penalty of this action, unscaled, whether or not the task takes it off.
     pub penalty: f64,
     /// Energy, force, stiffness, clipping during this action.
     pub interval: Interval,
@@ -120,7 +118,7 @@ impl Env {
     /// If the controller's configuration is not usable.
     pub fn new(config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
         config.validate()?;
-        let mut task = config.task.create();
+        let mut task = config.task.create(config.horizon);
         let parameters = config.robot.parameters();
         let limits = TorqueLimits { max: parameters.max_torque, rate: parameters.max_torque_rate };
         let controller = Controller::new(config.space, &config.controller, limits, task.contact_axis())?;
@@ -196,10 +194,9 @@ impl Env {
             return ended;
         }
         self.observe();
-        let reward = self.task.reward(&self.simulation, &self.y);
-        let cost = if self.task.penalises_force() { penalty } else { 0.0 };
+        let reward = self.task.reward(&self.simulation, &self.y, penalty);
         Step {
-            reward: reward.value - cost,
+            reward: reward.value,
             terminated: false,
             truncated: self.elapsed >= self.config.horizon,
             success: reward.success,
@@ -258,11 +255,12 @@ impl Env {
     /// The scripted expert's action in the present state.
     pub fn expert_action(&self) -> Vec<f64> {
         let waypoint = self.task.expert(&self.simulation, &self.y);
-        let reference = match *self.controller.reference() {
-            Reference::Rebased => &self.y.pose,
-            Reference::Continued { .. } => self.controller.goal(),
-        };
-        expert::encode(&waypoint, reference, self.config.space, &self.config.controller, self.task.has_gripper())
+        let mut action =
+            expert::encode(&waypoint, &self.controller, &self.config.controller, &self.y, self.task.contact_axis());
+        if self.task.has_gripper() {
+            action.push(waypoint.grip);
+        }
+        action
     }
 
     /// Position of the environment's own sequence of episode seeds, to be saved.

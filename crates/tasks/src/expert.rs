@@ -1,32 +1,55 @@
 //! Turns what a scripted expert wants into an action of any action space.
 
-use aforce::{ActionSpace, ControllerConfig, Impedance, Pose, pose_error};
+use aforce::{Controller, ControllerConfig, Impedance, Measurement, Reference, pose_error};
+use nalgebra::UnitVector3;
 
 use crate::task::Waypoint;
 
-/// Action in [-1, 1]^n that moves the goal from `reference` towards the waypoint.
-/// Commanded stiffness stays in the middle of its range.
+/// Share of the missing force that one action corrects.
+const CORRECTION: f64 = 0.5;
+/// Largest change per action of the depth of the goal behind the tool (m): a tool that feels nothing
+/// yet comes down at a few cm/s.
+const DEPTH_STEP: f64 = 0.002;
+
+/// The controller's part of an action in [-1, 1]^n: moves its goal to the waypoint. Commanded stiffness stays in
+/// the middle of its range.
+///
+/// To press is to aim behind the surface: the depth of the goal follows from the missing force and the
+/// stiffness. Where force control holds the axis it makes no difference.
 pub fn encode(
     waypoint: &Waypoint,
-    reference: &Pose,
-    space: ActionSpace,
+    controller: &Controller,
     config: &ControllerConfig,
-    has_gripper: bool,
+    y: &Measurement,
+    contact_axis: UnitVector3<f64>,
 ) -> Vec<f64> {
+    let space = controller.space();
+    let reference = match *controller.reference() {
+        Reference::Rebased => &y.pose,
+        Reference::Continued { .. } => controller.goal(),
+    };
+    let mut goal = waypoint.pose;
+    if waypoint.force > 0.0 {
+        let n = contact_axis.into_inner();
+        let along = |v: nalgebra::Vector3<f64>| v.dot(&n);
+        let missing = waypoint.force - along(y.wrench.fixed_rows::<3>(0).into());
+        let stiffness = along(controller.stiffness().fixed_rows::<3>(0).component_mul(&n));
+        let depth = along(controller.error().fixed_rows::<3>(0).into())
+            + (CORRECTION * missing / stiffness).clamp(-DEPTH_STEP, DEPTH_STEP);
+        let target = along(y.pose.translation.vector) - depth;
+        goal.translation.vector += n * (target - along(goal.translation.vector));
+    }
+    let delta = pose_error(&goal, reference);
     let mut action = Vec::with_capacity(space.dim() + 1);
     if space.impedance == Impedance::Commanded {
         action.extend([0.0; 6]);
     }
-    let delta = pose_error(&waypoint.pose, reference);
     for i in 0..6 {
         let step = if i < 3 { config.position_step } else { config.rotation_step };
         action.push((delta[i] / step).clamp(-1.0, 1.0));
     }
     if space.force {
         action.push((2.0 * waypoint.force / config.force.force_max - 1.0).clamp(-1.0, 1.0));
-    }
-    if has_gripper {
-        action.push(waypoint.grip);
     }
     action
 }

@@ -8,9 +8,11 @@ mod env;
 mod expert;
 mod interval;
 mod lift;
+mod markers;
 mod observation;
 mod penalty;
 mod task;
+mod wipe;
 
 pub use env::{Env, EnvConfig, Step};
 pub use interval::Interval;

@@ -8,8 +8,11 @@ use crate::task::{Component, xyz};
 
 /// Largest magnitude of a scaled component.
 const CLIP: f32 = 10.0;
+/// Force that counts as contact (N).
+const CONTACT_FORCE: f64 = 1.0;
 
-/// Names and scales of the robot's part; 32 numbers with a gripper, 28 without.
+/// Names and scales of the robot's part: 32 numbers with a gripper; 29 with the wiping tool,
+/// whose contact flag stands where the gripper's joints would.
 pub fn proprioception_components(has_gripper: bool) -> Vec<Component> {
     let joints = |name: &str| (1..=7).map(|i| Component::new(format!("{name}_{i}"), 0.0, 1.0)).collect::<Vec<_>>();
     let mut components = [joints("joint_cos"), joints("joint_sin"), joints("joint_vel")].concat();
@@ -20,8 +23,15 @@ pub fn proprioception_components(has_gripper: bool) -> Vec<Component> {
         components.push(Component::new("gripper_qpos_right", -0.02, 50.0));
         components.push(Component::new("gripper_qvel_left", 0.0, 10.0));
         components.push(Component::new("gripper_qvel_right", 0.0, 10.0));
+    } else {
+        components.push(Component::new("gripper_contact", 0.0, 1.0));
     }
     components
+}
+
+/// Whether the tool feels contact.
+pub fn in_contact(y: &Measurement) -> bool {
+    y.wrench.fixed_rows::<3>(0).norm() > CONTACT_FORCE
 }
 
 /// Appends the robot's part of an observation. The position is the grip site's, the
@@ -38,6 +48,8 @@ pub fn observe_robot(simulation: &Simulation, y: &Measurement, has_gripper: bool
     if has_gripper {
         let (left, right) = (simulation.joint(7), simulation.joint(8));
         out.extend([left.0 as f32, right.0 as f32, left.1 as f32, right.1 as f32]);
+    } else {
+        out.push(f32::from(u8::from(in_contact(y))));
     }
 }
 

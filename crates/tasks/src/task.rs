@@ -2,11 +2,13 @@
 
 use aforce::{Measurement, Pose};
 use nalgebra::UnitVector3;
+use physics::camera::{Camera, Decal};
 use physics::{Plant, Simulation};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::lift::Lift;
+use crate::wipe::Wipe;
 
 /// The tasks by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -15,23 +17,27 @@ pub enum TaskName {
     /// Lift a cube off a table.
     #[default]
     Lift,
+    /// Wipe a line of markers off a table, pressing neither too little nor too hard.
+    Wipe,
 }
 
 impl TaskName {
     /// All tasks.
-    pub const ALL: [TaskName; 1] = [TaskName::Lift];
+    pub const ALL: [TaskName; 2] = [TaskName::Lift, TaskName::Wipe];
 
     /// The name used on command lines, in files and in folders.
     pub fn as_str(self) -> &'static str {
         match self {
             TaskName::Lift => "lift",
+            TaskName::Wipe => "wipe",
         }
     }
 
-    /// A task of this name.
-    pub fn create(self) -> Box<dyn Task> {
+    /// A task of this name for episodes of `horizon` actions.
+    pub fn create(self, horizon: u32) -> Box<dyn Task> {
         match self {
             TaskName::Lift => Box::new(Lift::default()),
+            TaskName::Wipe => Box::new(Wipe::new(horizon)),
         }
     }
 }
@@ -56,23 +62,26 @@ pub trait Task: Send {
     /// Appends the object part of an observation.
     fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Vec<f32>);
 
-    /// Reward of one action, before any force penalty.
-    fn reward(&self, simulation: &Simulation, y: &Measurement) -> Reward;
-
-    /// Whether contact forces above the limit cost reward (in Door and Wipe they do).
-    fn penalises_force(&self) -> bool;
+    /// Reward of one action; called once after each. `penalty` is the action's force
+    /// penalty (at least 0), which a task takes off in its own scale or ignores.
+    fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: f64) -> Reward;
 
     /// What a scripted expert wants next.
     fn expert(&self, simulation: &Simulation, y: &Measurement) -> Waypoint;
 
     /// A good place to watch from.
-    fn camera(&self) -> physics::camera::Camera;
+    fn camera(&self) -> Camera;
+
+    /// What is drawn besides the simulated shapes.
+    fn decals(&self) -> Vec<Decal> {
+        vec![]
+    }
 }
 
 /// What one action earned.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reward {
-    /// At most 1.
+    /// In Door and Lift at most 1; in Wipe an action earns several for every marker.
     pub value: f64,
     /// Whether the task stands fulfilled now.
     pub success: bool,
@@ -85,7 +94,8 @@ pub struct Waypoint {
     pub pose: Pose,
     /// Gripper command: -1 opens, +1 closes.
     pub grip: f64,
-    /// Force to press with along the contact axis (N), where the action space has one.
+    /// Force to press with along the contact axis (N). Where it is not 0, the position
+    /// along that axis is left to the pressing.
     pub force: f64,
 }
 

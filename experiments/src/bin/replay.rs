@@ -88,7 +88,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
 }
 
 fn picture(env: &Env, step: &Step, traces: &Traces, total: f64, width: usize, height: usize) -> Image {
-    let mut image = env.task().camera().render(env.simulation(), width, height);
+    let mut image = env.task().camera().render(env.simulation(), &env.task().decals(), width, height);
     let (task, space) = (env.config().task.as_str(), env.config().space);
     let done = if step.success { "  done" } else { "" };
     caption(&mut image, &format!("{task}  {space}  {:5.2} s  return {total:5.1}{done}", traces.time()));

@@ -1,6 +1,7 @@
 //! The scenes, and what they share: floor, table, pedestal.
 
 pub mod lift;
+pub mod wipe;
 
 use aforce::Vector3;
 

@@ -1,0 +1,69 @@
+//! robosuite's wiping tool: a compliant pad below the flange, without joints or motors.
+
+use aforce::{Pose, Vector3, Wrench};
+use nalgebra::Translation3;
+
+use crate::model::Model;
+use crate::panda::{HOME, tool_rotation};
+use crate::scene::{Body, Geom, Inertial, Joint, Role, Scene, Shape, Softness, at};
+
+/// Middle of the contact face in the tool frame (m): the point that the arm controls.
+pub const GRIP_SITE: [f64; 3] = [0.0, 0.0, 0.015];
+/// Half extents of a rail (m); the face is two of them, long in x, side by side in y.
+const RAIL_HALF: [f64; 3] = [0.06, 0.01, 0.015];
+/// Distance of a rail's middle from the tool's (m).
+const RAIL_Y: f64 = 0.02;
+/// Names of the two rails' geoms.
+pub const RAILS: [&str; 2] = ["left_rail", "right_rail"];
+/// Stiffness of the level face against a hard surface (N/m), as measured in robosuite up
+/// to 25 N; there it rises to 68 kN/m at 127 N.
+const STIFFNESS: f64 = 45_000.0;
+/// Damping ratio of each point of contact. The arm on the whole face has the damping
+/// ratio of one point times the square root of the number of points, about 0.4 in all.
+const DAMPING_RATIO: f64 = 0.15;
+
+/// Adds the tool below `right_hand`; returns its body, which carries the grip site.
+///
+/// robosuite's rails are rows of seven boxes each, with gaps of 5 to 10 mm. The cross bars
+/// between them (recessed by 1 cm) and the marker balls at the edge (which carry 0.03 N)
+/// are left out.
+pub fn add_wiping_tool(scene: &mut Scene, right_hand: usize) -> usize {
+    let rail = |name: &str, y| Geom {
+        name: name.into(),
+        shape: Shape::Box(RAIL_HALF.into()),
+        pose: at([0.0, y, 0.0]),
+        friction: 0.001,
+        role: Role::Tool,
+        color: [52, 120, 190],
+    };
+    scene.add(Body {
+        name: "wiping_tool".into(),
+        parent: Some(right_hand),
+        pose: Pose::from_parts(Translation3::new(0.0, 0.0, 0.015), tool_rotation()),
+        joint: Joint::Fixed,
+        inertial: Inertial::diagonal(0.03, [0.0; 3], [0.01; 3]),
+        geoms: vec![rail(RAILS[0], RAIL_Y), rail(RAILS[1], -RAIL_Y)],
+    })
+}
+
+/// Softness of contacts with which the level face has the tool's stiffness.
+///
+/// The engine's spring at a point is m omega^2, m being the mass that resists a push there;
+/// the eight corners of the rails carry the face. Taken with the arm at home; the stiffness
+/// follows the arm's apparent mass: 43 kN/m in the middle of the table, 61 at its near edge,
+/// 28 at the far one.
+pub fn softness(model: &Model) -> Softness {
+    let k = model.kinematics(&HOME.into());
+    let (jacobian, mass) = (model.jacobian(&k), model.mass(&k).cholesky().expect("a mass matrix"));
+    let mut total = 0.0;
+    for (x, y) in [-1.0, 1.0].into_iter().flat_map(|x| [-1.0, 1.0].map(|y| (x, y))) {
+        for side in [-RAIL_Y, RAIL_Y] {
+            let corner = k.tool.rotation * Vector3::new(x * RAIL_HALF[0], side + y * RAIL_HALF[1], 0.0);
+            let turn = corner.cross(&Vector3::z());
+            let push = jacobian.tr_mul(&Wrench::new(0.0, 0.0, 1.0, turn.x, turn.y, turn.z));
+            total += 1.0 / push.dot(&mass.solve(&push));
+        }
+    }
+    let frequency = (STIFFNESS / total).sqrt() / std::f64::consts::TAU;
+    Softness { frequency, damping_ratio: DAMPING_RATIO, rigid: false }
+}

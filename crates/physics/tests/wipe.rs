@@ -1,0 +1,171 @@
+//! The wiping tool on the table: forces against statics, Coulomb and MuJoCo, compliance
+//! against robosuite, impacts, restoring in mid-contact.
+
+use std::path::Path;
+
+use aforce::{JointVector, Pose, Vector3, Vector6, Wrench};
+use approx::assert_relative_eq;
+use nalgebra::{Rotation3, SVector, Translation3, UnitQuaternion};
+use physics::panda::{HOME, ParameterSet, Parameters};
+use physics::scenes::wipe::{TABLE_FRICTION, TABLE_HEIGHT, Wipe};
+use physics::{Plant, Simulation, SimulationConfig};
+
+/// Stiffness and damping of the Cartesian spring that carries the tool.
+const STIFFNESS: [f64; 6] = [800.0, 800.0, 800.0, 60.0, 60.0, 60.0];
+const DAMPING: [f64; 6] = [40.0, 40.0, 40.0, 2.0, 2.0, 2.0];
+/// Speed along the table (m/s).
+const SPEED: f64 = 0.05;
+
+/// A tool brought down by a spring, pressed by a constant force, and pulled along y; the
+/// same law as in `scripts/mujoco_wipe_reference.py`. Joint friction is taken out, so that
+/// statics tells the contact force.
+struct Bench {
+    simulation: Simulation,
+    scene: Wipe,
+    step: usize,
+}
+
+impl Bench {
+    fn new(set: ParameterSet, height: f64, friction: f64) -> Bench {
+        let parameters =
+            Parameters { friction: SVector::zeros(), damping: JointVector::repeat(5.0), ..set.parameters() };
+        let plant = Plant { parameters, dt: 0.002, config: SimulationConfig::default() };
+        let (mut simulation, scene) = Wipe::simulate(&plant, height, friction);
+        simulation.reset(&HOME.into());
+        Bench { simulation, scene, step: 0 }
+    }
+
+    fn level() -> UnitQuaternion<f64> {
+        let axes = [Vector3::y(), Vector3::x(), -Vector3::z()];
+        UnitQuaternion::from_rotation_matrix(&Rotation3::from_basis_unchecked(&axes))
+    }
+
+    /// Runs to step `end`, pressing with `force` (N) from step 2200 on and sliding from step
+    /// 4000 on; returns mean and scatter of the raw reading over the last 500 steps.
+    fn run(&mut self, end: usize, force: f64) -> (Wrench, Wrench) {
+        let (mut sum, mut squares) = (Wrench::zeros(), Wrench::zeros());
+        while self.step < end {
+            let y = self.simulation.measure();
+            let slid = SPEED * 0.002 * self.step.saturating_sub(4000) as f64;
+            let height = (1.07 - 1e-4 * self.step as f64).max(TABLE_HEIGHT + 0.002);
+            let target = Pose::from_parts(Translation3::new(0.15, slid, height), Self::level());
+            let error = aforce::pose_error(&y.pose, &target);
+            let mut wrench =
+                -Vector6::from(STIFFNESS).component_mul(&error) - Vector6::from(DAMPING).component_mul(&y.twist);
+            if self.step > 2200 {
+                wrench[2] = -force - 40.0 * y.twist[2];
+            }
+            let tau = y.bias + y.jacobian.transpose() * wrench;
+            self.simulation.step(&tau, 0.0).unwrap();
+            self.step += 1;
+            if end - self.step < 500 {
+                let raw = self.simulation.contact().raw;
+                sum += raw / 500.0;
+                squares += raw.component_mul(&raw) / 500.0;
+            }
+        }
+        (sum, (squares - sum.component_mul(&sum)).map(|v| v.max(0.0).sqrt()))
+    }
+}
+
+/// Rows of `pressed, rest x y z, slide x y z` (N): the contact force on the tool in MuJoCo.
+fn mujoco() -> Vec<[f64; 7]> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference/wiping.csv");
+    let text = std::fs::read_to_string(path).unwrap();
+    let rows = text.lines().filter(|line| !line.starts_with('#')).skip(1);
+    rows.map(|row| {
+        let numbers: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
+        numbers.try_into().unwrap()
+    })
+    .collect()
+}
+
+/// At rest the table carries what presses, steadily; sliding, friction is mu times the
+/// normal force and opposes the motion. MuJoCo says the same.
+#[test]
+fn pressing_and_sliding_forces() {
+    for row in mujoco() {
+        let pressed = row[0];
+        let mut bench = Bench::new(ParameterSet::Robosuite, TABLE_HEIGHT, TABLE_FRICTION);
+        let (rest, scatter) = bench.run(4000, pressed);
+        println!("{pressed} N, rest: {:.4?} +- {:.4?}, MuJoCo {:.4?}", rest.as_slice(), scatter.as_slice(), &row[1..4]);
+        assert!(bench.scene.is_flat(&bench.simulation));
+        assert_relative_eq!(rest[2], pressed, max_relative = 0.01);
+        assert_relative_eq!(rest[2], row[3], max_relative = 0.01);
+        assert!(scatter[2] < 0.01 * pressed, "steady: {scatter}");
+
+        let (slide, scatter) = bench.run(5000, pressed);
+        println!(
+            "{pressed} N, slide: {:.4?} +- {:.4?}, MuJoCo {:.4?}",
+            slide.as_slice(),
+            scatter.as_slice(),
+            &row[4..]
+        );
+        assert_relative_eq!(slide.fixed_rows::<2>(0).norm(), TABLE_FRICTION * slide[2], max_relative = 0.01);
+        assert!(slide[1] < 0.0, "friction opposes the motion");
+        assert_relative_eq!(slide[2], row[6], max_relative = 0.02);
+        assert_relative_eq!(slide[1], row[5], max_relative = 0.02);
+    }
+}
+
+/// robosuite's face, level: 5.3 N push it 0.13 mm in, 53 N 1.08 mm. The engine's springs are
+/// linear, robosuite's stiffen to 68 kN/m at 127 N.
+#[test]
+fn the_face_gives_way_as_robosuites() {
+    const ROBOSUITE: [(f64, f64); 6] =
+        [(5.3, 0.13), (13.2, 0.30), (26.5, 0.59), (53.0, 1.08), (78.0, 1.42), (127.0, 1.88)];
+    for set in [ParameterSet::Robosuite, ParameterSet::Identified] {
+        for (force, expected) in ROBOSUITE {
+            let mut bench = Bench::new(set, TABLE_HEIGHT, TABLE_FRICTION);
+            bench.run(4000, force);
+            let depth = 1000.0 * (TABLE_HEIGHT - bench.simulation.measure().pose.translation.z);
+            println!("{set:?}, {force} N: {depth:.3} mm, robosuite {expected} mm");
+            assert!((40.0..52.0).contains(&(force / depth)), "{set:?}: {} kN/m", force / depth);
+            assert!(force > 60.0 || (depth / expected - 1.0).abs() < 0.2, "{set:?}: {depth} mm");
+        }
+    }
+}
+
+/// A tool that comes down meets the table with no more than a pad makes of it: v sqrt(k m)
+/// with 43 kN/m and the 36 kg that the arm weighs there, 1.2 N per mm/s.
+#[test]
+fn an_impact_is_modest() {
+    let mut bench = Bench::new(ParameterSet::Robosuite, TABLE_HEIGHT, TABLE_FRICTION);
+    let (mut speed, mut peak, mut sustained) = (0.0f64, 0.0f64, 0.0f64);
+    for step in 1..=2100 {
+        bench.run(step, 0.0);
+        let contact = bench.simulation.contact();
+        if peak == 0.0 {
+            speed = -bench.simulation.measure().twist[2];
+        }
+        peak = peak.max(contact.raw.fixed_rows::<3>(0).norm());
+        sustained = sustained.max(contact.sustained.fixed_rows::<3>(0).norm());
+    }
+    println!("at {speed:.3} m/s: {peak:.1} N raw, {sustained:.1} N sustained");
+    assert!(speed > 0.02 && peak > 10.0 && peak < 1240.0 * speed && sustained < peak);
+}
+
+#[test]
+fn restoring_in_contact_continues_bit_for_bit() {
+    let mut bench = Bench::new(ParameterSet::Robosuite, TABLE_HEIGHT, TABLE_FRICTION);
+    bench.run(4100, 30.0);
+    let (snapshot, step) = (bench.simulation.snapshot(), bench.step);
+    let run = |bench: &mut Bench| {
+        let mean = bench.run(4400, 30.0);
+        (mean, bench.simulation.joints(), *bench.simulation.contact())
+    };
+    let first = run(&mut bench);
+    bench.simulation.restore(&snapshot);
+    bench.step = step;
+    assert_eq!(first, run(&mut bench));
+}
+
+/// The builder's height and friction reach the table.
+#[test]
+fn another_table() {
+    let mut bench = Bench::new(ParameterSet::Identified, TABLE_HEIGHT + 0.01, 0.3);
+    let (slide, _) = bench.run(5000, 20.0);
+    let height = bench.simulation.measure().pose.translation.z;
+    assert!((height - TABLE_HEIGHT - 0.01).abs() < 0.002, "{height}");
+    assert_relative_eq!(slide.xy().norm(), 0.3 * slide[2], max_relative = 0.01);
+}

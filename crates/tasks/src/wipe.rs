@@ -1,0 +1,271 @@
+//! Wipe: clean a line of markers off a table (robosuite 1.4 `Wipe`, with the paper's
+//! condition on the force).
+
+use aforce::{Measurement, Pose, Vector3};
+use nalgebra::{Rotation3, Translation3, UnitQuaternion, UnitVector3};
+use physics::camera::{Camera, Decal};
+use physics::panda::RANGE;
+use physics::scenes::wipe::{self, TABLE_CENTRE, TABLE_FRICTION, TABLE_HEIGHT};
+use physics::{Plant, Simulation};
+use rand_chacha::ChaCha8Rng;
+
+use crate::markers::{self, Markers};
+use crate::observation::in_contact;
+use crate::task::{Component, Reward, Task, Waypoint, xyz};
+
+/// A marker is wiped while the tool presses with more than the first and at most the
+/// second (N).
+const WIPING_FORCE: [f64; 2] = [15.0, 60.0];
+/// Pressing is rewarded from this force on (N).
+const PRESSING_FORCE: f64 = 0.5;
+/// A joint this near to the end of its range counts as there (rad).
+const JOINT_MARGIN: f64 = 0.1;
+
+// robosuite's rewards, before normalisation.
+const ARM_PENALTY: f64 = -10.0;
+const MARKER_REWARD: f64 = 50.0;
+const CONTACT_REWARD: f64 = 0.01;
+/// Per newton pressed.
+const FORCE_REWARD: f64 = 0.01;
+/// robosuite asks for more than 50 of its 70 contact points: the whole face.
+const FLAT_REWARD: f64 = 0.1;
+const DISTANCE_REWARD: f64 = 5.0;
+/// 1/m.
+const DISTANCE_SLOPE: f64 = 5.0;
+/// Each action once everything is wiped.
+const COMPLETION_REWARD: f64 = MARKER_REWARD * (CONTACT_REWARD + 0.5);
+
+/// Force with which the script presses (N).
+const EXPERT_FORCE: f64 = 28.0;
+
+/// The task, with scene and markers of the running episode.
+pub struct Wipe {
+    /// Factor on every reward.
+    scale: f64,
+    episode: Option<(wipe::Wipe, Markers)>,
+}
+
+/// What the reward depends on besides the markers.
+struct Touch {
+    /// The arm touches something, or a joint is at the end of its range.
+    arm: bool,
+    /// Contact flag of the observation, and whether the tool touches anything.
+    contact: bool,
+    /// Sustained force on the tool (N).
+    force: f64,
+    /// The whole face is in contact.
+    flat: bool,
+    /// Force penalty of the action.
+    penalty: f64,
+}
+
+impl Wipe {
+    /// For episodes of `horizon` actions: robosuite's normalisation depends on it. With 500
+    /// an action earns at most 0.733 once everything is wiped.
+    pub fn new(horizon: u32) -> Self {
+        let horizon = f64::from(horizon);
+        let full = markers::COUNT as f64 * MARKER_REWARD + horizon * (CONTACT_REWARD + COMPLETION_REWARD);
+        Wipe { scale: horizon / full, episode: None }
+    }
+
+    fn scene(&self) -> &wipe::Wipe {
+        &self.episode.as_ref().expect("reset before use").0
+    }
+
+    fn markers(&self) -> &Markers {
+        &self.episode.as_ref().expect("reset before use").1
+    }
+}
+
+/// Reward before normalisation.
+fn reward(markers: &mut Markers, tool: &Pose, touch: &Touch) -> f64 {
+    if touch.arm {
+        return ARM_PENALTY;
+    }
+    let mut reward = 0.0;
+    if touch.contact && touch.force > WIPING_FORCE[0] && touch.force <= WIPING_FORCE[1] {
+        reward += MARKER_REWARD * markers.wipe(tool) as f64;
+    }
+    reward += match markers.centroid_and_radius() {
+        Some((centroid, _)) => {
+            let distance = (centroid - tool.translation.vector).norm();
+            DISTANCE_REWARD * (1.0 - (DISTANCE_SLOPE * distance).tanh())
+        }
+        None => COMPLETION_REWARD,
+    };
+    if touch.contact {
+        reward += CONTACT_REWARD;
+    }
+    if touch.penalty > 0.0 {
+        reward -= touch.penalty;
+    } else if touch.contact && touch.force > PRESSING_FORCE {
+        reward += CONTACT_REWARD + FORCE_REWARD * touch.force + if touch.flat { FLAT_REWARD } else { 0.0 };
+    }
+    reward
+}
+
+impl Task for Wipe {
+    fn reset(&mut self, plant: &Plant, rng: &mut ChaCha8Rng) -> Simulation {
+        let (simulation, scene) = wipe::Wipe::simulate(plant, TABLE_HEIGHT, TABLE_FRICTION);
+        self.episode = Some((scene, Markers::random(TABLE_HEIGHT, rng)));
+        simulation
+    }
+
+    fn has_gripper(&self) -> bool {
+        false
+    }
+
+    fn contact_axis(&self) -> UnitVector3<f64> {
+        Vector3::z_axis()
+    }
+
+    fn object_components(&self) -> Vec<Component> {
+        [Component::new("proportion_wiped", 0.5, 2.0), Component::new("wipe_radius", 0.1, 10.0)]
+            .into_iter()
+            .chain(xyz("wipe_centroid", [TABLE_CENTRE[0], TABLE_CENTRE[1], TABLE_HEIGHT], 5.0))
+            .chain(xyz("gripper_to_wipe_centroid", [0.0; 3], 5.0))
+            .collect()
+    }
+
+    /// When all is wiped, radius and centroid are zero, as in robosuite.
+    fn observe(&self, _: &Simulation, y: &Measurement, out: &mut Vec<f32>) {
+        let markers = self.markers();
+        let (centroid, radius) = markers.centroid_and_radius().unwrap_or((Vector3::zeros(), 0.0));
+        out.push(markers.wiped_count() as f32 / markers::COUNT as f32);
+        out.push(radius as f32);
+        out.extend(centroid.iter().map(|&v| v as f32));
+        out.extend((centroid - y.pose.translation.vector).iter().map(|&v| v as f32));
+    }
+
+    fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: f64) -> Reward {
+        let at_limit = |(&q, &[low, high]): (&f64, &[f64; 2])| q < low + JOINT_MARGIN || q > high - JOINT_MARGIN;
+        let touch = Touch {
+            arm: simulation.arm_touches() || y.q.iter().zip(&RANGE).any(at_limit),
+            contact: in_contact(y) && simulation.contact().touching,
+            force: simulation.contact().sustained.fixed_rows::<3>(0).norm(),
+            flat: self.scene().is_flat(simulation),
+            penalty,
+        };
+        let (_, markers) = self.episode.as_mut().expect("reset before use");
+        let value = self.scale * reward(markers, &y.pose, &touch);
+        Reward { value, success: markers.wiped_count() == markers::COUNT }
+    }
+
+    /// Level above the nearer end of the remaining line, down, and along it under pressure.
+    fn expert(&self, _: &Simulation, y: &Measurement) -> Waypoint {
+        let tool = y.pose.translation.vector;
+        let distance = |marker: &Vector3| (marker - tool).xy().norm();
+        let ends = [self.markers().remaining().next(), self.markers().remaining().last()].into_iter().flatten();
+        let target = ends.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(tool);
+        let level = level();
+        let down = in_contact(y) || (distance(&target) < 0.02 && tool.z < TABLE_HEIGHT + 0.025);
+        let press = down && y.pose.rotation.angle_to(&level) < 0.15;
+        Waypoint {
+            pose: Pose::from_parts(Translation3::new(target.x, target.y, TABLE_HEIGHT + 0.015), level),
+            grip: 0.0,
+            force: if press { EXPERT_FORCE } else { 0.0 },
+        }
+    }
+
+    fn camera(&self) -> Camera {
+        Camera { eye: [1.05, -0.85, 1.55], target: [0.02, 0.0, 0.98], field_of_view: 0.66 }
+    }
+
+    fn decals(&self) -> Vec<Decal> {
+        let decal = |(marker, wiped): (Vector3, bool)| Decal {
+            centre: marker.into(),
+            radius: markers::RADIUS,
+            color: if wiped { [168, 200, 150] } else { [120, 60, 40] },
+        };
+        let (clean, dirty): (Vec<_>, Vec<_>) = self.markers().iter().partition(|(_, wiped)| *wiped);
+        clean.into_iter().chain(dirty).map(decal).collect()
+    }
+}
+
+/// The tool's rotation at home without its tilt: facing down, its long side along y.
+fn level() -> UnitQuaternion<f64> {
+    let axes = [Vector3::y(), Vector3::x(), -Vector3::z()];
+    UnitQuaternion::from_rotation_matrix(&Rotation3::from_basis_unchecked(&axes))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+
+    const AIR: Touch = Touch { arm: false, contact: false, force: 0.0, flat: false, penalty: 0.0 };
+    const PRESSING: Touch = Touch { contact: true, force: 30.0, flat: true, ..AIR };
+
+    fn markers() -> Markers {
+        Markers::random(0.0, &mut ChaCha8Rng::seed_from_u64(1))
+    }
+
+    /// A level tool on the table at the middle of the remaining markers, `height` above them.
+    fn over(markers: &Markers, height: f64) -> Pose {
+        let centroid = markers.centroid_and_radius().expect("markers remain").0;
+        Pose::from_parts(Translation3::from(centroid + height * Vector3::z()), level())
+    }
+
+    /// Over all markers in turn.
+    fn wipe_all(markers: &mut Markers) -> Pose {
+        let mut pose = Pose::identity();
+        let line: Vec<Vector3> = markers.remaining().collect();
+        for marker in line {
+            pose = Pose::from_parts(Translation3::from(marker), level());
+            reward(markers, &pose, &PRESSING);
+        }
+        pose
+    }
+
+    #[test]
+    fn in_the_air_nearness_counts() {
+        let mut markers = markers();
+        let tool = over(&markers, 0.1);
+        // 5 (1 - tanh 0.5)
+        assert!((reward(&mut markers, &tool, &AIR) - 2.689414).abs() < 1e-6);
+        assert_eq!(reward(&mut markers, &tool, &Touch { arm: true, ..PRESSING }), -10.0);
+        assert_eq!(markers.wiped_count(), 0);
+    }
+
+    #[test]
+    fn markers_are_wiped_between_15_and_60_newtons() {
+        for (force, wipes) in [(15.0, false), (15.1, true), (60.0, true), (60.1, false)] {
+            let mut markers = markers();
+            let tool = Pose::from_parts(Translation3::from(markers.remaining().next().unwrap()), level());
+            reward(&mut markers, &tool, &Touch { force, ..PRESSING });
+            assert_eq!(markers.wiped_count() > 0, wipes, "{force} N");
+        }
+        let mut markers = markers();
+        let tool = over(&markers, 0.0);
+        reward(&mut markers, &tool, &Touch { contact: false, ..PRESSING });
+        assert_eq!(markers.wiped_count(), 0, "without contact");
+    }
+
+    #[test]
+    fn each_marker_earns_50_once() {
+        let mut markers = markers();
+        let tool = Pose::from_parts(Translation3::from(markers.remaining().next().unwrap()), level());
+        let first = reward(&mut markers, &tool, &PRESSING);
+        let second = reward(&mut markers, &tool, &PRESSING);
+        assert!((first - second - 50.0 * markers.wiped_count() as f64).abs() < 1e-9);
+    }
+
+    #[test]
+    fn completion_pressing_and_penalty_add_up() {
+        let mut markers = markers();
+        let tool = wipe_all(&mut markers);
+        let mut reward = |touch: Touch| reward(&mut markers, &tool, &touch);
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
+        close(reward(AIR), 25.5);
+        // Contact 0.01; pressing 0.01 and 0.01 per newton; flat 0.1.
+        close(reward(PRESSING), 25.5 + 0.01 + 0.01 + 0.3 + 0.1);
+        close(reward(Touch { flat: false, ..PRESSING }), 25.5 + 0.01 + 0.01 + 0.3);
+        close(reward(Touch { penalty: 4.0, force: 80.0, ..PRESSING }), 25.5 + 0.01 - 4.0);
+    }
+
+    #[test]
+    fn normalisation_follows_the_horizon() {
+        assert!((Wipe::new(500).scale - 0.0281611).abs() < 5e-8);
+        assert!((Wipe::new(1000).scale - 0.0327761).abs() < 5e-8);
+    }
+}
