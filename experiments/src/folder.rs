@@ -177,18 +177,10 @@ fn command() -> Vec<String> {
     command
 }
 
-/// Commit of this checkout; `unknown` outside a git repository.
+/// Commit of which this program was built, marked `-dirty` if its sources differed from it;
+/// `unknown` outside a git repository.
 pub fn commit() -> String {
-    let git = |args: &[&str]| {
-        let output = std::process::Command::new("git").args(["-C", env!("CARGO_MANIFEST_DIR")]).args(args).output();
-        output.ok().filter(|o| o.status.success()).map(|o| String::from_utf8_lossy(&o.stdout).trim().to_string())
-    };
-    let Some(commit) = git(&["rev-parse", "--short=12", "HEAD"]) else {
-        return "unknown".into();
-    };
-    // Results are written while experiments run: they do not make the source another one.
-    let changed = git(&["status", "--porcelain", "--untracked-files=no", "--", ":/", ":!/results"]);
-    if changed.is_some_and(|files| !files.is_empty()) { commit + "-dirty" } else { commit }
+    env!("WORKBENCH_COMMIT").into()
 }
 
 fn cpu_model() -> String {
