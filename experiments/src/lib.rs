@@ -1,19 +1,25 @@
 //! Experiments on contact tasks: what the programs `train`, `evaluate` and `replay` share.
 
+pub mod arrow;
 pub mod cli;
 pub mod columns;
 pub mod config;
 pub mod curves;
 pub mod display;
 pub mod folder;
+pub mod page;
 pub mod picture;
 pub mod plot;
+pub mod recording;
 pub mod rollout;
 pub mod rows;
 pub mod seeds;
+pub mod sheet;
 pub mod source;
 pub mod stop;
 pub mod summary;
 pub mod table;
+pub mod take;
 pub mod traces;
 pub mod train;
+pub mod view;

@@ -1,8 +1,9 @@
 //! Who plays, and where: a trained run, the scripted expert or chance.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use aforce::ActionSpace;
+use anyhow::{Context, Result, bail, ensure};
 use clap::{Args, ValueEnum};
 use sac::{Act, Actor};
 use serde::{Deserialize, Serialize};
@@ -14,7 +15,7 @@ use crate::folder::RunFolder;
 use crate::rollout::Policy;
 
 /// Whose episodes are played.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct SourceArgs {
     /// Folder of a run whose trained policy plays
     #[arg(long, value_name = "DIR", required_unless_present_any = ["expert", "random"])]
@@ -62,6 +63,37 @@ impl Purpose {
 }
 
 impl SourceArgs {
+    /// Who plays beside this one: in another action space, named by `what`, the same script or
+    /// chance; or the trained policy of the run folder `what`.
+    ///
+    /// # Errors
+    /// If `what` is neither, or a trained policy is asked to play in another action space.
+    pub fn beside(&self, what: &str) -> Result<SourceArgs> {
+        let mut other = self.clone();
+        if let Ok(space) = what.parse::<ActionSpace>() {
+            ensure!(
+                self.run.is_none(),
+                "--beside {what}: a trained policy plays in one action space; name another run"
+            );
+            other.config.space = Some(space);
+        } else {
+            RunFolder::open(Path::new(what)).with_context(|| format!("--beside {what}: not an action space either"))?;
+            (other.run, other.expert, other.random) = (Some(what.into()), false, false);
+            other.config.space = None;
+        }
+        Ok(other)
+    }
+
+    /// Who plays, in words.
+    pub fn describe(&self) -> String {
+        match &self.run {
+            Some(run) if self.sample => format!("{}, sampled actions", run.display()),
+            Some(run) => run.display().to_string(),
+            None if self.expert => "scripted expert".into(),
+            None => "random actions".into(),
+        }
+    }
+
     /// The environment and the policy that plays in it.
     ///
     /// # Errors

@@ -3,12 +3,14 @@
 use tasks::{Env, Step};
 
 use crate::plot::{Panel, Series};
+use crate::recording::contact_force;
 
 /// Time series of one episode.
 #[derive(Debug, Clone, Default)]
 pub struct Traces {
     time: f64,
     actions: u32,
+    energy: f64,
     columns: Vec<Column>,
 }
 
@@ -21,38 +23,61 @@ struct Column {
     points: Vec<(f64, f64)>,
 }
 
+const AXES: [&str; 3] = ["x", "y", "z"];
+const JOINTS: [&str; 7] = ["joint 1", "joint 2", "joint 3", "joint 4", "joint 5", "joint 6", "joint 7"];
+
 impl Traces {
     /// Takes in the state after one action.
     pub fn add(&mut self, env: &Env, step: &Step) {
+        let rate = f64::from(env.config().controller.policy_hz);
         self.actions += 1;
-        self.time += 1.0 / f64::from(env.config().controller.policy_hz);
-        let controller = env.controller();
-        let error = controller.error();
-        let unit = controller.own_stiffness();
-        let interval = &step.interval;
-        let power = interval.energy.absolute * f64::from(env.config().controller.policy_hz);
-        let rows = [
-            ("Contact force", "N", "mean, sustained", interval.mean_force()),
-            ("Contact force", "N", "largest, sustained", interval.max_force),
-            ("Stiffness, the space's own unit", "1/s2 or N/m", "x", unit[0]),
-            ("Stiffness, the space's own unit", "1/s2 or N/m", "y", unit[1]),
-            ("Stiffness, the space's own unit", "1/s2 or N/m", "z", unit[2]),
-            ("Position error", "mm", "x", 1000.0 * error[0]),
-            ("Position error", "mm", "y", 1000.0 * error[1]),
-            ("Position error", "mm", "z", 1000.0 * error[2]),
-            ("Feed-forward force", "N", "x", controller.feedforward()[0]),
-            ("Feed-forward force", "N", "y", controller.feedforward()[1]),
-            ("Feed-forward force", "N", "z", controller.feedforward()[2]),
-            ("Joint power", "W", "sum of |tau qd|", power),
-            ("Reward", "per action", "reward", step.reward),
-        ];
-        if self.columns.is_empty() {
-            let column = |&(panel, unit, label, _): &_| Column { panel, unit, label, points: vec![] };
-            self.columns = rows.iter().map(column).collect();
+        self.time += 1.0 / rate;
+        self.energy += step.interval.energy.absolute;
+        let first = self.columns.is_empty();
+        let (time, mut next) = (self.time, 0);
+        let mut put = |panel, unit, label, value| {
+            if first {
+                self.columns.push(Column { panel, unit, label, points: vec![] });
+            }
+            self.columns[next].points.push((time, value));
+            next += 1;
+        };
+
+        let (controller, interval) = (env.controller(), &step.interval);
+        let normal = contact_force(env.simulation()).dot(&env.task().contact_axis());
+        put("Contact force", "N", "mean", interval.mean_force());
+        put("Contact force", "N", "largest", interval.max_force);
+        put("Contact force", "N", "normal", normal);
+        if controller.space().force {
+            put("Contact force", "N", "desired", controller.desired_force());
         }
-        for (column, row) in self.columns.iter_mut().zip(rows) {
-            column.points.push((self.time, row.3));
+        let stiffness = controller.own_stiffness();
+        let unit = |axis| controller.convention().stiffness_unit(axis);
+        for (i, axis) in AXES.into_iter().enumerate() {
+            put("Stiffness", unit(i), axis, stiffness[i]);
         }
+        for (i, axis) in AXES.into_iter().enumerate() {
+            put("Rotational stiffness", unit(3 + i), axis, stiffness[3 + i]);
+        }
+        for (i, axis) in AXES.into_iter().enumerate() {
+            put("Position error", "mm", axis, 1000.0 * controller.error()[i]);
+        }
+        for (i, axis) in AXES.into_iter().enumerate() {
+            put("Feed-forward force", "N", axis, controller.feedforward()[i]);
+        }
+        for (i, axis) in AXES.into_iter().enumerate() {
+            put("Feed-forward torque", "Nm", axis, controller.feedforward()[3 + i]);
+        }
+        let torque = interval.mean_torque();
+        for (i, joint) in JOINTS.into_iter().enumerate() {
+            put("Joint torque", "Nm", joint, torque[i]);
+        }
+        for (i, joint) in JOINTS.into_iter().enumerate() {
+            put("Joint power", "W", joint, interval.joint_work[i] * rate);
+        }
+        put("Joint power", "W", "sum of |tau qd|", interval.energy.absolute * rate);
+        put("Energy so far", "J", "sum of |tau qd| dt", self.energy);
+        put("Reward", "per action", "reward", step.reward);
     }
 
     /// Actions taken in.

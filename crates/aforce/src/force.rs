@@ -215,6 +215,12 @@ impl ForceControl {
         self.command += (bounded - self.command).clamp(-step, step);
     }
 
+    /// The force asked for by the policy (N along n), before it is ramped.
+    #[must_use]
+    pub fn target(&self) -> f64 {
+        self.target
+    }
+
     /// F_cmd (N along n): what the environment should exert; the tool pushes with its opposite.
     #[must_use]
     pub fn command(&self) -> f64 {

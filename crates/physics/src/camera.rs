@@ -49,12 +49,36 @@ const LIGHT: [f64; 3] = [-0.4, -0.5, 1.0];
 const SKY: [u8; 3] = [238, 241, 245];
 
 impl Camera {
+    /// The same target from the same distance, seen from `direction` (world, any length), which is
+    /// not quite vertical.
+    pub fn from_direction(&self, direction: [f64; 3]) -> Camera {
+        let target = Vector3::from(self.target);
+        let distance = (Vector3::from(self.eye) - target).norm();
+        Camera { eye: (target + Vector3::from(direction).normalize() * distance).into(), ..*self }
+    }
+
+    /// Column and row (pixels from the top left corner) at which a point (m, world) appears in a
+    /// picture of the given size; `None` behind the camera.
+    pub fn project(&self, point: &Vector3, width: usize, height: usize) -> Option<[f64; 2]> {
+        let [forward, right, up] = self.axes();
+        let ray = point - Vector3::from(self.eye);
+        let depth = ray.dot(&forward);
+        let half = (self.field_of_view / 2.0).tan() * depth;
+        let (x, y) = (ray.dot(&right) / half, ray.dot(&up) / half);
+        (depth > 0.0).then_some([(x * height as f64 + width as f64) / 2.0, (1.0 - y) * height as f64 / 2.0])
+    }
+
+    /// Unit vectors (world): into the picture, to its right, to its top.
+    fn axes(&self) -> [Vector3; 3] {
+        let forward = (Vector3::from(self.target) - Vector3::from(self.eye)).normalize();
+        let right = forward.cross(&Vector3::z()).normalize();
+        [forward, right, right.cross(&forward)]
+    }
+
     /// Draws what the camera sees; where decals overlap, the last one.
     pub fn render(&self, simulation: &Simulation, decals: &[Decal], width: usize, height: usize) -> Image {
         let eye = Vector3::from(self.eye);
-        let forward = (Vector3::from(self.target) - eye).normalize();
-        let right = forward.cross(&Vector3::z()).normalize();
-        let up = right.cross(&forward);
+        let [forward, right, up] = self.axes();
         let scale = (self.field_of_view / 2.0).tan();
         let light = Vector3::from(LIGHT).normalize();
         let mut rgb = Vec::with_capacity(3 * width * height);

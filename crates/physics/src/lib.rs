@@ -19,7 +19,9 @@ pub mod panda;
 pub mod scene;
 pub mod scenes;
 mod simulation;
+mod solid;
 pub mod wiping_tool;
 
 pub use contact::ContactReading;
 pub use simulation::{Diverged, Plant, Simulation, SimulationConfig, Snapshot};
+pub use solid::Solid;

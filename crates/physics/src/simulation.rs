@@ -10,6 +10,7 @@ use crate::gripper::{Gripper, INITIAL_OPENING};
 use crate::model::Model;
 use crate::panda::Parameters;
 use crate::scene::Scene;
+use crate::solid::Solid;
 
 /// What is simulated apart from the scene: the arm's numbers, the rate, the engine.
 #[derive(Debug, Clone)]
@@ -53,6 +54,7 @@ const MAX_PLAUSIBLE_SPEED: f64 = 100.0;
 pub struct Simulation {
     engine: Engine,
     model: Model,
+    solids: Vec<Solid>,
     dt: f64,
     /// Cut-offs of the filtered and the sustained wrench (Hz).
     cutoffs: [f64; 2],
@@ -80,6 +82,7 @@ impl Simulation {
             efforts: vec![0.0; engine.axes().len()],
             engine,
             model: Model::new(scene, tool, offset),
+            solids: scene.solids(),
             dt: plant.dt,
             cutoffs: [config.force_cutoff_hz, config.sustained_cutoff_hz],
             gripper: has_gripper.then(Gripper::default),
@@ -208,6 +211,11 @@ impl Simulation {
     /// Deepest overlap of geoms in contact (m).
     pub fn deepest_penetration(&self) -> f64 {
         self.engine.deepest_penetration()
+    }
+
+    /// Every collision shape, for whoever draws; [`Simulation::body_pose`] says where its body is.
+    pub fn solids(&self) -> &[Solid] {
+        &self.solids
     }
 
     /// Nearest surface along a ray: distance (m), outward normal, colour.

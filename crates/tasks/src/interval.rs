@@ -10,6 +10,10 @@ pub struct Interval {
     pub samples: u32,
     /// Energy in every definition.
     pub energy: EnergyLedger,
+    /// Sum over samples of the torque of each joint, gravity compensation included (Nm).
+    pub sum_torque: JointVector,
+    /// Net work of each joint (J): the integral of tau_i qd_i.
+    pub joint_work: JointVector,
     /// Largest norm of the sustained contact force (N).
     pub max_force: f64,
     /// Sum over samples of the norm of the sustained contact force (N).
@@ -44,6 +48,8 @@ impl Interval {
         let force = contact.sustained.fixed_rows::<3>(0).norm();
         self.samples += 1;
         self.energy.add(tau, &y.qd, dt);
+        self.sum_torque += tau;
+        self.joint_work += tau.component_mul(&y.qd) * dt;
         self.max_force = self.max_force.max(force);
         self.sum_force += force;
         self.max_raw_force = self.max_raw_force.max(contact.raw.fixed_rows::<3>(0).norm());
@@ -56,6 +62,11 @@ impl Interval {
     /// Mean translational stiffness (1/s2 or N/m: the action space's own convention).
     pub fn mean_stiffness(&self) -> f64 {
         self.sum_stiffness / f64::from(self.samples.max(1))
+    }
+
+    /// Mean torque of each joint (Nm).
+    pub fn mean_torque(&self) -> JointVector {
+        self.sum_torque / f64::from(self.samples.max(1))
     }
 
     /// Mean norm of the sustained contact force (N).

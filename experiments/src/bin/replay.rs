@@ -1,23 +1,23 @@
-//! Shows an episode: PNG, GIF, and the forces, stiffness and torques over time.
+//! Shows an episode: an interactive page, PNG, GIF, and forces, stiffness and torques over time.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Result, ensure};
 use clap::Parser;
-use experiments::cli;
-use experiments::picture::{GifWriter, caption, write_png};
-use experiments::plot;
-use experiments::rollout::episode;
+use experiments::picture::{GifWriter, write_png};
 use experiments::seeds::evaluation_seed;
 use experiments::source::SourceArgs;
-use experiments::traces::Traces;
+use experiments::take::Take;
+use experiments::view::View;
+use experiments::{cli, page, plot, sheet};
 use physics::camera::Image;
 use tasks::{Env, Step};
 
 /// Draw an episode of a trained policy, a scripted expert or random actions.
 ///
-/// Pictures show the simulated collision shapes; they need neither GPU nor display.
+/// Pictures show the simulated collision shapes; they need neither GPU nor display. Files that exist
+/// are replaced.
 #[derive(Parser)]
 #[command(version)]
 struct Arguments {
@@ -26,17 +26,30 @@ struct Arguments {
     /// Which of the evaluation episodes
     #[arg(long, default_value_t = 0)]
     episode: u32,
+    /// The episode as a page for a browser: turn it, play it, scrub it, with all curves
+    #[arg(long, value_name = "FILE.html")]
+    html: Option<PathBuf>,
+    /// A second episode from the same reset, on the right of the page: of another run, or of the same
+    /// script in another action space
+    #[arg(long, value_name = "DIR|SPACE", requires = "html")]
+    beside: Option<String>,
     /// Last picture of the episode
     #[arg(long, value_name = "FILE.png")]
     png: Option<PathBuf>,
+    /// Twelve moments of the episode in one picture
+    #[arg(long, value_name = "FILE.png")]
+    sheet: Option<PathBuf>,
     /// The episode as an animation
     #[arg(long, value_name = "FILE.gif")]
     gif: Option<PathBuf>,
     /// Forces, stiffness, torques over time: FILE.svg and FILE.png
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
+    /// Where PNG and GIF look from
+    #[arg(long, default_value = "task")]
+    view: View,
     /// Actions from the start that are shown
-    #[arg(long, default_value_t = 200)]
+    #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
     actions: u32,
     /// Actions between pictures of the animation
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..))]
@@ -51,46 +64,77 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let Arguments { html, png, sheet, gif, plot, .. } = arguments;
     ensure!(
-        arguments.png.is_some() || arguments.gif.is_some() || arguments.plot.is_some(),
-        "nothing to draw: name at least one of --png, --gif, --plot"
+        [html, png, sheet, gif, plot].iter().any(|file| file.is_some()),
+        "nothing to draw: name at least one of --html, --png, --sheet, --gif, --plot"
     );
-    let (mut config, _, mut policy) = arguments.source.open()?;
-    config.env.horizon = config.env.horizon.min(arguments.actions);
-    let mut env = Env::new(config.env.clone(), 0)?;
-    let (width, height) = (usize::from(arguments.width), usize::from(arguments.width) * 3 / 4);
-    let frames_per_second = f64::from(config.env.controller.policy_hz) / f64::from(arguments.every);
-
-    let mut gif =
-        arguments.gif.as_ref().map(|path| GifWriter::create(path, width, height, frames_per_second)).transpose()?;
-    let mut traces = Traces::default();
-    let mut total = 0.0;
-    let mut failed = Ok(());
-    episode(&mut env, &mut policy, evaluation_seed(arguments.episode), |env, step| {
-        total += step.reward;
-        traces.add(env, step);
-        if let Some(gif) = gif.as_mut().filter(|_| traces.actions().is_multiple_of(arguments.every) && failed.is_ok()) {
-            failed = gif.push(&picture(env, step, &traces, total, width, height));
-        }
-        if let Some(path) = arguments.png.as_ref().filter(|_| step.terminated || step.truncated) {
-            failed = write_png(&picture(env, step, &traces, total, width, height), path);
-        }
-    });
-    failed?;
-    if let Some(gif) = gif {
-        gif.finish()?;
-    }
+    let mut pictures = Pictures { arguments, tiles: vec![], film: None };
+    let take = play(arguments, &arguments.source, |env, step, take| pictures.add(env, step, take))?;
+    pictures.finish()?;
     if let Some(path) = &arguments.plot {
-        plot::write(&traces.panels(), &path.with_extension(""))?;
+        plot::write(&take.traces.panels(), &path.with_extension(""))?;
     }
-    println!("return {total:.1} in {} actions", traces.actions());
+    println!("return {:.1} in {} actions", take.total, take.traces.actions());
+    if let Some(path) = &arguments.html {
+        let mut takes = vec![take];
+        if let Some(what) = &arguments.beside {
+            let other = play(arguments, &arguments.source.beside(what)?, |_, _, _| Ok(()))?;
+            takes.push(other);
+        }
+        page::write(path, &takes)?;
+    }
     Ok(ExitCode::SUCCESS)
 }
 
-fn picture(env: &Env, step: &Step, traces: &Traces, total: f64, width: usize, height: usize) -> Image {
-    let mut image = env.task().camera().render(env.simulation(), &env.task().decals(), width, height);
-    let (task, space) = (env.config().task.as_str(), env.config().space);
-    let done = if step.success { "  done" } else { "" };
-    caption(&mut image, &format!("{task}  {space}  {:5.2} s  return {total:5.1}{done}", traces.time()));
-    image
+/// Plays the episode of `source`.
+fn play(
+    arguments: &Arguments,
+    source: &SourceArgs,
+    watch: impl FnMut(&Env, &Step, &Take) -> Result<()>,
+) -> Result<Take> {
+    let (mut config, _, mut policy) = source.open()?;
+    config.env.horizon = config.env.horizon.min(arguments.actions);
+    let mut env = Env::new(config.env, 0)?;
+    Take::play(&mut env, &mut policy, evaluation_seed(arguments.episode), &source.describe(), watch)
+}
+
+/// The ray-cast pictures that were asked for.
+struct Pictures<'a> {
+    arguments: &'a Arguments,
+    tiles: Vec<Image>,
+    film: Option<GifWriter>,
+}
+
+impl Pictures<'_> {
+    /// Draws the present moment if anybody wants it.
+    fn add(&mut self, env: &Env, step: &Step, take: &Take) -> Result<()> {
+        let Arguments { png, sheet, gif, view, every, width, .. } = self.arguments;
+        let (width, height) = (usize::from(*width), usize::from(*width) * 3 / 4);
+        let picture = || take.picture(env, step, *view, width, height);
+        let actions = take.traces.actions();
+        if let Some(path) = gif.as_ref().filter(|_| (actions - 1).is_multiple_of(*every)) {
+            if self.film.is_none() {
+                self.film = Some(GifWriter::create(path, width, height, take.rate / f64::from(*every))?);
+            }
+            self.film.as_mut().expect("just started").push(&picture())?;
+        }
+        if sheet.is_some() && sheet::shows(actions, env.config().horizon) {
+            self.tiles.push(picture());
+        }
+        if let Some(path) = png.as_ref().filter(|_| step.terminated || step.truncated) {
+            write_png(&picture(), path)?;
+        }
+        Ok(())
+    }
+
+    fn finish(self) -> Result<()> {
+        if let Some(film) = self.film {
+            film.finish()?;
+        }
+        if let Some((path, sheet)) = self.arguments.sheet.as_ref().zip(sheet::compose(&self.tiles)) {
+            write_png(&sheet, path)?;
+        }
+        Ok(())
+    }
 }

@@ -47,6 +47,12 @@ impl Controller {
         &self.feedforward
     }
 
+    /// F_d, the force along the contact axis that the latest action asks for (N); it acts while the axis is engaged.
+    #[must_use]
+    pub fn desired_force(&self) -> f64 {
+        self.force.target()
+    }
+
     /// F_cmd, the force controller's output along the contact axis (N): what the environment should exert on the tool.
     #[must_use]
     pub fn force_command(&self) -> f64 {

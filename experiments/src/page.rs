@@ -1,0 +1,129 @@
+//! An episode, or two side by side, as one HTML page that needs nothing else.
+
+use std::path::Path;
+
+use anyhow::Result;
+use serde_json::{Value, json};
+
+use crate::plot::{Panel, Series};
+use crate::recording::Packed;
+use crate::take::Take;
+use crate::{arrow, picture};
+
+/// Everything but the data, which takes the place of [`DATA`].
+const TEMPLATE: &str = include_str!("../assets/replay.html");
+const DATA: &str = "{{episodes}}";
+
+/// Writes the page; the second take, if any, stands to the right of the first.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write(path: &Path, takes: &[Take]) -> Result<()> {
+    picture::replace(path, page(takes).as_bytes())
+}
+
+fn page(takes: &[Take]) -> String {
+    let episodes: Vec<Value> = takes.iter().map(json).collect();
+    // Inside a script element nothing but "</" could end it.
+    TEMPLATE.replace(DATA, &Value::from(episodes).to_string().replace("</", "<\\/"))
+}
+
+fn json(take: &Take) -> Value {
+    let series = |series: &Series| {
+        let values: Packed = series.points.iter().map(|point| point.1).collect();
+        json!({"label": series.label, "values": values})
+    };
+    let panel = |panel: &Panel| {
+        let series: Vec<Value> = panel.series.iter().map(series).collect();
+        json!({"title": panel.title, "unit": panel.y_label, "series": series})
+    };
+    let mut episode = take.recording.json();
+    episode["title"] = json!(take.title);
+    episode["detail"] = json!(take.detail);
+    episode["metresPerNewton"] = json!(arrow::METRES_PER_NEWTON);
+    episode["rate"] = json!(take.rate);
+    episode["panels"] = take.traces.panels().iter().map(panel).collect();
+    episode
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rollout::Policy;
+    use base64::Engine;
+    use base64::prelude::BASE64_STANDARD;
+    use tasks::{Env, EnvConfig, TaskName};
+
+    fn floats(value: &Value) -> Vec<f32> {
+        let bytes = BASE64_STANDARD.decode(value.as_str().unwrap()).unwrap();
+        bytes.as_chunks().0.iter().map(|&bytes| f32::from_le_bytes(bytes)).collect()
+    }
+
+    /// What a browser would parse.
+    fn data(page: &str) -> Value {
+        let (_, rest) = page.split_once(r#"<script id="data" type="application/json">"#).unwrap();
+        serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap()
+    }
+
+    /// A script wipes: the longest of the recordings, with markers that change their colour.
+    #[test]
+    fn a_whole_episode_reads_back_from_a_small_page() {
+        let config = EnvConfig { task: TaskName::Wipe, ..EnvConfig::default() };
+        let mut env = Env::new(config, 0).unwrap();
+        let mut poses = vec![];
+        let mut wiped = vec![];
+        let take = Take::play(&mut env, &mut Policy::Expert, 3, "a </script> & \"quotes\"", |env, step, _| {
+            let simulation = env.simulation();
+            let placed = simulation.solids().iter().map(|s| s.body.map_or(s.pose, |b| simulation.body_pose(b) * s.pose));
+            poses.push(placed.collect::<Vec<_>>());
+            wiped.push((env.task().decals(), step.penalty > 0.0));
+            Ok(())
+        })
+        .unwrap();
+        let page = page(&[take]);
+        assert!(page.len() < 1_000_000, "{} bytes", page.len());
+        let episode = &data(&page)[0];
+        assert_eq!(episode["frames"], 500);
+        assert!(episode["detail"].as_str().unwrap().starts_with("a </script> & \"quotes\""));
+
+        // Every shape stands where it was simulated.
+        let (bodies, recorded) = (episode["bodies"].as_u64().unwrap() as usize, floats(&episode["poses"]));
+        let pose = |seven: &[f32]| {
+            let seven: Vec<f64> = seven.iter().map(|&v| f64::from(v)).collect();
+            physics::scene::pose(*seven.first_chunk().unwrap(), *seven.last_chunk().unwrap())
+        };
+        for (frame, poses) in poses.iter().enumerate() {
+            for (solid, expected) in episode["solids"].as_array().unwrap().iter().zip(poses) {
+                let local: Vec<f32> = serde_json::from_value(solid["pose"].clone()).unwrap();
+                let body = solid["body"].as_u64().map(|body| 7 * (frame * bodies + body as usize));
+                let placed = body.map_or(pose(&local), |at| pose(&recorded[at..at + 7]) * pose(&local));
+                let error = placed.inverse() * expected;
+                assert!(error.translation.vector.norm() < 1e-6 && error.rotation.angle() < 1e-6, "frame {frame}");
+            }
+        }
+
+        // Decals have the colours they had, and penalties their moments.
+        assert!(wiped.first() != wiped.last(), "something is wiped");
+        for (frame, (decals, penalised)) in wiped.iter().enumerate() {
+            for decal in decals {
+                let same = |track: &&Value| track["centre"] == json!(decal.centre);
+                let track = episode["decals"].as_array().unwrap().iter().find(same).unwrap();
+                let changes = track["colors"].as_array().unwrap();
+                let last = changes.iter().rfind(|change| change[0].as_u64().unwrap() <= frame as u64).unwrap();
+                assert_eq!(last[1], json!(decal.color));
+            }
+            assert_eq!(episode["penalised"].as_array().unwrap().contains(&json!(frame)), *penalised);
+        }
+        for series in episode["panels"].as_array().unwrap().iter().flat_map(|p| p["series"].as_array().unwrap()) {
+            assert_eq!(floats(&series["values"]).len(), 500, "{series}");
+        }
+    }
+
+    #[test]
+    fn the_page_needs_nothing_else() {
+        for outside in ["http:", "https:", "src=", "href=", "url(", "@import", "import(", "fetch("] {
+            assert!(!TEMPLATE.contains(outside), "{outside}");
+        }
+        assert_eq!(TEMPLATE.matches(DATA).count(), 1);
+    }
+}

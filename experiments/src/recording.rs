@@ -1,0 +1,150 @@
+//! What is needed to show an episode in three dimensions: shapes, and where they are at 20 Hz.
+
+use aforce::{Pose, Vector3};
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
+use physics::scene::Shape;
+use physics::{Simulation, Solid};
+use serde::ser::{Serialize, Serializer};
+use serde_json::{Value, json};
+use tasks::{Env, Step};
+
+use crate::view::View;
+
+/// Numbers as base64 of little-endian f32: compact, and read in one step by a browser.
+#[derive(Debug, Clone, Default)]
+pub struct Packed(Vec<f32>);
+
+impl Extend<f64> for Packed {
+    fn extend<T: IntoIterator<Item = f64>>(&mut self, values: T) {
+        self.0.extend(values.into_iter().map(|v| v as f32));
+    }
+}
+
+impl FromIterator<f64> for Packed {
+    fn from_iter<T: IntoIterator<Item = f64>>(values: T) -> Self {
+        let mut packed = Packed::default();
+        packed.extend(values);
+        packed
+    }
+}
+
+impl Serialize for Packed {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let bytes: Vec<u8> = self.0.iter().flat_map(|v| v.to_le_bytes()).collect();
+        serializer.serialize_str(&BASE64_STANDARD.encode(bytes))
+    }
+}
+
+/// One episode, a frame after every action.
+#[derive(Debug, Clone, Default)]
+pub struct Recording {
+    frames: usize,
+    solids: Vec<Solid>,
+    /// The moving bodies that carry solids.
+    bodies: Vec<usize>,
+    cameras: Vec<Value>,
+    /// Of every body in every frame: x, y, z (m), quaternion w, x, y, z.
+    poses: Packed,
+    /// Of every frame, along the world's axes: the tool's position (m), the sustained contact
+    /// force on it (N), its translational stiffness (N/m).
+    tool: Packed,
+    force: Packed,
+    stiffness: Packed,
+    decals: Vec<DecalTrack>,
+    /// Frames after actions that earned a force penalty.
+    penalised: Vec<usize>,
+}
+
+/// A decal through time.
+#[derive(Debug, Clone)]
+struct DecalTrack {
+    centre: [f64; 3],
+    radius: f64,
+    /// Frame from which on, and colour.
+    colors: Vec<(usize, [u8; 3])>,
+}
+
+impl Recording {
+    /// Takes in the state after one action.
+    pub fn add(&mut self, env: &Env, step: &Step) {
+        let simulation = env.simulation();
+        if self.frames == 0 {
+            self.start(env);
+        }
+        for &body in &self.bodies {
+            self.poses.extend(seven(&simulation.body_pose(body)));
+        }
+        self.tool.extend(tool(env).iter().copied());
+        self.force.extend(contact_force(simulation).iter().copied());
+        self.stiffness.extend(env.controller().stiffness().iter().take(3).copied());
+        for decal in env.task().decals() {
+            match self.decals.iter_mut().find(|track| track.centre == decal.centre) {
+                Some(track) if track.colors.last().is_some_and(|last| last.1 == decal.color) => {}
+                Some(track) => track.colors.push((self.frames, decal.color)),
+                None => {
+                    let colors = vec![(self.frames, decal.color)];
+                    self.decals.push(DecalTrack { centre: decal.centre, radius: decal.radius, colors });
+                }
+            }
+        }
+        if step.penalty > 0.0 {
+            self.penalised.push(self.frames);
+        }
+        self.frames += 1;
+    }
+
+    fn start(&mut self, env: &Env) {
+        self.solids = env.simulation().solids().to_vec();
+        self.bodies = self.solids.iter().filter_map(|solid| solid.body).collect();
+        self.bodies.sort_unstable();
+        self.bodies.dedup();
+        let camera = |view: View| {
+            let camera = view.of(&env.task().camera());
+            json!({"name": view.name(), "eye": camera.eye, "target": camera.target, "fov": camera.field_of_view})
+        };
+        self.cameras = View::ALL.map(camera).into();
+    }
+
+    /// What the page reads.
+    pub fn json(&self) -> Value {
+        let solid = |solid: &Solid| {
+            let (kind, size) = match solid.shape {
+                Shape::Box(half) => ("box", vec![half.x, half.y, half.z]),
+                Shape::Sphere(radius) => ("capsule", vec![0.0, radius]),
+                Shape::Capsule { half_length, radius } => ("capsule", vec![half_length, radius]),
+                Shape::Cylinder { half_length, radius } => ("cylinder", vec![half_length, radius]),
+            };
+            let body = solid.body.map(|body| self.bodies.iter().position(|&b| b == body));
+            json!({"kind": kind, "size": size, "body": body, "pose": seven(&solid.pose), "color": solid.color})
+        };
+        let decal = |d: &DecalTrack| json!({"centre": d.centre, "radius": d.radius, "colors": d.colors});
+        json!({
+            "frames": self.frames,
+            "solids": self.solids.iter().map(solid).collect::<Vec<_>>(),
+            "bodies": self.bodies.len(),
+            "cameras": self.cameras,
+            "poses": self.poses,
+            "tool": self.tool,
+            "force": self.force,
+            "stiffness": self.stiffness,
+            "decals": self.decals.iter().map(decal).collect::<Vec<_>>(),
+            "penalised": self.penalised,
+        })
+    }
+}
+
+/// Where the contact force is drawn: the controlled point (m, world).
+pub fn tool(env: &Env) -> Vector3 {
+    env.measurement().pose.translation.vector
+}
+
+/// The sustained contact force on the tool (N, world).
+pub fn contact_force(simulation: &Simulation) -> Vector3 {
+    simulation.contact().sustained.fixed_rows::<3>(0).into()
+}
+
+fn seven(pose: &Pose) -> [f64; 7] {
+    let (p, q) = (pose.translation.vector, pose.rotation);
+    [p.x, p.y, p.z, q.w, q.i, q.j, q.k]
+}

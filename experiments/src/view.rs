@@ -1,0 +1,43 @@
+//! Where to look from.
+
+use clap::ValueEnum;
+use physics::camera::Camera;
+
+/// Camera presets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum View {
+    /// The task's own
+    #[default]
+    Task,
+    /// From in front of the robot
+    Front,
+    /// From the robot's right
+    Side,
+    /// From above, the robot at the top
+    Top,
+}
+
+impl View {
+    /// All presets.
+    pub const ALL: [View; 4] = [View::Task, View::Front, View::Side, View::Top];
+
+    /// Name on buttons.
+    pub fn name(self) -> &'static str {
+        match self {
+            View::Task => "Task",
+            View::Front => "Front",
+            View::Side => "Side",
+            View::Top => "Top",
+        }
+    }
+
+    /// The camera, given the task's: its target and distance stay.
+    pub fn of(self, camera: &Camera) -> Camera {
+        match self {
+            View::Task => *camera,
+            View::Front => camera.from_direction([1.0, 0.0, 0.35]),
+            View::Side => camera.from_direction([0.0, -1.0, 0.35]),
+            View::Top => camera.from_direction([0.001, 0.0, 1.0]),
+        }
+    }
+}

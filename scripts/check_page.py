@@ -1,0 +1,136 @@
+#!/usr/bin/env python3
+"""Opens replay pages in a headless Chromium and compares them with the ray caster's pictures.
+
+    python3 scripts/check_page.py target/release/replay
+
+Needs playwright, pillow and numpy (pip) and a Chromium: playwright's own (`playwright install
+chromium`), or one whose path is in CHROMIUM. Software rendering will do. Checked for every task,
+and for two episodes side by side:
+
+- no message in the console, no request beyond the page itself;
+- the last moment looks like the program's own PNG of it: same silhouettes, light and shadows;
+- scrubbing, playing, turning and the switches each change the picture.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy
+from PIL import Image
+from playwright.sync_api import sync_playwright
+
+ACTIONS = {"lift": 45, "wipe": 80}
+WIDTH, HEIGHT = 800, 600
+# Pixels that differ by more than LEVELS of 255 in a channel, at most (share).
+LEVELS, DIFFERENT = 24, 0.01
+
+
+def replay(program, *arguments):
+    subprocess.run([program, "--expert", *map(str, arguments)], check=True, stdout=subprocess.DEVNULL)
+
+
+def difference(a, b):
+    return float((numpy.abs(a.astype(int) - b.astype(int)).max(axis=2) > LEVELS).mean())
+
+
+class Page:
+    """A page in a browser that is fit so that a single view has the size of the PNG."""
+
+    def __init__(self, browser, path, folder):
+        self.messages, self.folder = [], folder
+        # The views take 52 % of the height.
+        self.page = browser.new_page(viewport={"width": WIDTH, "height": round(HEIGHT / 0.52)}, color_scheme="light")
+        self.page.on("console", lambda message: self.messages.append(message.text))
+        self.page.on("pageerror", lambda error: self.messages.append(str(error)))
+        self.page.on("request", lambda r: r.url == path.as_uri() or self.messages.append(r.url))
+        self.page.goto(path.as_uri())
+        self.page.add_style_tag(content=".view div { visibility: hidden }")
+
+    def look(self, view=0):
+        """The picture in a canvas, once it has settled."""
+        self.page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        shot = self.folder / "shot.png"
+        self.page.locator(".view canvas").nth(view).screenshot(path=shot)
+        return numpy.asarray(Image.open(shot).convert("RGB"))
+
+    def scrub(self, frame):
+        self.page.evaluate(
+            "value => { const s = document.getElementById('scrub'); s.value = value; s.oninput({ target: s }) }", frame
+        )
+
+
+def check_task(program, browser, folder, task):
+    actions = ACTIONS[task]
+    page_file, png = folder / f"{task}.html", folder / f"{task}.png"
+    for view in ["task", "front", "side", "top"]:
+        arguments = ["--task", task, "--actions", actions, "--width", WIDTH, "--view", view]
+        replay(program, *arguments, "--png", png, "--html", page_file)
+        page = Page(browser, page_file, folder)
+        page.page.uncheck("#ellipsoid")
+        page.page.click(f"#cameras button:text-is('{view.capitalize()}')")
+        page.scrub(actions - 1)
+        caption = 9 * (HEIGHT // 180)
+        drawn, cast = page.look()[caption:], numpy.asarray(Image.open(png))[caption:]
+        assert drawn.shape == cast.shape, (drawn.shape, cast.shape)
+        page.scrub(0)
+        start = page.look()[caption:]
+        same, other = difference(drawn, cast), difference(start, cast)
+        print(f"{task} {view}: {same:.2%} of the pixels differ from the ray caster's, {other:.2%} of the start's")
+        assert same < DIFFERENT < other
+        assert not page.messages, page.messages
+        page.page.close()
+
+
+def check_controls(program, browser, folder):
+    path = folder / "two.html"
+    replay(program, "--task", "wipe", "--actions", 80, "--html", path, "--beside", "variable")
+    page = Page(browser, path, folder)
+    assert page.page.locator(".view canvas").count() == 2
+    pictures = [page.look(0)]
+
+    def changes(what):
+        pictures.append(page.look(0))
+        assert difference(pictures[-1], pictures[-2]) > 1e-4, f"{what} changes nothing"
+
+    page.scrub(79)
+    changes("scrubbing")
+    assert difference(pictures[-1], page.look(1)) > 1e-4, "both views show the same"
+    for name in ["arrow", "ellipsoid"]:
+        page.page.uncheck(f"#{name}")
+        changes(name)
+    box = page.page.locator(".view canvas").nth(1).bounding_box()
+    page.page.mouse.move(box["x"] + 50, box["y"] + 150)
+    page.page.mouse.down()
+    page.page.mouse.move(box["x"] + 150, box["y"] + 180)
+    page.page.mouse.up()
+    changes("turning the other view")
+    page.page.mouse.wheel(0, -300)
+    changes("the wheel")
+    page.page.click("#play")
+    page.page.wait_for_timeout(1500)
+    changes("playing")
+    page.page.keyboard.press("Space")
+    plot = page.page.locator(".plot").nth(0)
+    plot.scroll_into_view_if_needed()
+    plot.click(position={"x": 300, "y": 40})
+    changes("a click on a curve")
+    assert not page.messages, page.messages
+    print("controls: each changes the picture; nothing in the console")
+
+
+def main():
+    program = sys.argv[1]
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=os.environ.get("CHROMIUM"),
+            args=["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
+        )
+        for task in ACTIONS:
+            check_task(program, browser, Path(folder), task)
+        check_controls(program, browser, Path(folder))
+
+
+main()
