@@ -16,8 +16,8 @@ demo: setup
 	$(CARGO) build --release --bins
 	$(RUN) train -- --config experiments/configs/demo.toml --out runs/demo --resume
 	$(RUN) evaluate -- --run $(DEMO)
-	$(RUN) replay -- --run $(DEMO) --gif $(DEMO)/replay.gif --png $(DEMO)/replay.png --plot $(DEMO)/replay_traces
-	@echo "run folder: $(DEMO)   learning curves: curves.png   episode: replay.gif"
+	$(RUN) replay -- --run $(DEMO) --html $(DEMO)/replay.html --gif $(DEMO)/replay.gif --png $(DEMO)/replay.png --plot $(DEMO)/replay_traces
+	@echo "run folder: $(DEMO)   learning curves: curves.png   episode: replay.html, replay.gif"
 
 test: setup
 	$(CARGO) test --release --workspace

@@ -33,24 +33,24 @@ def replay(program, *arguments):
 
 
 def difference(a, b):
+    """Share of the pixels that differ."""
     return float((numpy.abs(a.astype(int) - b.astype(int)).max(axis=2) > LEVELS).mean())
 
 
 class Page:
-    """A page in a browser that is fit so that a single view has the size of the PNG."""
+    """A page in a browser, a single view as large as the PNG."""
 
     def __init__(self, browser, path, folder):
         self.messages, self.folder = [], folder
-        # The views take 52 % of the height.
-        self.page = browser.new_page(viewport={"width": WIDTH, "height": round(HEIGHT / 0.52)}, color_scheme="light")
+        self.page = browser.new_page(viewport={"width": WIDTH, "height": 2 * HEIGHT}, color_scheme="light")
         self.page.on("console", lambda message: self.messages.append(message.text))
         self.page.on("pageerror", lambda error: self.messages.append(str(error)))
         self.page.on("request", lambda r: r.url == path.as_uri() or self.messages.append(r.url))
         self.page.goto(path.as_uri())
-        self.page.add_style_tag(content=".view div { visibility: hidden }")
+        self.page.add_style_tag(content=f".view {{ height: {HEIGHT}px }} .view div {{ visibility: hidden }}")
 
     def look(self, view=0):
-        """The picture in a canvas, once it has settled."""
+        """The picture in a canvas, once what was changed is drawn."""
         self.page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
         shot = self.folder / "shot.png"
         self.page.locator(".view canvas").nth(view).screenshot(path=shot)
@@ -86,7 +86,8 @@ def check_task(program, browser, folder, task):
 
 def check_controls(program, browser, folder):
     path = folder / "two.html"
-    replay(program, "--task", "wipe", "--actions", 80, "--html", path, "--beside", "variable")
+    arguments = ["--task", "wipe", "--space", "aforce-force", "--beside", "variable-force"]
+    replay(program, *arguments, "--actions", 80, "--html", path)
     page = Page(browser, path, folder)
     assert page.page.locator(".view canvas").count() == 2
     pictures = [page.look(0)]
@@ -110,9 +111,11 @@ def check_controls(program, browser, folder):
     page.page.mouse.wheel(0, -300)
     changes("the wheel")
     page.page.click("#play")
-    page.page.wait_for_timeout(1500)
+    page.page.wait_for_function("() => present > 0 && present < 79")
     changes("playing")
     page.page.keyboard.press("Space")
+    assert page.page.inner_text("#play") == "Play", "Space pauses"
+    pictures.append(page.look(0))
     plot = page.page.locator(".plot").nth(0)
     plot.scroll_into_view_if_needed()
     plot.click(position={"x": 300, "y": 40})

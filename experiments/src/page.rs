@@ -74,7 +74,8 @@ mod tests {
         let mut wiped = vec![];
         let take = Take::play(&mut env, &mut Policy::Expert, 3, "a </script> & \"quotes\"", |env, step, _| {
             let simulation = env.simulation();
-            let placed = simulation.solids().iter().map(|s| s.body.map_or(s.pose, |b| simulation.body_pose(b) * s.pose));
+            let placed =
+                simulation.solids().iter().map(|s| s.body.map_or(s.pose, |b| simulation.body_pose(b) * s.pose));
             poses.push(placed.collect::<Vec<_>>());
             wiped.push((env.task().decals(), step.penalty > 0.0));
             Ok(())

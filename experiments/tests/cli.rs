@@ -57,6 +57,15 @@ fn bad_input_is_named() {
     std::fs::write(&file, "").unwrap();
     expect(&error(&mut train(&file.join("below")), 1), &["a_file"]);
     expect(&error(program("evaluate").arg("--run").arg(out), 1), &["not a run folder"]);
+    let replay = || {
+        let mut command = program("replay");
+        command.args(["--expert", "--actions", "3", "--html"]).arg(out.join("page.html"));
+        command
+    };
+    expect(&error(program("replay").arg("--expert"), 1), &["--html", "--png"]);
+    expect(&error(program("replay").args(["--expert", "--png", "x.png", "--beside", "osc"]), 2), &["--html"]);
+    expect(&error(replay().args(["--beside", "aforc"]), 1), &["aforc", "not an action space", "not a run folder"]);
+    assert!(!out.join("page.html").exists());
     assert!(!out.join("lift").exists(), "a refused run leaves nothing behind");
 }
 
@@ -132,6 +141,17 @@ fn a_trained_run_is_evaluated_and_checked() {
     evaluate().arg("--csv").arg(&table).assert().success();
     assert_eq!(std::fs::read_to_string(&table).unwrap().lines().count(), 3);
     expect(&error(evaluate().arg("--csv").arg(&table), 1), &["table.csv", "nothing was overwritten"]);
+    let page = folder.path().join("page.html");
+    let replay = |beside: &str| {
+        let mut command = program("replay");
+        command.arg("--run").arg(&run).args(["--actions", "3", "--beside", beside, "--html"]).arg(&page);
+        command
+    };
+    replay(run.to_str().unwrap()).assert().success();
+    assert_eq!(std::fs::read_to_string(&page).unwrap().matches(r#""title":"lift  aforce""#).count(), 2);
+    expect(&error(&mut replay("variable"), 1), &["variable", "one action space"]);
+    expect(&error(replay(run.to_str().unwrap()).args(["--task", "wipe"]), 1), &["trained for lift"]);
+
     // The same sizes, another action space: the sizes alone would not tell.
     expect(&error(evaluate().args(["--space", "osc"]), 1), &["trained for lift with aforce", "osc"]);
     expect(&error(evaluate().args(["--space", "variable"]), 1), &["state.json"]);

@@ -110,3 +110,26 @@ fn shade(simulation: &Simulation, decals: &[Decal], eye: &Vector3, direction: &V
         (surface + (f64::from(SKY[i]) - surface) * haze).round() as u8
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_appear_where_rays_go() {
+        let camera =
+            Camera { eye: [2.0, 0.0, 1.0], target: [0.0, 0.0, 1.0], field_of_view: std::f64::consts::FRAC_PI_2 };
+        let at = |x, y, z| camera.project(&Vector3::new(x, y, z), 400, 200);
+        // At 2 m, 2 m are half the height; seen along -x, y points to the right.
+        let near = |seen: Option<[f64; 2]>, column: f64, row: f64| {
+            let [c, r] = seen.unwrap();
+            assert!((c - column).abs() < 1e-9 && (r - row).abs() < 1e-9, "{c} {r}");
+        };
+        near(at(0.0, 0.0, 1.0), 200.0, 100.0);
+        near(at(0.0, 1.0, 1.0), 250.0, 100.0);
+        near(at(0.0, 0.0, 2.0), 200.0, 50.0);
+        assert!(at(3.0, 0.0, 1.0).is_none());
+        let side = camera.from_direction([0.0, -3.0, 0.0]);
+        assert!((Vector3::from(side.eye) - Vector3::new(0.0, -2.0, 1.0)).norm() < 1e-12);
+    }
+}

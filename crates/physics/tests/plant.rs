@@ -55,6 +55,21 @@ fn engine_agrees_with_the_model() {
     }
 }
 
+/// What is drawn is what is simulated: each shape's middle lies inside a shape of the engine.
+#[test]
+fn solids_stand_where_the_engine_has_them() {
+    let (mut simulation, _) = lift(ParameterSet::Robosuite);
+    for _ in 0..100 {
+        simulation.step(&JointVector::from([20.0, -10.0, 15.0, -20.0, 5.0, 5.0, 5.0]), 1.0).unwrap();
+    }
+    assert!(simulation.joints().0.metric_distance(&HOME.into()) > 0.2, "the arm has moved");
+    for solid in simulation.solids() {
+        let pose = solid.body.map_or(solid.pose, |body| simulation.body_pose(body) * solid.pose);
+        let (distance, ..) = simulation.cast_ray(&pose.translation.vector, &Vector3::z()).unwrap();
+        assert_eq!(distance, 0.0, "{solid:?}");
+    }
+}
+
 #[test]
 fn cube_rests_on_the_table() {
     let (mut simulation, lift) = lift(ParameterSet::Robosuite);
