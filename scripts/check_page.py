@@ -110,6 +110,8 @@ def check_controls(program, browser, folder):
     changes("turning the other view")
     page.page.mouse.wheel(0, -300)
     changes("the wheel")
+    # Slowly, so that a slow machine finds it still playing.
+    page.page.select_option("#speed", "0.1")
     page.page.click("#play")
     page.page.wait_for_function("() => present > 0 && present < 79")
     changes("playing")

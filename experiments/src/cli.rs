@@ -18,7 +18,7 @@ pub const STOPPED: u8 = 75;
 const USAGE: u8 = 2;
 
 /// Where a configuration comes from; later sources win.
-#[derive(Debug, Clone, Args)]
+#[derive(Debug, Clone, Default, Args)]
 pub struct ConfigArgs {
     /// TOML file with any part of the configuration (a run's config.toml is a complete one)
     #[arg(long, value_name = "FILE")]

@@ -47,7 +47,7 @@ pub struct Recording {
     /// Of every body in every frame: x, y, z (m), quaternion w, x, y, z.
     poses: Packed,
     /// Of every frame, along the world's axes: the tool's position (m), the sustained contact
-    /// force on it (N), its translational stiffness (N/m).
+    /// force on it (N), its translational stiffness as far as it acts (N/m).
     tool: Packed,
     force: Packed,
     stiffness: Packed,
@@ -77,7 +77,7 @@ impl Recording {
         }
         self.tool.extend(tool(env).iter().copied());
         self.force.extend(contact_force(simulation).iter().copied());
-        self.stiffness.extend(env.controller().stiffness().iter().take(3).copied());
+        self.stiffness.extend(acting_stiffness(env));
         for decal in env.task().decals() {
             match self.decals.iter_mut().find(|track| track.centre == decal.centre) {
                 Some(track) if track.colors.last().is_some_and(|last| last.1 == decal.color) => {}
@@ -142,6 +142,14 @@ pub fn tool(env: &Env) -> Vector3 {
 /// The sustained contact force on the tool (N, world).
 pub fn contact_force(simulation: &Simulation) -> Vector3 {
     simulation.contact().sustained.fixed_rows::<3>(0).into()
+}
+
+/// Diagonal of the translational stiffness less what force control has taken over:
+/// K (I - engagement n n^T) (N/m, world axes).
+fn acting_stiffness(env: &Env) -> [f64; 3] {
+    let (stiffness, engagement) = (env.controller().stiffness(), env.controller().engagement());
+    let n = env.task().contact_axis();
+    std::array::from_fn(|i| stiffness[i] * (1.0 - engagement * n[i] * n[i]))
 }
 
 fn seven(pose: &Pose) -> [f64; 7] {

@@ -79,7 +79,8 @@ impl SourceArgs {
         } else {
             RunFolder::open(Path::new(what)).with_context(|| format!("--beside {what}: not an action space either"))?;
             (other.run, other.expert, other.random) = (Some(what.into()), false, false);
-            other.config.space = None;
+            // A run has its own configuration; what --set says holds for both.
+            other.config = ConfigArgs { overrides: self.config.overrides.clone(), ..ConfigArgs::default() };
         }
         Ok(other)
     }

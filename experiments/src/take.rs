@@ -14,6 +14,8 @@ use crate::view::View;
 /// An episode: what is seen and what is plotted.
 #[derive(Debug, Clone, Default)]
 pub struct Take {
+    /// Name of the task.
+    pub task: &'static str,
     /// Task and action space.
     pub title: String,
     /// Who plays, and how it went.
@@ -41,8 +43,9 @@ impl Take {
         mut watch: impl FnMut(&Env, &Step, &Take) -> Result<()>,
     ) -> Result<Take> {
         let config = env.config();
-        let title = format!("{}  {}", config.task.as_str(), config.space);
-        let mut take = Take { title, rate: f64::from(config.controller.policy_hz), ..Take::default() };
+        let task = config.task.as_str();
+        let title = format!("{task}  {}", config.space);
+        let mut take = Take { task, title, rate: f64::from(config.controller.policy_hz), ..Take::default() };
         let mut watched = Ok(());
         let outcome = episode(env, policy, seed, |env, step| {
             take.total += step.reward;

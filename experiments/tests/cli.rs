@@ -150,7 +150,9 @@ fn a_trained_run_is_evaluated_and_checked() {
     replay(run.to_str().unwrap()).assert().success();
     assert_eq!(std::fs::read_to_string(&page).unwrap().matches(r#""title":"lift  aforce""#).count(), 2);
     expect(&error(&mut replay("variable"), 1), &["variable", "one action space"]);
-    expect(&error(replay(run.to_str().unwrap()).args(["--task", "wipe"]), 1), &["trained for lift"]);
+    let mut wipe = program("replay");
+    wipe.args(["--expert", "--task", "wipe", "--actions", "3", "--beside"]).arg(&run).arg("--html").arg(&page);
+    expect(&error(&mut wipe, 1), &["--beside", "plays lift, not wipe"]);
 
     // The same sizes, another action space: the sizes alone would not tell.
     expect(&error(evaluate().args(["--space", "osc"]), 1), &["trained for lift with aforce", "osc"]);

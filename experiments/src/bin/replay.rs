@@ -80,6 +80,8 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         let mut takes = vec![take];
         if let Some(what) = &arguments.beside {
             let other = play(arguments, &arguments.source.beside(what)?, |_, _, _| Ok(()))?;
+            let (here, there) = (takes[0].task, other.task);
+            ensure!(here == there, "--beside {what}: plays {there}, not {here}");
             takes.push(other);
         }
         page::write(path, &takes)?;
