@@ -70,7 +70,7 @@ fn write_axis(w: &mut String, axis: &Axis, kind: &str, pad: &str) {
     let d = axis.direction;
     writeln!(
         w,
-        r#"{pad}  <joint name="{}" type="{kind}" axis="{} {} {}" range="{} {}" damping="{}" frictionloss="{}" armature="{}" solreflimit="-{} -{}"/>"#,
+        r#"{pad}  <joint name="{}" type="{kind}" axis="{} {} {}" range="{} {}" damping="{}" frictionloss="{}" armature="{}" stiffness="{}" solreflimit="-{} -{}"/>"#,
         axis.name,
         d.x,
         d.y,
@@ -80,6 +80,7 @@ fn write_axis(w: &mut String, axis: &Axis, kind: &str, pad: &str) {
         axis.damping,
         axis.friction,
         axis.armature,
+        axis.spring,
         axis.stop.stiffness,
         axis.stop.damping
     )

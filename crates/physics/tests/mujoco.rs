@@ -298,6 +298,7 @@ fn tool(half: [f64; 3], position: [f64; 3], direction: Vector3, (range, stop): (
             damping: 0.0,
             friction: 0.0,
             armature: 0.0,
+            spring: 0.0,
             stop,
         }),
         inertial: Inertial::solid_box(half.into(), TOOL / (8.0 * half.iter().product::<f64>())),

@@ -6,6 +6,7 @@ use physics::{Plant, Simulation};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
+use crate::door::Door;
 use crate::lift::Lift;
 
 /// The tasks by name.
@@ -15,16 +16,19 @@ pub enum TaskName {
     /// Lift a cube off a table.
     #[default]
     Lift,
+    /// Turn a handle and pull a door open.
+    Door,
 }
 
 impl TaskName {
     /// All tasks.
-    pub const ALL: [TaskName; 1] = [TaskName::Lift];
+    pub const ALL: [TaskName; 2] = [TaskName::Lift, TaskName::Door];
 
     /// The name used on command lines, in files and in folders.
     pub fn as_str(self) -> &'static str {
         match self {
             TaskName::Lift => "lift",
+            TaskName::Door => "door",
         }
     }
 
@@ -32,6 +36,7 @@ impl TaskName {
     pub fn create(self) -> Box<dyn Task> {
         match self {
             TaskName::Lift => Box::new(Lift::default()),
+            TaskName::Door => Box::new(Door::default()),
         }
     }
 }
