@@ -36,7 +36,13 @@ fn probe() {
                 load(&mut s, 0.0, sign * torque, 1.5);
                 let start = d.handle_angle(&s);
                 load(&mut s, hinge, sign * torque, 1.0);
-                println!("hinge {hinge} handle {torque}: angle {start:.3} -> {:.3} opening {:.4} v {:.1e} pen {:.4}", d.handle_angle(&s), d.opening(&s), s.joint(HINGE).1, s.deepest_penetration());
+                println!(
+                    "hinge {hinge} handle {torque}: angle {start:.3} -> {:.3} opening {:.4} v {:.1e} pen {:.4}",
+                    d.handle_angle(&s),
+                    d.opening(&s),
+                    s.joint(HINGE).1,
+                    s.deepest_penetration()
+                );
             }
         }
     }
