@@ -33,17 +33,18 @@ fn main() {
 
 /// One line per joint, and one with the mass of the whole scene.
 fn table(scene: &Scene) -> String {
-    let mut out = String::from("name,lower,upper,damping,friction,armature,max_effort,mass\n");
+    let mut out = String::from("name,lower,upper,damping,friction,armature,spring,max_effort,mass\n");
     for body in &scene.bodies {
         if let Joint::Hinge(axis) | Joint::Slide(axis) = &body.joint {
             let max_effort = scene.actuators.iter().find(|a| a.joint == axis.name).map_or(0.0, |a| a.max_effort);
             let [lower, upper] = axis.range;
-            let (damping, friction, armature) = (axis.damping, axis.friction, axis.armature);
-            writeln!(out, "{},{lower},{upper},{damping},{friction},{armature},{max_effort},", axis.name).unwrap();
+            let (damping, friction, armature, spring) = (axis.damping, axis.friction, axis.armature, axis.spring);
+            writeln!(out, "{},{lower},{upper},{damping},{friction},{armature},{spring},{max_effort},", axis.name)
+                .unwrap();
         }
     }
     let mass: f64 = scene.bodies.iter().map(|b| b.inertial.mass).sum();
-    writeln!(out, "total,,,,,,,{mass}").unwrap();
+    writeln!(out, "total,,,,,,,,{mass}").unwrap();
     out
 }
 

@@ -95,8 +95,8 @@ impl Task for Door {
         }
         if scene.is_grasped(simulation) {
             let unlatched = angle > 1.25 || opening > 0.05;
-            let pull = if unlatched { 0.1_f64.min(0.38 - opening) } else { 0.0 };
-            let turn = (1.4 - angle).clamp(-0.3, 0.3);
+            let pull = if unlatched { 0.06_f64.min(0.38 - opening) } else { 0.0 };
+            let turn = (1.4 - angle).clamp(-0.15, 0.15);
             return Waypoint { pose: grasp_pose(&scene.moved_handle(simulation, pull, turn)), grip: 1.0, force: 10.0 };
         }
         let lever = scene.handle_pose(simulation);
