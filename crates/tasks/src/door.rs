@@ -19,6 +19,9 @@ const PLACEMENT: std::ops::Range<f64> = -0.01..0.01;
 /// The root is turned by this much from its middle place (rad).
 const TURN: std::ops::Range<f64> = -0.125..0.125;
 
+/// Handle angle (rad) at which the expert pulls; the latch lets go at about 1.2.
+const CLEAR: f64 = 1.25;
+
 /// The task, with the scene of the running episode.
 #[derive(Default)]
 pub struct Door {
@@ -94,9 +97,9 @@ impl Task for Door {
             return Waypoint { pose: y.pose, grip: 1.0, force: 0.0 };
         }
         if scene.is_grasped(simulation) {
-            let unlatched = angle > 1.25 || opening > 0.05;
-            let pull = if unlatched { 0.06_f64.min(0.38 - opening) } else { 0.0 };
-            let turn = (1.4 - angle).clamp(-0.15, 0.15);
+            // Far ahead in the pull: a soft arm spends most of its force on holding the spring.
+            let pull = if angle > CLEAR || opening > 0.05 { 0.1 } else { 0.0 };
+            let turn = (CLEAR + 0.15 - angle).clamp(-0.15, 0.15);
             return Waypoint { pose: grasp_pose(&scene.moved_handle(simulation, pull, turn)), grip: 1.0, force: 10.0 };
         }
         let lever = scene.handle_pose(simulation);
