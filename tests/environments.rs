@@ -47,7 +47,7 @@ fn episodes_differ_by_seed_and_end_at_the_horizon() {
     assert_eq!(ends.iter().position(|&t| t), Some(499));
 }
 
-/// Return of one expert episode, and whether the cube is up at its end.
+/// Return of one expert episode, and whether the task stands fulfilled at its end.
 fn expert(task: TaskName, space: ActionSpace, controller: ControllerConfig, seed: u64) -> (f64, bool) {
     let config = EnvConfig { task, space, controller, ..EnvConfig::default() };
     let mut env = Env::new(config, 1).unwrap();
@@ -64,10 +64,15 @@ fn expert(task: TaskName, space: ActionSpace, controller: ControllerConfig, seed
 #[test]
 fn an_expert_solves_every_task_in_every_space() {
     for (task, space) in everywhere() {
+        // Door: a hand that keeps its orientation softly needs 12 s to turn over and grasp.
+        let least = match task {
+            TaskName::Lift => 350.0,
+            TaskName::Door => 270.0,
+        };
         for seed in 0..2 {
             let (total, success) = expert(task, space, ControllerConfig::default(), seed);
             println!("{} {space} seed {seed}: return {total:.1}, success {success}", task.as_str());
-            assert!(success && total > 350.0, "{} {space} seed {seed}: return {total:.1}", task.as_str());
+            assert!(success && total > least, "{} {space} seed {seed}: return {total:.1}", task.as_str());
         }
     }
 }

@@ -10,7 +10,8 @@ use aforce::Pose;
 ///
 /// Contact roles become contype and conaffinity masks, and every actuator a motor with its
 /// effort limit. Joint stops become `solreflimit`, which MuJoCo scales by the inertia at the
-/// joint: there they are 4 (joint 7, identified) to 55 times (joint 1, robosuite) stiffer.
+/// joint: there the arm's are 4 (joint 7, identified) to 55 times (joint 1, robosuite)
+/// stiffer, and a light door's softer.
 /// Contact softness is the engine's own affair and stays at MuJoCo's default.
 pub fn export(scene: &Scene, dt: f64) -> String {
     let mut out = String::new();
