@@ -27,7 +27,7 @@ pub struct ConfigArgs {
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_override)]
     pub overrides: Vec<(String, Value)>,
     /// Task
-    #[arg(long, value_parser = ["lift", "wipe"])]
+    #[arg(long, value_parser = tasks::TaskName::ALL.map(tasks::TaskName::as_str))]
     pub task: Option<String>,
     /// Action space: aforce, variable, low, mid, high, osc, or one of them with -force
     #[arg(long)]
