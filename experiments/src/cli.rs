@@ -14,6 +14,9 @@ use crate::folder::RunFolder;
 /// Exit code of a run that a signal stopped after it saved itself: try again.
 pub const STOPPED: u8 = 75;
 
+/// Exit code of a sweep of which some runs failed.
+pub const SOME_FAILED: u8 = 3;
+
 /// Exit code of wrong usage, the same that clap uses.
 const USAGE: u8 = 2;
 
