@@ -22,7 +22,7 @@ import numpy
 from PIL import Image
 from playwright.sync_api import sync_playwright
 
-ACTIONS = {"lift": 45, "wipe": 80}
+ACTIONS = {"lift": 45, "door": 150, "wipe": 80}
 WIDTH, HEIGHT = 800, 600
 # Pixels that differ by more than LEVELS of 255 in a channel, at most (share).
 LEVELS, DIFFERENT = 24, 0.01

@@ -22,7 +22,7 @@ pub fn write_png(image: &Image, path: &Path) -> Result<()> {
 }
 
 /// Writes a file whole or not at all: whoever looks meanwhile sees the old one.
-pub(crate) fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
+pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
     ensure!(!path.is_dir(), "{} is a folder", path.display());
     fs::write(unfinished(path), bytes)?;
     fs::rename(unfinished(path), path)?;

@@ -44,7 +44,7 @@ impl Take {
     ) -> Result<Take> {
         let config = env.config();
         let task = config.task.as_str();
-        let title = format!("{task}  {}", config.space);
+        let title = format!("{task} {}", config.space);
         let mut take = Take { task, title, rate: f64::from(config.controller.policy_hz), ..Take::default() };
         let mut watched = Ok(());
         let outcome = episode(env, policy, seed, |env, step| {
@@ -68,9 +68,10 @@ impl Take {
         let camera = view.of(&env.task().camera());
         let mut image = camera.render(env.simulation(), &env.task().decals(), width, height);
         arrow::draw_force(&mut image, &camera, &tool(env), &contact_force(env.simulation()));
-        let done = if step.success { "  done" } else { "" };
+        // Of constant length: the shorter a caption, the larger its letters.
+        let done = if step.success { "done" } else { "" };
         let (time, total) = (self.traces.time(), self.total);
-        caption(&mut image, &format!("{}  {time:5.2} s  return {total:5.1}{done}", self.title));
+        caption(&mut image, &format!("{}  {time:5.2} s  return {total:5.1} {done:4}", self.title));
         image
     }
 }

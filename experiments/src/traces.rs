@@ -77,7 +77,11 @@ impl Traces {
         }
         put("Joint power", "W", "sum of |tau qd|", interval.energy.absolute * rate);
         put("Energy so far", "J", "sum of |tau qd| dt", self.energy);
-        put("Reward", "per action", "reward", step.reward);
+        for (term, value) in env.task().reward_terms().iter().zip(step.reward_terms) {
+            put("Reward", "per action", term, value);
+        }
+        // Last, so that it is drawn over a term that equals it.
+        put("Reward", "per action", "sum", step.reward);
     }
 
     /// Actions taken in.

@@ -148,7 +148,7 @@ fn a_trained_run_is_evaluated_and_checked() {
         command
     };
     replay(run.to_str().unwrap()).assert().success();
-    assert_eq!(std::fs::read_to_string(&page).unwrap().matches(r#""title":"lift  aforce""#).count(), 2);
+    assert_eq!(std::fs::read_to_string(&page).unwrap().matches(r#""title":"lift aforce""#).count(), 2);
     expect(&error(&mut replay("variable"), 1), &["variable", "one action space"]);
     let mut wipe = program("replay");
     wipe.args(["--expert", "--task", "wipe", "--actions", "3", "--beside"]).arg(&run).arg("--html").arg(&page);

@@ -72,15 +72,19 @@ impl Task for Door {
         out.extend([scene.opening(simulation) as f32, scene.handle_angle(simulation) as f32]);
     }
 
+    fn reward_terms(&self) -> &'static [&'static str] {
+        &["reach", "handle", "open", "penalty"]
+    }
+
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: f64) -> Reward {
         let scene = self.scene();
         if scene.opening(simulation) > OPEN {
-            return Reward { value: 1.0 - penalty, success: true };
+            return Reward { terms: [0.0, 0.0, 1.0, -penalty], success: true };
         }
         let distance = (scene.handle_pose(simulation).translation.vector - y.pose.translation.vector).norm();
         let turned = (scene.handle_angle(simulation).abs() / FRAC_PI_2).min(1.0);
-        let value = 0.25 * (1.0 - (10.0 * distance).tanh()) + 0.25 * turned;
-        Reward { value: value - penalty, success: false }
+        let reach = 1.0 - (10.0 * distance).tanh();
+        Reward { terms: [0.25 * reach, 0.25 * turned, 0.0, -penalty], success: false }
     }
 
     /// In front of the lever with open fingers, onto it, close, turn, pull. The phase
@@ -120,7 +124,7 @@ impl Task for Door {
     }
 
     fn camera(&self) -> Camera {
-        Camera { eye: [0.85, 0.75, 1.6], target: [-0.25, -0.15, 1.05], field_of_view: 0.72 }
+        Camera { eye: [1.0, 0.5, 1.5], target: [-0.25, -0.15, 1.05], field_of_view: 0.72 }
     }
 }
 

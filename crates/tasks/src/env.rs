@@ -12,7 +12,7 @@ use crate::expert;
 use crate::interval::Interval;
 use crate::observation::{observe_robot, proprioception_components};
 use crate::penalty::ForcePenalty;
-use crate::task::{Component, Task, TaskName};
+use crate::task::{Component, Reward, TERMS, Task, TaskName};
 
 /// Everything that defines an environment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -97,6 +97,8 @@ pub struct Env {
 pub struct Step {
     /// Reward, penalty taken off.
     pub reward: f64,
+    /// What adds up to it; [`Task::reward_terms`] says what each is for.
+    pub reward_terms: [f64; TERMS],
     /// The episode ended by itself: nothing follows. Only a diverged simulation does so.
     pub terminated: bool,
     /// The episode reached its horizon: it would have gone on.
@@ -187,18 +189,18 @@ impl Env {
 
     fn outcome(&mut self, interval: Interval, diverged: bool) -> Step {
         let penalty = self.config.force_penalty.of(interval.max_force);
-        if diverged {
+        let reward = if diverged {
             // The last valid observation stays; nothing is earned.
-            let ended =
-                Step { reward: 0.0, terminated: true, truncated: false, success: false, diverged, penalty, interval };
-            return ended;
-        }
-        self.observe();
-        let reward = self.task.reward(&self.simulation, &self.y, penalty);
+            Reward { terms: [0.0; TERMS], success: false }
+        } else {
+            self.observe();
+            self.task.reward(&self.simulation, &self.y, penalty)
+        };
         Step {
-            reward: reward.value,
-            terminated: false,
-            truncated: self.elapsed >= self.config.horizon,
+            reward: reward.terms.iter().sum(),
+            reward_terms: reward.terms,
+            terminated: diverged,
+            truncated: !diverged && self.elapsed >= self.config.horizon,
             success: reward.success,
             diverged,
             penalty,

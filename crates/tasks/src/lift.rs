@@ -73,15 +73,20 @@ impl Task for Lift {
         out.extend((y.pose.translation.vector - position).iter().map(|&v| v as f32));
     }
 
+    fn reward_terms(&self) -> &'static [&'static str] {
+        &["reach", "grasp", "lifted"]
+    }
+
     /// The force penalty is not taken off: the paper has it in Door and Wipe only.
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, _penalty: f64) -> Reward {
         let cube = self.scene().cube_pose(simulation).translation.vector;
         if cube.z > LIFTED {
-            return Reward { value: 1.0, success: true };
+            return Reward { terms: [0.0, 0.0, 1.0, 0.0], success: true };
         }
         let distance = (y.pose.translation.vector - cube).norm();
+        let reach = 1.0 - (10.0 * distance).tanh();
         let grasp = if self.scene().is_grasped(simulation) { GRASP_REWARD } else { 0.0 };
-        Reward { value: (1.0 - (10.0 * distance).tanh() + grasp) / FULL_REWARD, success: false }
+        Reward { terms: [reach / FULL_REWARD, grasp / FULL_REWARD, 0.0, 0.0], success: false }
     }
 
     /// Above the cube with open fingers, down, close, up; the phase follows from what is

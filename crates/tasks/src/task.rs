@@ -67,6 +67,9 @@ pub trait Task: Send {
     /// Appends the object part of an observation.
     fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Vec<f32>);
 
+    /// What the terms of a [`Reward`] are for, in their order; at most [`TERMS`].
+    fn reward_terms(&self) -> &'static [&'static str];
+
     /// Reward of one action; called once after each. `penalty` is the action's force
     /// penalty (at least 0), which a task takes off in its own scale or ignores.
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: f64) -> Reward;
@@ -83,11 +86,15 @@ pub trait Task: Send {
     }
 }
 
+/// The most terms a reward has.
+pub const TERMS: usize = 4;
+
 /// What one action earned.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reward {
-    /// In Door and Lift at most 1; in Wipe an action earns several for every marker.
-    pub value: f64,
+    /// The terms that add up to the reward, 0 beyond those the task has. In Door and Lift their
+    /// sum is at most 1; in Wipe an action earns several for every marker.
+    pub terms: [f64; TERMS],
     /// Whether the task stands fulfilled now.
     pub success: bool,
 }

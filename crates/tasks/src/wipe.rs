@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::markers::{self, Markers};
 use crate::observation::in_contact;
-use crate::task::{Component, Reward, Task, Waypoint, xyz};
+use crate::task::{Component, Reward, TERMS, Task, Waypoint, xyz};
 
 /// A marker is wiped while the tool presses with more than the first and at most the
 /// second (N).
@@ -77,31 +77,25 @@ impl Wipe {
     }
 }
 
-/// Reward before normalisation.
-fn reward(markers: &mut Markers, tool: &Pose, touch: &Touch) -> f64 {
+/// Terms of the reward before normalisation.
+fn reward_terms(markers: &mut Markers, tool: &Pose, touch: &Touch) -> [f64; TERMS] {
     if touch.arm {
-        return ARM_PENALTY;
+        return [0.0, 0.0, 0.0, ARM_PENALTY];
     }
-    let mut reward = 0.0;
-    if touch.contact && touch.force > WIPING_FORCE[0] && touch.force <= WIPING_FORCE[1] {
-        reward += MARKER_REWARD * markers.wipe(tool) as f64;
-    }
-    reward += match markers.centroid_and_radius() {
+    let wipes = touch.contact && touch.force > WIPING_FORCE[0] && touch.force <= WIPING_FORCE[1];
+    let wiped = if wipes { MARKER_REWARD * markers.wipe(tool) as f64 } else { 0.0 };
+    let (reach, complete) = match markers.centroid_and_radius() {
         Some((centroid, _)) => {
             let distance = (centroid - tool.translation.vector).norm();
-            DISTANCE_REWARD * (1.0 - (DISTANCE_SLOPE * distance).tanh())
+            (DISTANCE_REWARD * (1.0 - (DISTANCE_SLOPE * distance).tanh()), 0.0)
         }
-        None => COMPLETION_REWARD,
+        None => (0.0, COMPLETION_REWARD),
     };
-    if touch.contact {
-        reward += CONTACT_REWARD;
+    let mut press = if touch.contact { CONTACT_REWARD } else { 0.0 };
+    if touch.penalty == 0.0 && touch.contact && touch.force > PRESSING_FORCE {
+        press += CONTACT_REWARD + FORCE_REWARD * touch.force + if touch.flat { FLAT_REWARD } else { 0.0 };
     }
-    if touch.penalty > 0.0 {
-        reward -= touch.penalty;
-    } else if touch.contact && touch.force > PRESSING_FORCE {
-        reward += CONTACT_REWARD + FORCE_REWARD * touch.force + if touch.flat { FLAT_REWARD } else { 0.0 };
-    }
-    reward
+    [reach, wiped + complete, press, -touch.penalty]
 }
 
 impl Task for Wipe {
@@ -137,6 +131,10 @@ impl Task for Wipe {
         out.extend((centroid - y.pose.translation.vector).iter().map(|&v| v as f32));
     }
 
+    fn reward_terms(&self) -> &'static [&'static str] {
+        &["reach", "wiped", "press", "penalty"]
+    }
+
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: f64) -> Reward {
         let at_limit = |(&q, &[low, high]): (&f64, &[f64; 2])| q < low + JOINT_MARGIN || q > high - JOINT_MARGIN;
         let touch = Touch {
@@ -147,8 +145,8 @@ impl Task for Wipe {
             penalty,
         };
         let (_, markers) = self.episode.as_mut().expect("reset before use");
-        let value = self.scale * reward(markers, &y.pose, &touch);
-        Reward { value, success: markers.wiped_count() == markers::COUNT }
+        let terms = reward_terms(markers, &y.pose, &touch).map(|term| self.scale * term);
+        Reward { terms, success: markers.wiped_count() == markers::COUNT }
     }
 
     /// Level above the nearer end of the remaining line, down, and along it under pressure.
@@ -198,6 +196,10 @@ mod tests {
 
     fn markers() -> Markers {
         Markers::random(0.0, &mut ChaCha8Rng::seed_from_u64(1))
+    }
+
+    fn reward(markers: &mut Markers, tool: &Pose, touch: &Touch) -> f64 {
+        reward_terms(markers, tool, touch).iter().sum()
     }
 
     /// A level tool on the table at the middle of the remaining markers, `height` above them.
