@@ -9,7 +9,7 @@ and for two episodes side by side:
 
 - no message in the console, no request beyond the page itself;
 - the last moment looks like the program's own PNG of it: same silhouettes, light and shadows;
-- scrubbing, playing, turning and the switches each change the picture.
+- scrubbing, playing, turning and the switches each change the picture; how long a moment takes.
 """
 
 import os
@@ -47,7 +47,7 @@ class Page:
         self.page.on("pageerror", lambda error: self.messages.append(str(error)))
         self.page.on("request", lambda r: r.url == path.as_uri() or self.messages.append(r.url))
         self.page.goto(path.as_uri())
-        self.page.add_style_tag(content=f".view {{ height: {HEIGHT}px }} .view div {{ visibility: hidden }}")
+        self.page.add_style_tag(content=f".view {{ height: {HEIGHT}px }} .view div {{ display: none }}")
 
     def look(self, view=0):
         """The picture in a canvas, once what was changed is drawn."""
@@ -124,6 +124,9 @@ def check_controls(program, browser, folder):
     changes("a click on a curve")
     assert not page.messages, page.messages
     print("controls: each changes the picture; nothing in the console")
+    moments = "const start = performance.now(); for (let k = 0; k < 80; k++) { present = k; draw(0); }"
+    milliseconds = page.page.evaluate(f"() => {{ {moments} return (performance.now() - start) / 80; }}")
+    print(f"scrubbing: {milliseconds:.1f} ms per moment of both episodes, drawn in software")
 
 
 def main():
