@@ -25,6 +25,7 @@ pub mod summary;
 pub mod sweep;
 pub mod table;
 pub mod take;
+pub mod tensorboard;
 pub mod traces;
 pub mod train;
 pub mod view;

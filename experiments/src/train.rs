@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
+use clap::Args;
 use rand_chacha::ChaCha8Rng;
 use sac::{Act, Checkpoint, Losses, Replay, Sac, Transition};
 use serde::{Deserialize, Serialize};
@@ -21,9 +22,24 @@ use crate::seeds::sub_seed;
 use crate::source::Purpose;
 use crate::stop::Stop;
 use crate::table::{Table, cut_after};
+use crate::tensorboard::TensorBoard;
 
 /// Actions between rows of `progress.csv`.
 const LOG_EVERY: u64 = 2_000;
+
+/// What a run does besides learning.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct RunOptions {
+    /// Continue the run in this folder if there is one
+    #[arg(long)]
+    pub resume: bool,
+    /// Write TensorBoard's event files into the run folder as well
+    #[arg(long)]
+    pub tensorboard: bool,
+    /// Print nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,6 +84,7 @@ struct Run<'a> {
     counters: Counters,
     saved_step: u64,
     tables: Tables,
+    board: Option<TensorBoard>,
     log: LearnerLog,
     started: Instant,
 }
@@ -83,13 +100,13 @@ struct Tables {
 ///
 /// # Errors
 /// If the folder holds another run or is in use, or as [`train`].
-pub fn in_folder(config: &RunConfig, out: &Path, resume: bool, quiet: bool) -> Result<ExitCode> {
+pub fn in_folder(config: &RunConfig, out: &Path, options: RunOptions) -> Result<ExitCode> {
     let folder = RunFolder::below(out, config);
-    let _lock = folder.prepare(config, resume)?;
-    let mut display = Display::new(config.steps, quiet);
+    let _lock = folder.prepare(config, options.resume)?;
+    let mut display = Display::new(config.steps, options.quiet);
     display.line(&format!("run folder {}", folder.path().display()));
 
-    let ending = train(config, &folder, &Stop::on_signals()?, &mut display)?;
+    let ending = train(config, &folder, options.tensorboard, &Stop::on_signals()?, &mut display)?;
     curves::draw(&folder)?;
     if ending == Ending::Stopped {
         display.line("stopped; continue with the same command and --resume");
@@ -102,8 +119,14 @@ pub fn in_folder(config: &RunConfig, out: &Path, resume: bool, quiet: bool) -> R
 ///
 /// # Errors
 /// If the folder cannot be written, or a checkpoint cannot be read.
-pub fn train(config: &RunConfig, folder: &RunFolder, stop: &Stop, display: &mut Display) -> Result<Ending> {
-    let mut run = Run::start(config, folder)?;
+pub fn train(
+    config: &RunConfig,
+    folder: &RunFolder,
+    tensorboard: bool,
+    stop: &Stop,
+    display: &mut Display,
+) -> Result<Ending> {
+    let mut run = Run::start(config, folder, tensorboard)?;
     let mut manifest = folder.manifest().unwrap_or_else(|_| Manifest::start(config));
     manifest.status = "running".into();
     folder.write_manifest(&manifest)?;
@@ -116,7 +139,7 @@ pub fn train(config: &RunConfig, folder: &RunFolder, stop: &Stop, display: &mut 
 }
 
 impl<'a> Run<'a> {
-    fn start(config: &'a RunConfig, folder: &'a RunFolder) -> Result<Self> {
+    fn start(config: &'a RunConfig, folder: &'a RunFolder, tensorboard: bool) -> Result<Self> {
         let seed = |stream| sub_seed(config.seed, stream, 0);
         let mut env = Env::new(config.env.clone(), seed("train-env"))?;
         let evaluation_env = Env::new(config.env.clone(), 0)?;
@@ -152,6 +175,7 @@ impl<'a> Run<'a> {
             replay,
             saved_step: counters.step,
             log: LearnerLog::new(counters.step),
+            board: tensorboard.then(|| TensorBoard::create(folder.path(), counters.step)).transpose()?,
             counters,
             tables: Tables {
                 episodes: Table::append(&folder.episodes())?,
@@ -231,6 +255,9 @@ impl<'a> Run<'a> {
             display.line(&format!("episode {}: the simulation diverged; counted, going on", self.counters.episode));
         }
         display.episode(outcome.total);
+        if let Some(board) = &mut self.board {
+            board.episode(self.counters.step, &outcome)?;
+        }
         self.tables.episodes.write((key, outcome))
     }
 
@@ -245,6 +272,9 @@ impl<'a> Run<'a> {
         let outcomes = evaluate(&mut self.evaluation_env, &mut policy, episodes, step, &self.id, table)?;
         let score = mean(&outcomes, |o| o.total);
         display.evaluation(step, &outcomes);
+        if let Some(board) = &mut self.board {
+            board.evaluation(step, &outcomes)?;
+        }
         if self.counters.best_return.is_none_or(|best| score > best) {
             self.counters.best_return = Some(score);
             let note = Best { purpose: Purpose::of(self.config), step, evaluation_return: score };
@@ -271,6 +301,9 @@ impl<'a> Run<'a> {
 
     fn write_progress(&mut self) -> Result<()> {
         let row = self.log.row(self.counters.step, self.sac.updates(), self.replay.len(), self.wall_s());
+        if let Some(board) = &mut self.board {
+            board.progress(&row)?;
+        }
         self.tables.progress.write(row)
     }
 }

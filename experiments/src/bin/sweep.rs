@@ -11,7 +11,8 @@ use experiments::folder::{RunFolder, State};
 use experiments::pool::{self, Ended, Job, last_line};
 use experiments::rows::RunId;
 use experiments::stop::Stop;
-use experiments::{sweep, train};
+use experiments::sweep;
+use experiments::train::{self, RunOptions};
 
 /// Train every run of a sweep, several at a time, each a process with one thread.
 ///
@@ -53,7 +54,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     if let Some(index) = arguments.index {
         let last = runs.len() - 1;
         let run = runs.get(index).ok_or_else(|| bad(format!("--index {index}: the list goes from 0 to {last}")))?;
-        return train::in_folder(run, &out, true, false);
+        return train::in_folder(run, &out, RunOptions { resume: true, tensorboard: false, quiet: false });
     }
 
     let program = std::env::current_exe().context("the path of this program")?;

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::Parser;
 use experiments::cli::{self, ConfigArgs};
-use experiments::train;
+use experiments::train::{self, RunOptions};
 use tasks::Env;
 
 /// Train a policy with SAC.
@@ -22,15 +22,11 @@ struct Arguments {
     /// Folder of the experiment
     #[arg(long, default_value = "runs/train", value_name = "DIR")]
     out: PathBuf,
-    /// Continue the run in this folder if there is one
-    #[arg(long)]
-    resume: bool,
+    #[command(flatten)]
+    options: RunOptions,
     /// Print what an action and an observation consist of, and train nothing
     #[arg(long)]
     describe: bool,
-    /// Print nothing but errors
-    #[arg(long)]
-    quiet: bool,
 }
 
 fn main() -> ExitCode {
@@ -43,7 +39,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         describe(&Env::new(config.env, 0)?);
         return Ok(ExitCode::SUCCESS);
     }
-    train::in_folder(&config, &arguments.out, arguments.resume, arguments.quiet)
+    train::in_folder(&config, &arguments.out, arguments.options)
 }
 
 fn describe(env: &Env) {
