@@ -36,6 +36,18 @@ fn random_actions_stay_finite_and_repeat() {
     }
 }
 
+#[test]
+fn every_term_of_a_reward_has_a_name() {
+    for task in TaskName::ALL {
+        let mut env = env(task, "aforce".parse().unwrap());
+        for _ in 0..250 {
+            let step = env.step(&env.expert_action());
+            let nameless = &step.reward_terms[env.task().reward_terms().len()..];
+            assert!(nameless.iter().all(|&term| term == 0.0), "{}", task.as_str());
+        }
+    }
+}
+
 /// robosuite's flat observations: object, then robot.
 #[test]
 fn observations_have_robosuites_size() {

@@ -72,7 +72,7 @@ mod tests {
         let mut env = Env::new(config, 0).unwrap();
         let mut poses = vec![];
         let mut wiped = vec![];
-        let take = Take::play(&mut env, &mut Policy::Expert, 3, "a </script> & \"quotes\"", |env, step, _| {
+        let take = Take::play(&mut env, &mut Policy::Expert, 3, 500, "a </script> & \"quotes\"", |env, step, _| {
             let simulation = env.simulation();
             let placed =
                 simulation.solids().iter().map(|s| s.body.map_or(s.pose, |b| simulation.body_pose(b) * s.pose));

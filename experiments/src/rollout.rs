@@ -1,5 +1,7 @@
 //! Playing episodes with a policy.
 
+use std::ops::ControlFlow;
+
 use anyhow::Result;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -67,16 +69,22 @@ pub fn learner_view(env: &Env, scaled: bool) -> Vec<f32> {
     observation
 }
 
-/// Plays one episode from `seed` to its end; `watch` sees every step after it happened.
-pub fn episode(env: &mut Env, policy: &mut Policy, seed: u64, mut watch: impl FnMut(&Env, &Step)) -> Episode {
+/// Plays one episode from `seed` to its end, or until `watch` breaks off, which sees every step
+/// after it happened.
+pub fn episode(
+    env: &mut Env,
+    policy: &mut Policy,
+    seed: u64,
+    mut watch: impl FnMut(&Env, &Step) -> ControlFlow<()>,
+) -> Episode {
     env.reset(Some(seed));
     let mut episode = Episode::default();
     loop {
         let action = policy.act(env);
         let step = env.step(&action);
-        watch(env, &step);
+        let flow = watch(env, &step);
         episode.add(step);
-        if step.terminated || step.truncated {
+        if step.terminated || step.truncated || flow.is_break() {
             return episode;
         }
     }
@@ -97,7 +105,7 @@ pub fn evaluate(
     let mut outcomes = Vec::new();
     for index in 0..episodes {
         let seed = evaluation_seed(index);
-        let outcome = episode(env, policy, seed, |_, _| ()).outcome();
+        let outcome = episode(env, policy, seed, |_, _| ControlFlow::Continue(())).outcome();
         let key = EvaluationKey {
             schema: SCHEMA,
             task: id.task.clone(),

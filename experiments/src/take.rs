@@ -1,5 +1,7 @@
 //! An episode that was played to be shown.
 
+use std::ops::ControlFlow;
+
 use anyhow::Result;
 use physics::camera::Image;
 use tasks::{Env, Step};
@@ -31,7 +33,8 @@ pub struct Take {
 }
 
 impl Take {
-    /// Plays an episode from `seed`; `who` says whose. `watch` sees it grow after every action.
+    /// Plays the first `actions` of an episode from `seed`; `who` says whose. `watch` sees it grow
+    /// after every action.
     ///
     /// # Errors
     /// The first error of `watch`.
@@ -39,6 +42,7 @@ impl Take {
         env: &mut Env,
         policy: &mut Policy,
         seed: u64,
+        actions: u32,
         who: &str,
         mut watch: impl FnMut(&Env, &Step, &Take) -> Result<()>,
     ) -> Result<Take> {
@@ -51,9 +55,9 @@ impl Take {
             take.total += step.reward;
             take.recording.add(env, step);
             take.traces.add(env, step);
-            if watched.is_ok() {
-                watched = watch(env, step, &take);
-            }
+            watched = watch(env, step, &take);
+            let enough = watched.is_err() || take.traces.actions() == actions;
+            if enough { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })
         .outcome();
         watched?;

@@ -1,5 +1,6 @@
 //! What needs no learning: scripted experts and random actions in every action space.
 
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -125,7 +126,10 @@ fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
     let mut net_absolute = 0.0;
     let outcomes: Vec<Outcome> = (0..episodes)
         .map(|index| {
-            let watch = |_: &Env, step: &tasks::Step| net_absolute += step.interval.energy.net_absolute;
+            let watch = |_: &Env, step: &tasks::Step| {
+                net_absolute += step.interval.energy.net_absolute;
+                ControlFlow::Continue(())
+            };
             episode(&mut env, &mut policy, evaluation_seed(index), watch).outcome()
         })
         .collect();

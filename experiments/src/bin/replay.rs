@@ -95,10 +95,9 @@ fn play(
     source: &SourceArgs,
     watch: impl FnMut(&Env, &Step, &Take) -> Result<()>,
 ) -> Result<Take> {
-    let (mut config, _, mut policy) = source.open()?;
-    config.env.horizon = config.env.horizon.min(arguments.actions);
-    let mut env = Env::new(config.env, 0)?;
-    Take::play(&mut env, &mut policy, evaluation_seed(arguments.episode), &source.describe(), watch)
+    let (_, mut env, mut policy) = source.open()?;
+    let seed = evaluation_seed(arguments.episode);
+    Take::play(&mut env, &mut policy, seed, arguments.actions, &source.describe(), watch)
 }
 
 /// The ray-cast pictures that were asked for.
@@ -114,17 +113,17 @@ impl Pictures<'_> {
         let Arguments { png, sheet, gif, view, every, width, .. } = self.arguments;
         let (width, height) = (usize::from(*width), usize::from(*width) * 3 / 4);
         let picture = || take.picture(env, step, *view, width, height);
-        let actions = take.traces.actions();
+        let (actions, last) = (take.traces.actions(), self.arguments.actions.min(env.config().horizon));
         if let Some(path) = gif.as_ref().filter(|_| (actions - 1).is_multiple_of(*every)) {
             if self.film.is_none() {
                 self.film = Some(GifWriter::create(path, width, height, take.rate / f64::from(*every))?);
             }
             self.film.as_mut().expect("just started").push(&picture())?;
         }
-        if sheet.is_some() && sheet::shows(actions, env.config().horizon) {
+        if sheet.is_some() && sheet::shows(actions, last) {
             self.tiles.push(picture());
         }
-        if let Some(path) = png.as_ref().filter(|_| step.terminated || step.truncated) {
+        if let Some(path) = png.as_ref().filter(|_| step.terminated || actions == last) {
             write_png(&picture(), path)?;
         }
         Ok(())
