@@ -180,7 +180,7 @@ mod tests {
             let interval = Interval { max_force: f64::from(force), ..Interval::default() };
             episode.add(Step {
                 reward: 0.0,
-                reward_terms: [0.0; 4],
+                reward_terms: [0.0; tasks::REWARD_TERMS],
                 terminated: false,
                 truncated: false,
                 success: false,

@@ -12,7 +12,7 @@ use crate::expert;
 use crate::interval::Interval;
 use crate::observation::{observe_robot, proprioception_components};
 use crate::penalty::ForcePenalty;
-use crate::task::{Component, Reward, TERMS, Task, TaskName};
+use crate::task::{Component, REWARD_TERMS, Reward, Task, TaskName};
 
 /// Everything that defines an environment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -98,7 +98,7 @@ pub struct Step {
     /// Reward, penalty taken off.
     pub reward: f64,
     /// What adds up to it; [`Task::reward_terms`] says what each is for.
-    pub reward_terms: [f64; TERMS],
+    pub reward_terms: [f64; REWARD_TERMS],
     /// The episode ended by itself: nothing follows. Only a diverged simulation does so.
     pub terminated: bool,
     /// The episode reached its horizon: it would have gone on.
@@ -191,7 +191,7 @@ impl Env {
         let penalty = self.config.force_penalty.of(interval.max_force);
         let reward = if diverged {
             // The last valid observation stays; nothing is earned.
-            Reward { terms: [0.0; TERMS], success: false }
+            Reward { terms: [0.0; REWARD_TERMS], success: false }
         } else {
             self.observe();
             self.task.reward(&self.simulation, &self.y, penalty)

@@ -19,4 +19,4 @@ pub use env::{Env, EnvConfig, Step};
 pub use interval::Interval;
 pub use observation::scale;
 pub use penalty::ForcePenalty;
-pub use task::{Component, Reward, Task, TaskName, Waypoint};
+pub use task::{Component, REWARD_TERMS, Reward, Task, TaskName, Waypoint};

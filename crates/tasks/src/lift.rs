@@ -116,7 +116,7 @@ impl Task for Lift {
     }
 
     fn camera(&self) -> Camera {
-        Camera { eye: [0.95, -0.95, 1.45], target: [-0.22, 0.0, 0.98], field_of_view: 0.72 }
+        Camera { eye: [0.95, -0.95, 1.5], target: [-0.22, 0.0, 1.04], field_of_view: 0.76 }
     }
 }
 

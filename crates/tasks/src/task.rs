@@ -67,7 +67,7 @@ pub trait Task: Send {
     /// Appends the object part of an observation.
     fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Vec<f32>);
 
-    /// What the terms of a [`Reward`] are for, in their order; at most [`TERMS`].
+    /// What the terms of a [`Reward`] are for, in their order; at most [`REWARD_TERMS`].
     fn reward_terms(&self) -> &'static [&'static str];
 
     /// Reward of one action; called once after each. `penalty` is the action's force
@@ -87,14 +87,14 @@ pub trait Task: Send {
 }
 
 /// The most terms a reward has.
-pub const TERMS: usize = 4;
+pub const REWARD_TERMS: usize = 4;
 
 /// What one action earned.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reward {
     /// The terms that add up to the reward, 0 beyond those the task has. In Door and Lift their
     /// sum is at most 1; in Wipe an action earns several for every marker.
-    pub terms: [f64; TERMS],
+    pub terms: [f64; REWARD_TERMS],
     /// Whether the task stands fulfilled now.
     pub success: bool,
 }

@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::markers::{self, Markers};
 use crate::observation::in_contact;
-use crate::task::{Component, Reward, TERMS, Task, Waypoint, xyz};
+use crate::task::{Component, REWARD_TERMS, Reward, Task, Waypoint, xyz};
 
 /// A marker is wiped while the tool presses with more than the first and at most the
 /// second (N).
@@ -78,7 +78,7 @@ impl Wipe {
 }
 
 /// Terms of the reward before normalisation.
-fn reward_terms(markers: &mut Markers, tool: &Pose, touch: &Touch) -> [f64; TERMS] {
+fn reward_terms(markers: &mut Markers, tool: &Pose, touch: &Touch) -> [f64; REWARD_TERMS] {
     if touch.arm {
         return [0.0, 0.0, 0.0, ARM_PENALTY];
     }
@@ -166,7 +166,7 @@ impl Task for Wipe {
     }
 
     fn camera(&self) -> Camera {
-        Camera { eye: [1.05, -0.85, 1.55], target: [0.02, 0.0, 0.98], field_of_view: 0.66 }
+        Camera { eye: [1.05, -0.85, 1.6], target: [-0.05, 0.0, 1.06], field_of_view: 0.76 }
     }
 
     fn decals(&self) -> Vec<Decal> {

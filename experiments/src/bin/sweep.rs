@@ -22,7 +22,7 @@ use experiments::train::{self, RunOptions};
 #[derive(Parser)]
 #[command(version)]
 struct Arguments {
-    /// TOML file with [[group]]s of tasks, spaces and seeds
+    /// TOML file with groups of tasks, spaces and seeds
     file: PathBuf,
     /// Folder of the experiment (default: runs/ and the file's name)
     #[arg(long, value_name = "DIR")]
