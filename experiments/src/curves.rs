@@ -4,7 +4,7 @@ use anyhow::Result;
 
 use crate::columns::Columns;
 use crate::folder::RunFolder;
-use crate::plot::{self, Panel, Series};
+use output::plot::{self, Panel, Series};
 
 /// Training episodes in the running mean.
 const WINDOW: usize = 20;

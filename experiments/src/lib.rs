@@ -6,8 +6,6 @@ pub mod config;
 pub mod curves;
 pub mod display;
 pub mod folder;
-pub mod picture;
-pub mod plot;
 pub mod rollout;
 pub mod rows;
 pub mod seeds;

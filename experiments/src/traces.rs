@@ -2,7 +2,7 @@
 
 use tasks::{Env, Step};
 
-use crate::plot::{Panel, Series};
+use output::plot::{Panel, Series};
 
 /// Time series of one episode.
 #[derive(Debug, Clone, Default)]

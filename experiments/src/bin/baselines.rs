@@ -7,7 +7,6 @@ use anyhow::{Context, Result, ensure};
 use clap::{Parser, ValueEnum};
 use experiments::cli::{self, ConfigArgs};
 use experiments::config::RunConfig;
-use experiments::folder;
 use experiments::rollout::{Policy, episode};
 use experiments::rows::Outcome;
 use experiments::seeds::evaluation_seed;
@@ -131,6 +130,6 @@ fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
         penalty: mean(|o| o.penalty),
         saturated_fraction: mean(|o| o.saturated_fraction),
         diverged_episodes: outcomes.iter().filter(|o| o.diverged).count(),
-        commit: folder::commit(),
+        commit: output::commit(),
     })
 }

@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use anyhow::{Context, Result, ensure};
 use clap::Parser;
 use experiments::cli;
-use experiments::plot::{self, Panel, Series};
 use experiments::summary::{RunSummary, evaluations, find_runs};
+use output::plot::{self, Panel, Series};
 
 /// Summarise all runs below a folder: runs.csv with a row per run, curves with every seed.
 #[derive(Parser)]
