@@ -6,7 +6,7 @@ use aforce::ActionSpace;
 use anyhow::Result;
 use output::plot::{self, Panel, Series};
 
-use crate::metrics::{METRICS, column, mean_and_deviation, measure};
+use crate::metrics::{METRICS, cell, column, mean_and_deviation, measure};
 use crate::setup::Setup;
 use crate::trial::{Disturbance, Trial};
 use crate::{Run, parallel, run, spaces};
@@ -49,7 +49,7 @@ impl Comparison {
         for (space, rows) in spaces().iter().zip(&self.values) {
             for (trial, row) in rows.iter().enumerate() {
                 let keys = [space.to_string(), trial.to_string()];
-                table.write_record(keys.into_iter().chain(row.iter().map(|value| format!("{value:.6}"))))?;
+                table.write_record(keys.into_iter().chain(row.iter().copied().map(cell)))?;
             }
         }
         table.flush()?;
@@ -65,7 +65,7 @@ impl Comparison {
                 let differences: Vec<f64> = values.iter().zip(&high).map(|(value, high)| value - high).collect();
                 let ((mean, deviation), paired) = (mean_and_deviation(&values), mean_and_deviation(&differences));
                 let ratio = mean / mean_and_deviation(&high).0;
-                let numbers = [mean, deviation, paired.0, paired.1, ratio].map(|value| format!("{value:.6}"));
+                let numbers = [mean, deviation, paired.0, paired.1, ratio].map(cell);
                 table.write_record([metric.into(), space.to_string()].into_iter().chain(numbers))?;
             }
         }

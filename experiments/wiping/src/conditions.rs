@@ -5,7 +5,7 @@ use std::path::Path;
 use aforce::{ActionSpace, Damping, DeltaSign, ImpedanceForm, Interpolation};
 use anyhow::Result;
 
-use crate::metrics::{METRICS, mean_and_deviation, measure};
+use crate::metrics::{METRICS, cell, mean_and_deviation, measure};
 use crate::sensing::WrenchSource;
 use crate::setup::Setup;
 use crate::trial::{Disturbance, Trial};
@@ -121,7 +121,7 @@ pub fn write(
     table.write_record(["condition", "space"].into_iter().chain(METRICS.iter().map(|metric| metric.name)))?;
     for ((condition, space), row) in jobs.iter().zip(rows) {
         let keys = [condition.name.to_string(), space.to_string()];
-        table.write_record(keys.into_iter().chain(row?.iter().map(|value| format!("{value:.6}"))))?;
+        table.write_record(keys.into_iter().chain(row?.into_iter().map(cell)))?;
     }
     Ok(table.flush()?)
 }

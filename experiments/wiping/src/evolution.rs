@@ -48,7 +48,7 @@ fn panels(record: &Record, setup: &Setup) -> Vec<Panel> {
             ],
         ),
         panel(
-            "Stiffness",
+            "Stiffness that acts",
             "N/m",
             &[
                 ("x", &|s| s.stiffness[0]),

@@ -27,9 +27,6 @@ pub use trial::{Disturbance, Trial};
 use aforce::ActionSpace;
 
 /// The spaces that are compared, each with the same force controller: adaptive, and stiffness fixed at low, mid, high.
-///
-/// # Panics
-/// Never: the names are known.
 pub fn spaces() -> [ActionSpace; 4] {
     ["aforce-force", "low-force", "mid-force", "high-force"].map(|name| name.parse().expect("a known name"))
 }

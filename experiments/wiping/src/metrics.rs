@@ -50,6 +50,15 @@ pub(crate) fn measure(record: &Record, force: f64) -> Vec<f64> {
     METRICS.iter().map(|metric| (metric.of)(record, &outcome)).collect()
 }
 
+/// A number as it stands in the tables; empty if there is none.
+pub(crate) fn cell(value: f64) -> String {
+    match value {
+        value if !value.is_finite() => String::new(),
+        value if value != 0.0 && value.abs() < 1e-3 => format!("{value:.3e}"),
+        value => format!("{value:.6}"),
+    }
+}
+
 /// Column of a metric.
 ///
 /// # Panics

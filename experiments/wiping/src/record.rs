@@ -85,7 +85,7 @@ pub struct Balance {
 }
 
 /// A whole wipe.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Record {
     /// Every control sample.
     pub samples: Vec<Sample>,

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use aforce::{ActionSpace, Controller, EnergyLedger, JointVector, Measurement, Pose, TorqueLimits, Vector3, Wrench};
+use aforce::{ActionSpace, Controller, JointVector, Measurement, Pose, TorqueLimits, Vector3, Wrench};
 use anyhow::Result;
 use physics::model::Model;
 use physics::panda::Parameters;
@@ -14,7 +14,7 @@ use rand_chacha::ChaCha8Rng;
 use tasks::Markers;
 
 use crate::expert::Expert;
-use crate::record::{Balance, Phase, Record, Sample};
+use crate::record::{Phase, Record, Sample};
 use crate::sensing::{Estimator, WrenchSource};
 use crate::setup::Setup;
 use crate::trial::{Disturbance, Trial};
@@ -97,28 +97,17 @@ impl<'a> Wiping<'a> {
         let mut controller = Controller::new(*space, &setup.controller, limits, Vector3::z_axis())?;
         controller.reset(&y);
 
-        let mut sensing = setup.sensing;
-        let worse = |error: [f64; 2]| error.map(|e| e * disturbance.wrench_error);
-        (sensing.bias, sensing.noise) = (worse(sensing.bias), worse(sensing.noise));
+        let sensing = setup.sensing.worsened(disturbance.wrench_error);
         let rng = ChaCha8Rng::seed_from_u64(trial.noise_seed);
-        let [x, z] = [trial.spot, [trial.height, height]];
+        let spot = |height| Vector3::new(trial.spot[0], trial.spot[1], height);
         Ok(Wiping {
             run,
             start_energy: energy(&simulation),
             estimator: Estimator::new(&sensing, parameters.damping, &y, rng),
-            expert: Expert::new(setup, Vector3::new(x[0], x[1], z[0])),
-            paint: Markers::spot(Vector3::new(x[0], x[1], z[1]), setup.spot_radius),
+            expert: Expert::new(setup, spot(trial.height)),
+            paint: Markers::spot(spot(height), setup.spot_radius),
             late: VecDeque::from(vec![y.bias; disturbance.delay]),
-            record: Record {
-                samples: vec![],
-                total: EnergyLedger::default(),
-                energy: EnergyLedger::default(),
-                control_energy: EnergyLedger::default(),
-                balance: Balance::default(),
-                force_max: 0.0,
-                paint_left: 1.0,
-                completed: false,
-            },
+            record: Record::default(),
             parameters,
             simulation,
             model,

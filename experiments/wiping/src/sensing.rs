@@ -36,6 +36,14 @@ impl Default for Sensing {
     }
 }
 
+impl Sensing {
+    /// With bias and noise multiplied.
+    pub(crate) fn worsened(&self, factor: f64) -> Self {
+        let times = |error: [f64; 2]| error.map(|e| factor * e);
+        Sensing { bias: times(self.bias), noise: times(self.noise), ..*self }
+    }
+}
+
 /// A running estimate.
 pub(crate) struct Estimator {
     observer: MomentumObserver,

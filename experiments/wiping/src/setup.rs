@@ -83,7 +83,7 @@ fn impedances() -> ImpedanceSettings {
         stiffness_min: low.0,
         stiffness_start: mid.0,
         stiffness_max: high.0,
-        nominal_inertia: 16.0,
+        nominal_inertia: 20.0,
         ..physical.translation
     };
     let rotation = AxisLaw {
@@ -91,7 +91,7 @@ fn impedances() -> ImpedanceSettings {
         stiffness_start: mid.1,
         stiffness_max: high.1,
         tolerance: 0.01,
-        nominal_inertia: 1.0,
+        nominal_inertia: 6.0,
         ..physical.rotation
     };
     let fixed = |(translation, rotation)| FixedImpedance { form, translation, rotation };
@@ -117,5 +117,36 @@ impl Setup {
     /// Entry of an action that asks for the force to press with.
     pub(crate) fn force_entry(&self) -> f64 {
         2.0 * self.force / self.controller.force.force_max - 1.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trial::Trial;
+    use aforce::OperationalSpace;
+    use physics::scenes::wipe::scene;
+    use physics::wiping_tool::GRIP_SITE;
+
+    /// The certificate of stability is asked for at the largest apparent inertia that the law meets.
+    #[test]
+    fn nominal_inertia_covers_the_arm() {
+        let setup = Setup::default();
+        let Trial { height, friction, start, .. } = Trial::nominal();
+        let (scene, tool) = scene(&setup.parameters(), height, friction);
+        let model = physics::model::Model::new(&scene, tool, GRIP_SITE);
+        let y = model.measure(start, start * 0.0, aforce::Wrench::zeros());
+        let inertia = OperationalSpace::new(&y.mass, &y.jacobian).unwrap().diagonal();
+        println!("{:.2?}", inertia.as_slice());
+        let law = setup.controller.impedance.aforce;
+        assert!(inertia.fixed_rows::<3>(0).max() <= law.translation.nominal_inertia);
+        assert!(inertia.fixed_rows::<3>(3).max() <= law.rotation.nominal_inertia);
+        law.check_stability().unwrap();
+    }
+
+    #[test]
+    fn settings_survive_their_file() {
+        let setup = Setup::default();
+        assert_eq!(toml::from_str::<Setup>(&toml::to_string(&setup).unwrap()).unwrap(), setup);
     }
 }
