@@ -30,10 +30,8 @@ check: setup
 bench: setup
 	$(CARGO) bench --workspace
 
-# The runs behind results/lift, one after the other (about 20 minutes each on one core).
+# The runs behind results/ (about 20 minutes each on one core), and their table.
 reproduce: setup
 	$(CARGO) build --release --bins
-	for space in aforce variable; do \
-	    $(RUN) train -- --task lift --space $$space --seed 1 --steps 250000 --out runs/reproduce --resume || exit; \
-	done
-	$(RUN) report -- runs/reproduce
+	$(RUN) sweep -- experiments/configs/lift.toml
+	$(RUN) report -- runs/lift

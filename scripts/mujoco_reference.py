@@ -4,13 +4,15 @@
     python3 -m venv VENV && VENV/bin/pip install mujoco==4.0.0 numpy==2.4.6
     VENV/bin/python scripts/mujoco_reference.py
 
-Needs cargo. Exports the Lift scene with both parameter sets (example `export_mjcf`), checks that nothing was lost on the way (exits
-non-zero if it was), and writes four kinds of files, read by crates/physics/tests/mujoco.rs:
+Needs cargo. Exports the scenes (example `export_mjcf`), checks that nothing was lost on the way (exits non-zero if it was), and writes
+six kinds of files, read by crates/physics/tests/mujoco.rs and mujoco_door.rs:
 
     states_<set>.csv    50 random joint states: mass matrix, bias, Jacobian, pose and forward dynamics
     motions_<set>.csv   2 s motions at 20 Hz by RK4 at a twentieth of the step, the torque held for 2 ms
     errors.csv          how far MuJoCo's Euler integrator, at 2 ms, is from those motions
     contacts.csv        mean force on, and acceleration of, a block that rests, is pressed, and slides
+    door.csv            opening and handle angle over time under loads on both
+    release.csv         load on the handle at which the latch lets go, in either direction
 
 The fingers are welded at their opening at the start of an episode, as in the model of the arm: MuJoCo's two finger joints are deleted and
 the bodies moved. Where they stay (arm block of the full mass matrix, bias at zero finger velocity) both must agree; that is checked too.
@@ -52,6 +54,17 @@ BLOCK_MASS = 8 * BLOCK_HALF.prod() * 1000.0
 PRESS = 20.0
 PULL = 2.0
 
+# Loads on hinge and handle (Nm) that are reached linearly in so many seconds. The slow ones keep the handle, which has no damping, from
+# swinging; the sudden ones are the experiment.
+TURNED = (0.0, 1.45, 3.0)
+DOOR_CASES = {
+    "latched": [(20.0, 0.0, 1.0), (20.0, 0.0, 1.0)],
+    "half_turned": [(0.0, 0.8, 3.0), (20.0, 0.8, 1.0), (20.0, 0.8, 1.0)],
+    "spring_return": [TURNED, (0.0, 0.0, 0.0), (0.0, 0.0, 4.0)],
+    "opens": [TURNED, (3.0, 1.45, 0.0), (3.0, 1.45, 0.3)],
+    "swings_freely": [TURNED, (5.0, 1.45, 0.0), (5.0, 1.45, 0.1), (0.0, 1.45, 0.0), (0.0, 1.45, 1.0)],
+}
+
 warnings = []
 mujoco.set_mju_user_warning(lambda message: warnings.append(str(message)))
 
@@ -65,10 +78,10 @@ def close(a, b, tolerance=1e-12):
     return np.allclose(a, b, rtol=tolerance, atol=tolerance)
 
 
-def export(name, folder):
-    command = ["cargo", "run", "--quiet", "--release", "-p", "physics", "--example", "export_mjcf", "--", name, str(folder)]
+def export(scene, name, folder):
+    command = ["cargo", "run", "--quiet", "--release", "-p", "physics", "--example", "export_mjcf", "--", scene, name, str(folder)]
     subprocess.run(command, cwd=ROOT, check=True)
-    return folder / f"{name}.xml", folder / f"{name}.csv"
+    return folder / f"{scene}_{name}.xml", folder / f"{scene}_{name}.csv"
 
 
 def check_export(xml, table):
@@ -82,14 +95,18 @@ def check_export(xml, table):
     with open(table) as file:
         rows = {row["name"]: row for row in csv.DictReader(file)}
     require(close(model.body_mass.sum(), float(rows.pop("total")["mass"])), "total mass")
-    require(model.njnt == len(rows) + 1 and model.nu == len(rows), "number of joints or actuators")
+    free = (model.jnt_type == mujoco.mjtJoint.mjJNT_FREE).sum()
+    driven = {name: row for name, row in rows.items() if float(row["max_effort"])}
+    require(model.njnt == len(rows) + free and model.nu == len(driven), "number of joints or actuators")
     for name, row in rows.items():
-        joint, dof, actuator = model.joint(name), model.joint(name).dofadr[0], model.actuator(name)
-        limit = float(row["max_effort"])
+        joint, dof = model.joint(name), model.joint(name).dofadr[0]
         require(model.jnt_limited[joint.id] and close(joint.range, [float(row["lower"]), float(row["upper"])]), f"range of {name}")
         require(close(model.dof_damping[dof], float(row["damping"])), f"damping of {name}")
         require(close(model.dof_frictionloss[dof], float(row["friction"])), f"friction of {name}")
         require(close(model.dof_armature[dof], float(row["armature"])), f"armature of {name}")
+        require(close(model.jnt_stiffness[joint.id], float(row["spring"])), f"spring of {name}")
+    for name, row in driven.items():
+        joint, actuator, limit = model.joint(name), model.actuator(name), float(row["max_effort"])
         require(actuator.trnid[0] == joint.id and actuator.gainprm[0] == 1 and actuator.biastype[0] == 0, f"motor of {name}")
         require(actuator.ctrllimited[0] and close(actuator.ctrlrange, [-limit, limit]), f"effort limit of {name}")
     return model
@@ -221,6 +238,43 @@ def block(xml, applied):
     return run(0.08, applied)
 
 
+def door_only(xml):
+    """The door without the arm, in fine steps."""
+    spec = mujoco.MjSpec.from_file(str(xml))
+    for actuator in list(spec.actuators):
+        spec.delete(actuator)
+    spec.delete(spec.body("link0"))
+    model = spec.compile()
+    require([model.joint(i).name for i in range(model.njnt)] == ["hinge", "handle"], "the arm is still there")
+    model.opt.timestep = DT / FINE
+    return model
+
+
+def door_motion(model, case):
+    """Opening and handle angle (rad) every SAMPLE steps under a list of loads as in DOOR_CASES."""
+    data, last, out = mujoco.MjData(model), np.zeros(2), [np.zeros(2)]
+    for *target, duration in case:
+        steps = round(duration / DT)
+        for k in range(steps):
+            data.qfrc_applied[:] = last + (np.array(target) - last) * (k / steps)
+            for _ in range(FINE):
+                mujoco.mj_step(model, data)
+            if (k + 1) % SAMPLE == 0:
+                out.append(data.qpos.copy())
+        last = np.array(target)
+    return out
+
+
+def release(model, sign):
+    """Smallest load on the handle (Nm) with which 5 Nm open the door."""
+    low, high = 0.8, 1.5
+    while high - low > 0.002:
+        load = sign * (low + high) / 2
+        opening, _ = door_motion(model, [(0.0, load, 3.0), (5.0, load, 0.0), (5.0, load, 1.0)])[-1]
+        low, high = (low, abs(load)) if opening > 0.2 else (abs(load), high)
+    return sign * (low + high) / 2
+
+
 def write(name, header, rows, digits=12):
     def text(value):
         return value if isinstance(value, str) else f"{value + 0.0:.{digits}g}"
@@ -244,7 +298,7 @@ def main():
     errors = []
     with tempfile.TemporaryDirectory() as folder:
         for name in SETS:
-            xml, table = export(name, Path(folder))
+            xml, table = export("lift", name, Path(folder))
             full = check_export(xml, table)
             header = numbered("q", 7) + numbered("qd", 7) + numbered("tau", 7) + numbered("mass", 28) + numbered("bias", 7)
             header += numbered("jacobian", 42) + ["x", "y", "z", "qw", "qx", "qy", "qz"] + numbered("qdd", 7)
@@ -259,14 +313,21 @@ def main():
                     last = round(window / DT / SAMPLE) + 1
                     errors.append([name, motion, window, np.abs(euler - fine)[:last].max(), np.ptp(fine[:last], axis=0).max()])
             write(f"motions_{name}.csv", ["motion", "t"] + numbered("q", 7), rows)
-        xml = Path(folder) / "robosuite.xml"
+        xml = Path(folder) / "lift_robosuite.xml"
         loads = {"rest": [0, 0, 0], "press": [0, 0, -PRESS], "slide": [PULL, 0, 0]}
         contacts = []
         for name, load in loads.items():
             force, acceleration = block(xml, np.array(load, float))
             contacts.append([name, *load, *force, acceleration])
+        xml, table = export("door", "robosuite", Path(folder))
+        check_export(xml, table)
+        model = door_only(xml)
+        motions = [[case, k * SAMPLE * DT, *q] for case, loads in DOOR_CASES.items() for k, q in enumerate(door_motion(model, loads))]
+        releases = [[release(model, sign)] for sign in [1, -1]]
     write("errors.csv", ["set", "motion", "window", "max_error", "travel"], errors, 4)
     write("contacts.csv", ["case", "applied_x", "applied_y", "applied_z", "fx", "fy", "fz", "acceleration"], contacts, 8)
+    write("door.csv", ["case", "t", "hinge", "handle"], motions, 6)
+    write("release.csv", ["handle_load"], releases, 4)
     require(not warnings, f"warnings {warnings}")
 
 

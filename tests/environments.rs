@@ -39,7 +39,7 @@ fn random_actions_stay_finite_and_repeat() {
 /// robosuite's flat observations: object, then robot.
 #[test]
 fn observations_have_robosuites_size() {
-    for (task, size) in [(TaskName::Lift, 42), (TaskName::Wipe, 37)] {
+    for (task, size) in [(TaskName::Lift, 42), (TaskName::Door, 46), (TaskName::Wipe, 37)] {
         assert_eq!(env(task, "osc".parse().unwrap()).observation().len(), size, "{}", task.as_str());
     }
 }
@@ -71,14 +71,18 @@ fn expert(task: TaskName, space: ActionSpace, controller: ControllerConfig, seed
 
 #[test]
 fn an_expert_solves_every_task_in_every_space() {
-    // On its leash of 2 cm a spring of 150 N/m presses with 3 N, and wiping takes 15.
+    // A spring of 150 N/m on its leash presses with 6 N, and wiping takes 15.
     let too_soft = (TaskName::Wipe, "low".parse().unwrap());
     for (task, space) in everywhere().filter(|&pair| pair != too_soft) {
-        let seeds = if task == TaskName::Wipe { 1 } else { 2 };
+        let (seeds, least) = match task {
+            TaskName::Lift => (2, 350.0),
+            // A hand that keeps its orientation softly needs 12 s to turn over and grasp.
+            TaskName::Door => (1, 270.0),
+            TaskName::Wipe => (1, 250.0),
+        };
         for seed in 0..seeds {
             let (total, success) = expert(task, space, ControllerConfig::default(), seed);
             println!("{} {space} seed {seed}: return {total:.1}, success {success}", task.as_str());
-            let least = if task == TaskName::Wipe { 250.0 } else { 350.0 };
             assert!(success && total > least, "{} {space} seed {seed}: return {total:.1}", task.as_str());
         }
     }

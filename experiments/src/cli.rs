@@ -14,6 +14,9 @@ use crate::folder::RunFolder;
 /// Exit code of a run that a signal stopped after it saved itself: try again.
 pub const STOPPED: u8 = 75;
 
+/// Exit code of a sweep of which some runs failed.
+pub const SOME_FAILED: u8 = 3;
+
 /// Exit code of wrong usage, the same that clap uses.
 const USAGE: u8 = 2;
 
@@ -27,7 +30,7 @@ pub struct ConfigArgs {
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_override)]
     pub overrides: Vec<(String, Value)>,
     /// Task
-    #[arg(long, value_parser = ["lift", "wipe"])]
+    #[arg(long, value_parser = tasks::TaskName::ALL.map(tasks::TaskName::as_str))]
     pub task: Option<String>,
     /// Action space: aforce, variable, low, mid, high, osc, or one of them with -force
     #[arg(long)]

@@ -13,7 +13,8 @@ use toml::{Table, Value};
 #[error("{0}")]
 pub struct BadSetting(String);
 
-fn bad(message: String) -> anyhow::Error {
+/// A [`BadSetting`] with this text.
+pub fn bad(message: String) -> anyhow::Error {
     BadSetting(message).into()
 }
 
@@ -73,7 +74,14 @@ impl RunConfig {
             insert(&mut flags, key, value.clone()).map_err(|head| bad(format!("{key}: {head} is not a section")))?;
         }
         layers.push(("command line".into(), flags));
+        Self::from_layers(layers)
+    }
 
+    /// Resolves named tables, of which the last wins, and checks the result.
+    ///
+    /// # Errors
+    /// As [`RunConfig::resolve`].
+    pub fn from_layers(layers: Vec<(String, Table)>) -> Result<Self> {
         let preset = layers.iter().rev().find_map(|(_, table)| table.get("preset"));
         let preset = match preset {
             Some(value) => {

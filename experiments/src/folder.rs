@@ -1,5 +1,6 @@
 //! The folder of one run: what lies where, and whether a run may write there.
 
+use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
@@ -11,6 +12,23 @@ use crate::config::RunConfig;
 #[derive(Debug, Clone)]
 pub struct RunFolder {
     path: PathBuf,
+}
+
+/// Keeps other processes out of a run folder until it is dropped, or the process dies.
+#[derive(Debug)]
+pub struct Lock(#[allow(dead_code, reason = "held, not read")] File);
+
+/// How far a run has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum State {
+    /// Nothing there yet.
+    New,
+    /// Begun, and nobody is at work.
+    Begun,
+    /// A process is at work.
+    Running,
+    /// All steps are done.
+    Done,
 }
 
 /// Where a run came from: `manifest.json`.
@@ -59,11 +77,11 @@ impl RunFolder {
         Ok(folder)
     }
 
-    /// Makes the folder ready for `config`.
+    /// Makes the folder ready for `config`, for this process alone.
     ///
     /// # Errors
-    /// If it holds another run, or a run and `resume` is not asked for.
-    pub fn prepare(&self, config: &RunConfig, resume: bool) -> Result<()> {
+    /// If it holds another run, or a run and `resume` is not asked for, or another process is at work there.
+    pub fn prepare(&self, config: &RunConfig, resume: bool) -> Result<Lock> {
         let path = self.path.display();
         if self.config().exists() {
             if !resume {
@@ -78,8 +96,43 @@ impl RunFolder {
             }
         }
         fs_err::create_dir_all(&self.path)?;
+        let file = fs_err::File::create(self.lock())?.into_parts().0;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => bail!("{path}: another process is at work there"),
+            Err(TryLockError::Error(error)) => return Err(error).context(format!("{path}: cannot be locked")),
+        }
+        if self.done().exists() && !self.is_done(config) {
+            // The run is to go on beyond its former end.
+            fs_err::remove_file(self.done())?;
+        }
         fs_err::write(self.config(), config.to_toml())?;
-        Ok(())
+        Ok(Lock(file))
+    }
+
+    /// How far the run `config` has come here.
+    pub fn state(&self, config: &RunConfig) -> State {
+        let held = |file: File| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock));
+        if self.is_done(config) {
+            State::Done
+        } else if !self.config().exists() {
+            State::New
+        } else if File::open(self.lock()).is_ok_and(held) {
+            State::Running
+        } else {
+            State::Begun
+        }
+    }
+
+    /// Whether the run ended after at least the steps of `config`.
+    fn is_done(&self, config: &RunConfig) -> bool {
+        let stored = RunConfig::resolve(Some(&self.config()), &[]);
+        self.done().exists() && stored.is_ok_and(|stored| stored.steps >= config.steps)
+    }
+
+    /// Locked by the process at work.
+    fn lock(&self) -> PathBuf {
+        self.path.join("lock")
     }
 
     /// The folder itself.

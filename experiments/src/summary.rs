@@ -2,12 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use serde::Serialize;
 
 use crate::columns::Columns;
 use crate::config::RunConfig;
 use crate::folder::RunFolder;
+use crate::statistics::mean;
 
 /// Evaluations at the end of a run whose mean is its final return.
 const LAST: usize = 5;
@@ -34,8 +35,13 @@ pub struct RunSummary {
     pub wall_min_to_450: Option<f64>,
     pub energy_per_action_j: f64,
     pub final_energy_per_action_j: f64,
+    pub energy_positive_per_action_j: f64,
+    pub energy_net_per_action_j: f64,
+    pub squared_torque_per_action_nm2s: f64,
+    pub copper_loss_per_action_j: f64,
     pub penalised_episode_share: f64,
     pub mean_penalty_per_episode: f64,
+    pub excess_impulse_per_episode_ns: f64,
     pub diverged_episodes: usize,
     pub wall_s: f64,
     pub commit: String,
@@ -75,19 +81,24 @@ impl RunSummary {
         let config = RunConfig::resolve(Some(&run.config()), &[])?;
         let manifest = run.manifest()?;
         let training = Columns::read(&run.episodes())?;
+        ensure!(!training.values("return").is_empty(), "{}: no training episode", run.path().display());
         let returns = evaluations(run, "return")?;
         let last = returns.last().with_context(|| format!("{}: no evaluation", run.path().display()))?;
         let at_end = |column: &str| -> Result<f64> {
             let values: Vec<f64> = evaluations(run, column)?.iter().rev().take(LAST).map(|p| p.1).collect();
             Ok(mean(&values))
         };
-        let first = returns.len().checked_sub(LAST + 1).map_or(0.0, |i| returns[i].0);
+        let first_late = returns.len().checked_sub(LAST + 1).map_or(0.0, |i| returns[i].0);
         let sampled = |column: &str| {
-            let values = training.points(column);
-            mean(&values.iter().filter(|p| p.0 > first).map(|p| p.1).collect::<Vec<_>>())
+            let all = training.values(column);
+            let late: Vec<f64> = training.points(column).iter().filter(|p| p.0 > first_late).map(|p| p.1).collect();
+            // Very long episodes: none may have ended since.
+            mean(if late.is_empty() { &all } else { &late })
         };
         let solved = returns.iter().find(|p| p.1 >= SOLVED).map(|p| p.0);
         let clock = Columns::read(&run.progress())?.points("wall_s");
+        let actions: f64 = training.values("length").iter().sum();
+        let per_action = |column: &str| training.values(column).iter().sum::<f64>() / actions;
         let penalties = training.values("penalty");
         Ok(RunSummary {
             schema: 1,
@@ -106,8 +117,13 @@ impl RunSummary {
             wall_min_to_450: solved.and_then(|at| clock.iter().find(|p| p.0 >= at)).map(|p| p.1 / 60.0),
             energy_per_action_j: mean(&training.values("energy_per_action_j")),
             final_energy_per_action_j: at_end("energy_per_action_j")?,
+            energy_positive_per_action_j: per_action("energy_positive_j"),
+            energy_net_per_action_j: per_action("energy_net_j"),
+            squared_torque_per_action_nm2s: per_action("squared_torque_nm2s"),
+            copper_loss_per_action_j: per_action("copper_loss_j"),
             penalised_episode_share: mean(&penalties.iter().map(|&p| f64::from(u8::from(p > 0.0))).collect::<Vec<_>>()),
             mean_penalty_per_episode: mean(&penalties),
+            excess_impulse_per_episode_ns: mean(&training.values("excess_impulse_ns")),
             diverged_episodes: training.values("diverged").iter().filter(|&&d| d > 0.0).count(),
             wall_s: manifest.wall_s,
             commit: manifest.commit,
@@ -117,8 +133,4 @@ impl RunSummary {
 
 fn in_steps(thousands: f64) -> u64 {
     (thousands * 1000.0).round() as u64
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len().max(1) as f64
 }

@@ -1,5 +1,7 @@
 //! The training loop: act, step, store, update; now and then evaluate and save.
 
+use std::path::Path;
+use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
@@ -8,7 +10,9 @@ use sac::{Act, Checkpoint, Losses, Replay, Sac, Transition};
 use serde::{Deserialize, Serialize};
 use tasks::Env;
 
+use crate::cli;
 use crate::config::RunConfig;
+use crate::curves;
 use crate::display::Display;
 use crate::folder::{Manifest, RunFolder};
 use crate::rollout::{Policy, evaluate, learner_view, mean};
@@ -72,6 +76,26 @@ struct Tables {
     episodes: Table,
     eval: Table,
     progress: Table,
+}
+
+/// Trains as `config` says in its folder below `out`, until the end or until a signal asks to stop, and draws the
+/// learning curves.
+///
+/// # Errors
+/// If the folder holds another run or is in use, or as [`train`].
+pub fn in_folder(config: &RunConfig, out: &Path, resume: bool, quiet: bool) -> Result<ExitCode> {
+    let folder = RunFolder::below(out, config);
+    let _lock = folder.prepare(config, resume)?;
+    let mut display = Display::new(config.steps, quiet);
+    display.line(&format!("run folder {}", folder.path().display()));
+
+    let ending = train(config, &folder, &Stop::on_signals()?, &mut display)?;
+    curves::draw(&folder)?;
+    if ending == Ending::Stopped {
+        display.line("stopped; continue with the same command and --resume");
+        return Ok(ExitCode::from(cli::STOPPED));
+    }
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Trains as `config` says, in `folder`, going on from its checkpoint if it has one.

@@ -162,3 +162,54 @@ fn a_diverged_simulation_is_counted() {
     assert!(rows.iter().any(|row| &row[diverged] == "true"), "{table}");
     assert!(rows.iter().all(|row| row[total].parse::<f64>().unwrap().is_finite()));
 }
+
+/// A sweep does what it can, names what failed, and does the rest when called again.
+#[test]
+fn a_sweep_hides_no_run_and_repeats_none() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, out) = (folder.path().join("few.toml"), folder.path().join("out"));
+    let text = "[run]\nsteps = 600\nevaluate_every = 300\nevaluation_episodes = 1\nenv = { horizon = 100 }\n\
+                learner = { hidden = [8], batch_size = 8, random_steps = 100 }\n\
+                [[group]]\ntasks = [\"lift\"]\nspaces = [\"aforce\", \"osc\"]\nseeds = [1]\n";
+    std::fs::write(&file, text).unwrap();
+    let sweep = |arguments: &[&str]| {
+        let mut command = program("sweep");
+        command.arg(&file).arg("--out").arg(&out).args(arguments);
+        command
+    };
+    let states = || {
+        let output = sweep(&["--list"]).output().unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        text.lines().skip(1).map(|line| line.split_whitespace().nth(4).unwrap().to_string()).collect::<Vec<_>>()
+    };
+    assert_eq!(states(), ["new", "new"]);
+    expect(&error(&mut sweep(&["--index", "2"]), 2), &["--index 2", "0 to 1"]);
+
+    // Somebody else's run in the first folder.
+    let first = out.join("lift/aforce/seed_1");
+    std::fs::create_dir_all(&first).unwrap();
+    std::fs::write(first.join("config.toml"), "seed = 8\n").unwrap();
+    expect(&error(&mut sweep(&[]), 3), &["failed: lift aforce 1", "another configuration", "log.txt"]);
+    assert_eq!(states(), ["begun", "done"]);
+
+    std::fs::remove_file(first.join("config.toml")).unwrap();
+    let table = std::fs::read(out.join("lift/osc/seed_1/eval.csv")).unwrap();
+    sweep(&[]).assert().success();
+    assert_eq!(states(), ["done", "done"]);
+    assert!(std::fs::read(out.join("lift/osc/seed_1/eval.csv")).unwrap() == table, "a run was repeated");
+}
+
+/// Two processes in one folder would mix their rows.
+#[test]
+fn a_folder_belongs_to_one_process() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("train"));
+    let mut first = command.args(train(folder.path()).get_args()).spawn().unwrap();
+    while !folder.path().join("lift/aforce/seed_7/episodes.csv").exists() {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    expect(&error(train(folder.path()).arg("--resume"), 1), &["another process is at work"]);
+    first.kill().unwrap();
+    first.wait().unwrap();
+    train(folder.path()).arg("--resume").assert().success();
+}

@@ -1,5 +1,6 @@
-//! Writes the Lift scene for MuJoCo: `export_mjcf robosuite|identified FOLDER` makes
-//! FOLDER/<set>.xml and FOLDER/<set>.csv, the table of what the file must contain.
+//! Writes a scene for MuJoCo: `export_mjcf lift|door robosuite|identified FOLDER` makes
+//! FOLDER/<scene>_<set>.xml and FOLDER/<scene>_<set>.csv, the table of what the file must
+//! contain.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -9,20 +10,22 @@ use aforce::Vector3;
 use physics::mjcf;
 use physics::panda::ParameterSet;
 use physics::scene::{Joint, Scene};
-use physics::scenes::lift;
+use physics::scenes::{door, lift};
 
 fn main() {
     let arguments: Vec<String> = env::args().skip(1).collect();
-    let (name, folder) = match arguments.as_slice() {
-        [name, folder] => (name.as_str(), Path::new(folder)),
+    let [place, set, folder] = arguments.as_slice() else { usage() };
+    let parameters = match set.as_str() {
+        "robosuite" => ParameterSet::Robosuite.parameters(),
+        "identified" => ParameterSet::Identified.parameters(),
         _ => usage(),
     };
-    let set = match name {
-        "robosuite" => ParameterSet::Robosuite,
-        "identified" => ParameterSet::Identified,
+    let (scene, _) = match place.as_str() {
+        "lift" => lift::scene(&parameters, Vector3::repeat(0.021)),
+        "door" => door::scene(&parameters, &door::root(door::MIDDLE)),
         _ => usage(),
     };
-    let (scene, _) = lift::scene(&set.parameters(), Vector3::repeat(0.021));
+    let (folder, name) = (Path::new(folder), format!("{place}_{set}"));
     fs::create_dir_all(folder).expect("the folder can be made");
     fs::write(folder.join(format!("{name}.xml")), mjcf::export(&scene, 0.002)).expect("the folder is writable");
     fs::write(folder.join(format!("{name}.csv")), table(&scene)).expect("the folder is writable");
@@ -30,21 +33,22 @@ fn main() {
 
 /// One line per joint, and one with the mass of the whole scene.
 fn table(scene: &Scene) -> String {
-    let mut out = String::from("name,lower,upper,damping,friction,armature,max_effort,mass\n");
+    let mut out = String::from("name,lower,upper,damping,friction,armature,spring,max_effort,mass\n");
     for body in &scene.bodies {
         if let Joint::Hinge(axis) | Joint::Slide(axis) = &body.joint {
             let max_effort = scene.actuators.iter().find(|a| a.joint == axis.name).map_or(0.0, |a| a.max_effort);
             let [lower, upper] = axis.range;
-            let (damping, friction, armature) = (axis.damping, axis.friction, axis.armature);
-            writeln!(out, "{},{lower},{upper},{damping},{friction},{armature},{max_effort},", axis.name).unwrap();
+            let (damping, friction, armature, spring) = (axis.damping, axis.friction, axis.armature, axis.spring);
+            writeln!(out, "{},{lower},{upper},{damping},{friction},{armature},{spring},{max_effort},", axis.name)
+                .unwrap();
         }
     }
     let mass: f64 = scene.bodies.iter().map(|b| b.inertial.mass).sum();
-    writeln!(out, "total,,,,,,,{mass}").unwrap();
+    writeln!(out, "total,,,,,,,,{mass}").unwrap();
     out
 }
 
 fn usage() -> ! {
-    eprintln!("usage: export_mjcf robosuite|identified FOLDER");
+    eprintln!("usage: export_mjcf lift|door robosuite|identified FOLDER");
     process::exit(2)
 }

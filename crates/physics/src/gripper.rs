@@ -59,6 +59,7 @@ fn add_finger(scene: &mut Scene, gripper: usize, inertial: &Inertial, name: &str
             damping: 100.0,
             friction: 1.0,
             armature: 1.0,
+            spring: 0.0,
             stop: Stop { stiffness: 20_000.0, damping: 100.0 },
         }),
         inertial: Inertial { com, ..*inertial },

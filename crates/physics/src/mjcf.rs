@@ -10,7 +10,8 @@ use aforce::Pose;
 ///
 /// Contact roles become contype and conaffinity masks, and every actuator a motor with its
 /// effort limit. Joint stops become `solreflimit`, which MuJoCo scales by the inertia at the
-/// joint: there they are 4 (joint 7, identified) to 55 times (joint 1, robosuite) stiffer.
+/// joint: there the arm's are 4 (joint 7, identified) to 55 times (joint 1, robosuite)
+/// stiffer, and a light door's softer.
 /// Contact softness is the engine's own affair and stays at MuJoCo's default.
 pub fn export(scene: &Scene, dt: f64) -> String {
     let mut out = String::new();
@@ -70,7 +71,7 @@ fn write_axis(w: &mut String, axis: &Axis, kind: &str, pad: &str) {
     let d = axis.direction;
     writeln!(
         w,
-        r#"{pad}  <joint name="{}" type="{kind}" axis="{} {} {}" range="{} {}" damping="{}" frictionloss="{}" armature="{}" solreflimit="-{} -{}"/>"#,
+        r#"{pad}  <joint name="{}" type="{kind}" axis="{} {} {}" range="{} {}" damping="{}" frictionloss="{}" armature="{}" stiffness="{}" solreflimit="-{} -{}"/>"#,
         axis.name,
         d.x,
         d.y,
@@ -80,6 +81,7 @@ fn write_axis(w: &mut String, axis: &Axis, kind: &str, pad: &str) {
         axis.damping,
         axis.friction,
         axis.armature,
+        axis.spring,
         axis.stop.stiffness,
         axis.stop.damping
     )

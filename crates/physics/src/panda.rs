@@ -194,6 +194,7 @@ pub fn add_arm(scene: &mut Scene, parameters: &Parameters, base: Pose) -> usize 
                 damping: parameters.damping[i],
                 friction: parameters.friction[i],
                 armature: parameters.armature[i],
+                spring: 0.0,
                 // Stiff enough that full torque overshoots by 2 degrees, soft enough for
                 // an explicit 2 ms step.
                 stop: Stop { stiffness: 2000.0, damping: 20.0 },

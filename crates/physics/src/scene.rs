@@ -78,6 +78,8 @@ pub struct Axis {
     pub friction: f64,
     /// Rotor inertia reflected to the joint (kg m2 or kg).
     pub armature: f64,
+    /// Stiffness of a spring at rest at zero (Nm/rad or N/m).
+    pub spring: f64,
     /// Spring and damper at the ends of travel, and their unit: see [`Stop`].
     pub stop: Stop,
 }

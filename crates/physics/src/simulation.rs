@@ -58,6 +58,8 @@ pub struct Simulation {
     cutoffs: [f64; 2],
     gripper: Option<Gripper>,
     contact: ContactReading,
+    /// Efforts from outside, one per joint of the engine.
+    loads: Vec<f64>,
     /// Work space: one effort per joint of the engine.
     efforts: Vec<f64>,
 }
@@ -67,6 +69,7 @@ pub struct Snapshot {
     engine: EngineState,
     gripper: Option<Gripper>,
     contact: ContactReading,
+    loads: Vec<f64>,
 }
 
 impl Simulation {
@@ -77,6 +80,7 @@ impl Simulation {
         let engine = Engine::new(scene, plant.dt, config.substeps);
         let has_gripper = engine.axes().get(7).is_some_and(|axis| axis.name == "left_finger_joint");
         Simulation {
+            loads: vec![0.0; engine.axes().len()],
             efforts: vec![0.0; engine.axes().len()],
             engine,
             model: Model::new(scene, tool, offset),
@@ -115,6 +119,13 @@ impl Simulation {
             gripper.reset();
         }
         self.contact = ContactReading::default();
+        self.loads.fill(0.0);
+    }
+
+    /// Loads joint `i` (its place in the scene, arm first) with an effort (Nm or N) from
+    /// outside, until it is set again or the simulation is reset.
+    pub fn set_load(&mut self, i: usize, effort: f64) {
+        self.loads[i] = effort;
     }
 
     /// Puts a free body at rest at `pose` (world).
@@ -148,8 +159,8 @@ impl Simulation {
     /// # Errors
     /// If the state stops being finite; the simulation must then be reset.
     pub fn step(&mut self, tau: &JointVector, grip: f64) -> Result<(), Diverged> {
+        self.efforts.fill(0.0);
         self.efforts[..7].copy_from_slice(tau.as_slice());
-        self.efforts[7..].fill(0.0);
         if let Some(gripper) = &mut self.gripper {
             let q = [self.engine.coordinate(7).0, self.engine.coordinate(8).0];
             self.efforts[7..9].copy_from_slice(&gripper.update(grip, q, self.dt));
@@ -157,7 +168,7 @@ impl Simulation {
         for (i, effort) in self.efforts.iter_mut().enumerate() {
             let axis = &self.engine.axes()[i];
             let (q, qd) = self.engine.coordinate(i);
-            *effort += axis.stop.effort(axis.range, q, qd);
+            *effort += self.loads[i] + axis.stop.effort(axis.range, q, qd) - axis.spring * q;
         }
         if !self.efforts.iter().all(|e| e.is_finite()) {
             return Err(Diverged);
@@ -217,7 +228,12 @@ impl Simulation {
 
     /// A copy of the changing state.
     pub fn snapshot(&self) -> Snapshot {
-        Snapshot { engine: self.engine.snapshot(), gripper: self.gripper, contact: self.contact }
+        Snapshot {
+            engine: self.engine.snapshot(),
+            gripper: self.gripper,
+            contact: self.contact,
+            loads: self.loads.clone(),
+        }
     }
 
     /// Returns to a snapshot taken of this simulation.
@@ -225,5 +241,6 @@ impl Simulation {
         self.engine.restore(&snapshot.engine);
         self.gripper = snapshot.gripper;
         self.contact = snapshot.contact;
+        self.loads.clone_from(&snapshot.loads);
     }
 }

@@ -9,11 +9,11 @@
 //! arm block of mass matrix and bias is the same to 1e-10 (the script checks it), but not
 //! its forward dynamics: free fingers recoil.
 
-use std::fs;
-use std::path::Path;
+mod mujoco_reference;
 
 use aforce::{JointMatrix, JointVector, Pose, Vector3, Vector6};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
+use mujoco_reference::reference;
 use nalgebra::{Rotation3, SVector, Translation3, UnitQuaternion};
 use physics::gripper::{GRIP_SITE, INITIAL_OPENING};
 use physics::model::{GRAVITY, Model};
@@ -24,19 +24,6 @@ use physics::{Plant, Simulation, SimulationConfig};
 
 const SETS: [(&str, ParameterSet); 2] =
     [("robosuite", ParameterSet::Robosuite), ("identified", ParameterSet::Identified)];
-
-/// Rows of a reference file: leading `names` columns of text, the rest numbers.
-fn reference(file: &str, names: usize) -> Vec<(Vec<String>, Vec<f64>)> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference").join(file);
-    let text = fs::read_to_string(path).unwrap();
-    let rows = text.lines().filter(|line| !line.starts_with('#')).skip(1);
-    rows.map(|row| {
-        let cells: Vec<&str> = row.split(',').collect();
-        let (names, numbers) = cells.split_at(names);
-        (names.iter().map(|s| s.to_string()).collect(), numbers.iter().map(|s| s.parse().unwrap()).collect())
-    })
-    .collect()
-}
 
 /// The arm alone, fingers welded, nothing to touch, no joint stops.
 fn bare_arm(parameters: &Parameters) -> (Scene, usize) {
@@ -298,6 +285,7 @@ fn tool(half: [f64; 3], position: [f64; 3], direction: Vector3, (range, stop): (
             damping: 0.0,
             friction: 0.0,
             armature: 0.0,
+            spring: 0.0,
             stop,
         }),
         inertial: Inertial::solid_box(half.into(), TOOL / (8.0 * half.iter().product::<f64>())),

@@ -4,6 +4,7 @@
 //! only loop: one action at 20 Hz becomes 25 torques at 500 Hz (or 50 at 1 kHz) and comes
 //! back as a reward, an observation and an [`Interval`] of energies and forces.
 
+mod door;
 mod env;
 mod expert;
 mod interval;

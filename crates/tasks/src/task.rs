@@ -7,6 +7,7 @@ use physics::{Plant, Simulation};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
+use crate::door::Door;
 use crate::lift::Lift;
 use crate::wipe::Wipe;
 
@@ -17,18 +18,21 @@ pub enum TaskName {
     /// Lift a cube off a table.
     #[default]
     Lift,
+    /// Turn a handle and pull a door open.
+    Door,
     /// Wipe a line of markers off a table, pressing neither too little nor too hard.
     Wipe,
 }
 
 impl TaskName {
     /// All tasks.
-    pub const ALL: [TaskName; 2] = [TaskName::Lift, TaskName::Wipe];
+    pub const ALL: [TaskName; 3] = [TaskName::Lift, TaskName::Door, TaskName::Wipe];
 
     /// The name used on command lines, in files and in folders.
     pub fn as_str(self) -> &'static str {
         match self {
             TaskName::Lift => "lift",
+            TaskName::Door => "door",
             TaskName::Wipe => "wipe",
         }
     }
@@ -37,6 +41,7 @@ impl TaskName {
     pub fn create(self, horizon: u32) -> Box<dyn Task> {
         match self {
             TaskName::Lift => Box::new(Lift::default()),
+            TaskName::Door => Box::new(Door::default()),
             TaskName::Wipe => Box::new(Wipe::new(horizon)),
         }
     }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Context, Result, ensure};
 use clap::{Parser, ValueEnum};
@@ -11,10 +12,10 @@ use experiments::rollout::{Policy, episode};
 use experiments::rows::Outcome;
 use experiments::seeds::evaluation_seed;
 use serde::Serialize;
-use tasks::Env;
+use tasks::{Env, TaskName};
 
-/// Play the evaluation episodes with the scripted expert or with random actions in every
-/// action space (or those named by --spaces), and write a row per space.
+/// Play the evaluation episodes with the scripted expert or with random actions, and write a row per task and action
+/// space. One thread per processor core, each with an environment of its own; the table does not depend on their number.
 #[derive(Parser)]
 #[command(version)]
 struct Arguments {
@@ -23,6 +24,9 @@ struct Arguments {
     /// Where the table goes; must not exist
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
+    /// Tasks (default: the configuration's)
+    #[arg(long, value_delimiter = ',', conflicts_with = "task", value_parser = parse_task)]
+    tasks: Vec<TaskName>,
     /// Action spaces (default: all)
     #[arg(long, value_delimiter = ',')]
     spaces: Vec<aforce::ActionSpace>,
@@ -72,23 +76,46 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     ensure!(!arguments.out.exists(), "{out}: exists; nothing was overwritten");
     let spaces = if arguments.spaces.is_empty() { aforce::ActionSpace::ALL.to_vec() } else { arguments.spaces.clone() };
     let config = arguments.config.resolve()?;
-    let mut rows = vec![];
-    for space in spaces {
+    let tasks = if arguments.tasks.is_empty() { vec![config.env.task] } else { arguments.tasks.clone() };
+    let pairs: Vec<_> = tasks.iter().flat_map(|&task| spaces.iter().map(move |&space| (task, space))).collect();
+    let rows = in_parallel(&pairs, |&(task, space)| {
         let mut config = config.clone();
-        config.env.space = space;
+        (config.env.task, config.env.space) = (task, space);
         let row = play(&config, arguments.policy, arguments.episodes)?;
-        println!(
-            "{} {space}: success {:.2}, return {:.1} +- {:.1}",
-            row.task, row.success, row.return_mean, row.return_std
-        );
-        rows.push(row);
-    }
+        let (success, mean, deviation) = (row.success, row.return_mean, row.return_std);
+        println!("{} {space}: success {success:.2}, return {mean:.1} +- {deviation:.1}", row.task);
+        Ok(row)
+    })?;
     let mut table = csv::Writer::from_path(&arguments.out).with_context(|| out.to_string())?;
     for row in rows {
         table.serialize(row)?;
     }
     table.flush()?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Applies `work` to all items on all cores; the results keep the order of the items.
+fn in_parallel<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> Result<R> + Sync) -> Result<Vec<R>> {
+    let next = AtomicUsize::new(0);
+    let worker = || {
+        let mut done = vec![];
+        while let Some((index, item)) = items.iter().enumerate().nth(next.fetch_add(1, Ordering::Relaxed)) {
+            done.push((index, work(item)));
+        }
+        done
+    };
+    let threads = std::thread::available_parallelism().map_or(1, Into::into);
+    let mut done: Vec<(usize, Result<R>)> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(worker)).collect();
+        workers.into_iter().flat_map(|worker| worker.join().expect("no worker panics")).collect()
+    });
+    done.sort_by_key(|(index, _)| *index);
+    done.into_iter().map(|(_, result)| result).collect()
+}
+
+fn parse_task(name: &str) -> Result<TaskName, String> {
+    let known = TaskName::ALL.map(TaskName::as_str).join(", ");
+    TaskName::ALL.into_iter().find(|task| task.as_str() == name).ok_or(format!("unknown task; known: {known}"))
 }
 
 fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {

@@ -1,21 +1,28 @@
-//! Run folders to one table and one picture.
+//! Run folders to tables and pictures.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, ensure};
 use clap::Parser;
 use experiments::cli;
+use experiments::folder::RunFolder;
+use experiments::report::{comparison, groups, markdown, summary};
 use experiments::summary::{RunSummary, evaluations, find_runs};
 use output::plot::{self, Panel, Series};
+use serde::Serialize;
 
-/// Summarise all runs below a folder: runs.csv with a row per run, curves with every seed.
+/// Summarise all runs below a folder.
+///
+/// Writes runs.csv (a row per run), summary.csv (each metric over seeds), comparison.csv (every space against aforce),
+/// tables.md (the paper's table, beside what others published) and the learning curves of each task with every seed. A
+/// sweep that is still going on is reported as far as it has come.
 #[derive(Parser)]
 #[command(version)]
 struct Arguments {
     /// Folder with run folders somewhere below it
     runs: PathBuf,
-    /// Where to write runs.csv, curves.svg and curves.png (default: the same folder)
+    /// Where to write (default: the same folder)
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -25,53 +32,68 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<ExitCode> {
-    let runs = find_runs(&arguments.runs)?;
-    ensure!(!runs.is_empty(), "{}: no run folder below it", arguments.runs.display());
+    let folders = find_runs(&arguments.runs)?;
+    ensure!(!folders.is_empty(), "{}: no run folder below it", arguments.runs.display());
     let out = arguments.out.as_ref().unwrap_or(&arguments.runs);
     fs_err::create_dir_all(out)?;
 
-    let rows = runs.iter().map(RunSummary::of).collect::<Result<Vec<_>>>()?;
-    let path = out.join("runs.csv");
-    let mut table = csv::Writer::from_path(&path).with_context(|| path.display().to_string())?;
-    println!(
-        "{:<5} {:<16} {:>5} {:>7} {:>13} {:>12} {:>8} {:>9} {:>11}",
-        "task", "space", "seed", "steps", "final return", "best return", "sampled", "success", "J/action"
-    );
-    for row in &rows {
+    let (mut runs, mut rows) = (vec![], vec![]);
+    for folder in folders {
+        match RunSummary::of(&folder) {
+            Ok(row) => {
+                if !folder.done().exists() {
+                    eprintln!("{}: not done, {} steps so far", folder.path().display(), row.env_steps);
+                }
+                rows.push(row);
+                runs.push(folder);
+            }
+            Err(reason) => eprintln!("left out: {reason:#}"),
+        }
+    }
+    ensure!(!rows.is_empty(), "{}: no run has been evaluated yet", arguments.runs.display());
+    let groups = groups(&rows);
+    let tables = markdown(&groups);
+    write(&out.join("runs.csv"), &rows)?;
+    write(&out.join("summary.csv"), &summary(&groups))?;
+    write(&out.join("comparison.csv"), &comparison(&groups))?;
+    fs_err::write(out.join("tables.md"), &tables)?;
+    print!("{tables}");
+
+    let mut tasks: Vec<&str> = rows.iter().map(|row| row.task.as_str()).collect();
+    tasks.dedup();
+    for task in tasks {
+        let of_task: Vec<_> = runs.iter().zip(&rows).filter(|(_, row)| row.task == task).collect();
+        plot::write(&curves(&of_task)?, &out.join(format!("curves_{task}")))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn write(path: &Path, rows: &[impl Serialize]) -> Result<()> {
+    let mut table = csv::Writer::from_path(path).with_context(|| path.display().to_string())?;
+    for row in rows {
         table.serialize(row)?;
-        println!(
-            "{:<5} {:<16} {:>5} {:>7} {:>13.1} {:>12.1} {:>8.1} {:>9.2} {:>11.2}",
-            row.task,
-            row.space,
-            row.seed,
-            row.env_steps,
-            row.final_return,
-            row.best_return,
-            row.sampled_return,
-            row.final_success,
-            row.energy_per_action_j
-        );
     }
     table.flush()?;
+    Ok(())
+}
 
+/// A line per run; the runs of an action space share its colour.
+fn curves(runs: &[(&RunFolder, &RunSummary)]) -> Result<Vec<Panel>> {
     let panel = |title: &str, unit: &str, column: &str| -> Result<Panel> {
-        let curves = runs.iter().zip(&rows).map(|(run, row)| {
-            let label = format!("{} {} seed {}", row.task, row.space, row.seed);
-            Ok(Series { label, points: evaluations(run, column)? })
-        });
+        let line = |&(run, row): &(&RunFolder, &RunSummary)| -> Result<Series> {
+            Ok(Series { label: row.space.clone(), points: evaluations(run, column)? })
+        };
         Ok(Panel {
             title: title.into(),
             x_label: "environment steps (thousands)".into(),
             y_label: unit.into(),
-            series: curves.collect::<Result<_>>()?,
+            series: runs.iter().map(line).collect::<Result<_>>()?,
         })
     };
-    let panels = [
+    Ok(vec![
         panel("Evaluation return, mean action", "return", "return")?,
         panel("Success at the end of an episode", "share of episodes", "success")?,
         panel("Mechanical energy", "J per action", "energy_per_action_j")?,
         panel("Stiffness, mean over time and axes", "1/s2 or N/m", "mean_stiffness")?,
-    ];
-    plot::write(&panels, &out.join("curves"))?;
-    Ok(ExitCode::SUCCESS)
+    ])
 }

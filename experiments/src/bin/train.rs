@@ -6,11 +6,7 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::Parser;
 use experiments::cli::{self, ConfigArgs};
-use experiments::curves;
-use experiments::display::Display;
-use experiments::folder::RunFolder;
-use experiments::stop::Stop;
-use experiments::train::{Ending, train};
+use experiments::train;
 use tasks::Env;
 
 /// Train a policy with SAC.
@@ -47,18 +43,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         describe(&Env::new(config.env, 0)?);
         return Ok(ExitCode::SUCCESS);
     }
-    let folder = RunFolder::below(&arguments.out, &config);
-    folder.prepare(&config, arguments.resume)?;
-    let mut display = Display::new(config.steps, arguments.quiet);
-    display.line(&format!("run folder {}", folder.path().display()));
-
-    let ending = train(&config, &folder, &Stop::on_signals()?, &mut display)?;
-    curves::draw(&folder)?;
-    if ending == Ending::Stopped {
-        display.line("stopped; continue with the same command and --resume");
-        return Ok(ExitCode::from(cli::STOPPED));
-    }
-    Ok(ExitCode::SUCCESS)
+    train::in_folder(&config, &arguments.out, arguments.resume, arguments.quiet)
 }
 
 fn describe(env: &Env) {

@@ -1,5 +1,6 @@
 //! The scenes, and what they share: floor, table, pedestal.
 
+pub mod door;
 pub mod lift;
 pub mod wipe;
 

@@ -1,0 +1,135 @@
+//! The door: latch, handle, hinge, and what is read from them.
+
+use aforce::{JointVector, Vector3};
+use approx::assert_relative_eq;
+use nalgebra::UnitQuaternion;
+use physics::panda::{HOME, ParameterSet};
+use physics::scenes::door::{self, Door, HANDLE, HINGE, MIDDLE};
+use physics::{Plant, Simulation, SimulationConfig};
+
+const DT: f64 = 0.002;
+/// Turns the handle until the latch is clear (Nm).
+const TURN: f64 = 1.45;
+
+/// A shut door, the arm turned away from it.
+fn door() -> (Simulation, Door) {
+    let parameters = ParameterSet::Robosuite.parameters();
+    let plant = Plant { parameters, dt: DT, config: SimulationConfig::default() };
+    let (mut simulation, door) = Door::simulate(&plant, &door::root(MIDDLE));
+    simulation.reset(&aside());
+    (simulation, door)
+}
+
+fn aside() -> JointVector {
+    let mut q = JointVector::from(HOME);
+    q[0] = 1.5;
+    q
+}
+
+/// Runs for `seconds` with these loads (Nm) on hinge and handle, the arm held where it is.
+fn load(simulation: &mut Simulation, hinge: f64, handle: f64, seconds: f64) {
+    simulation.set_load(HINGE, hinge);
+    simulation.set_load(HANDLE, handle);
+    for _ in 0..(seconds / DT).round() as usize {
+        let y = simulation.measure();
+        let tau = y.bias + y.mass * ((aside() - y.q) * 400.0 - y.qd * 40.0);
+        simulation.step(&tau, 0.0).unwrap();
+    }
+}
+
+/// robosuite's free play is 0.0149 rad; half turned, the latch holds as firmly.
+#[test]
+fn latch_holds_until_the_handle_is_turned() {
+    let (mut simulation, door) = door();
+    load(&mut simulation, 20.0, 0.0, 1.0);
+    assert!((door.opening(&simulation) - 0.0149).abs() < 5e-4, "free play {}", door.opening(&simulation));
+    load(&mut simulation, 0.0, 0.8, 2.0);
+    load(&mut simulation, 20.0, 0.8, 1.0);
+    assert!(door.opening(&simulation) < 0.03, "half turned {}", door.opening(&simulation));
+    assert!(simulation.deepest_penetration() < 5e-4);
+}
+
+#[test]
+fn door_opens_once_the_handle_is_turned_either_way() {
+    for turn in [TURN, -TURN] {
+        let (mut simulation, door) = door();
+        load(&mut simulation, 0.0, turn, 2.0);
+        load(&mut simulation, 3.0, turn, 1.0);
+        assert!(door.opening(&simulation) > 0.39, "handle {turn} Nm: {}", door.opening(&simulation));
+    }
+}
+
+/// Without damping the handle swings until dry friction holds it: 0.1 Nm over 1 Nm/rad.
+#[test]
+fn handle_springs_back_to_where_friction_holds_it() {
+    let (mut simulation, door) = door();
+    load(&mut simulation, 0.0, TURN, 2.0);
+    assert!(door.handle_angle(&simulation) > 1.23);
+    load(&mut simulation, 0.0, 0.0, 4.0);
+    assert!(door.handle_angle(&simulation).abs() < 0.1 + 1e-6, "{}", door.handle_angle(&simulation));
+    assert!(simulation.joint(HANDLE).1.abs() < 1e-6);
+}
+
+/// Moment of inertia (kg m2) about the hinge with the handle turned by `angle`.
+fn inertia_about_hinge(angle: f64) -> f64 {
+    let (scene, _) = door::scene(&ParameterSet::Robosuite.parameters(), &door::root(MIDDLE));
+    let (door, handle) = (&scene.bodies[scene.body("door")], &scene.bodies[scene.body("handle")]);
+    let turned = handle.pose * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle);
+    let all = door.inertial.merged(&handle.inertial.transformed(&turned));
+    all.inertia.m33 + all.mass * (all.com.x.powi(2) + all.com.y.powi(2))
+}
+
+/// I v' = -c v - f: the door coasts by I/c (v0 - f/c ln(1 + c v0/f)), to 6 % because the
+/// handle, loose on its spring, moves along.
+#[test]
+fn open_door_coasts_as_damping_and_friction_say() {
+    assert_relative_eq!(inertia_about_hinge(0.0), 0.236, epsilon = 5e-4);
+    let (mut simulation, door) = door();
+    load(&mut simulation, 0.0, TURN, 2.0);
+    load(&mut simulation, 5.0, TURN, 0.1);
+    let (q, v) = simulation.joint(HINGE);
+    let inertia = inertia_about_hinge(door.handle_angle(&simulation));
+    assert!(v > 1.0);
+    load(&mut simulation, 0.0, TURN, 1.0);
+    let coasted = door.opening(&simulation) - q;
+    assert_relative_eq!(coasted, inertia * (v - v.ln_1p()), max_relative = 0.06);
+    assert!(simulation.joint(HINGE).1.abs() < 1e-6);
+}
+
+/// Where robosuite's handle is, and where the door's motion takes it.
+#[test]
+fn handle_moves_on_the_arcs_of_hinge_and_shaft() {
+    let (mut simulation, door) = door();
+    let shut = door.handle_pose(&simulation);
+    assert_relative_eq!(shut.translation.z, 1.075, epsilon = 1e-9);
+    assert_relative_eq!(door.centre(&simulation), Vector3::new(-0.2, -0.34, 1.1), epsilon = 5e-3);
+    load(&mut simulation, 0.0, TURN, 2.0);
+    load(&mut simulation, 3.0, TURN, 0.3);
+    let (opening, angle) = (door.opening(&simulation), door.handle_angle(&simulation));
+    let open = door.handle_pose(&simulation);
+    assert!(opening > 0.2);
+    assert_relative_eq!(open.translation.z, 1.075 - 0.125 * angle.sin(), epsilon = 1e-6);
+    assert!(open.translation.y > shut.translation.y + 0.05);
+    assert_relative_eq!(door.moved_handle(&simulation, -opening, -angle), shut, epsilon = 1e-6);
+}
+
+/// The latch presses on the post when the snapshot is taken.
+#[test]
+fn restoring_continues_bit_for_bit() {
+    let (mut simulation, door) = door();
+    load(&mut simulation, 20.0, 0.8, 0.5);
+    assert!(simulation.deepest_penetration() > 0.0);
+    let snapshot = simulation.snapshot();
+    let run = |simulation: &mut Simulation| {
+        let home = aside();
+        for _ in 0..300 {
+            let y = simulation.measure();
+            simulation.step(&(y.bias + y.mass * ((home - y.q) * 400.0 - y.qd * 40.0)), 0.0).unwrap();
+        }
+        (simulation.joint(HINGE), simulation.joint(HANDLE), simulation.joints(), door.handle_pose(simulation))
+    };
+    let first = run(&mut simulation);
+    load(&mut simulation, 0.0, 0.0, 0.1);
+    simulation.restore(&snapshot);
+    assert_eq!(first, run(&mut simulation));
+}

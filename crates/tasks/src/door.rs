@@ -1,0 +1,139 @@
+//! Door: turn a handle and pull the door open (robosuite 1.4 `Door`).
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use aforce::{Measurement, Pose, Vector3};
+use nalgebra::{Translation3, UnitQuaternion, UnitVector3};
+use physics::camera::Camera;
+use physics::scenes::door::{self, MIDDLE};
+use physics::{Plant, Simulation};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use crate::task::{Component, Reward, Task, Waypoint, xyz};
+
+/// Opening (rad) from which the door counts as open; it stops at 0.4.
+const OPEN: f64 = 0.3;
+/// The root stands within this distance of its middle place, in x and in y (m).
+const PLACEMENT: std::ops::Range<f64> = -0.01..0.01;
+/// The root is turned by this much from its middle place (rad).
+const TURN: std::ops::Range<f64> = -0.125..0.125;
+
+/// Handle angle (rad) at which the expert pulls; the latch lets go at about 1.2.
+const CLEAR: f64 = 1.25;
+
+/// The task, with the scene of the running episode.
+#[derive(Default)]
+pub struct Door {
+    scene: Option<door::Door>,
+}
+
+impl Door {
+    fn scene(&self) -> &door::Door {
+        self.scene.as_ref().expect("reset before use")
+    }
+}
+
+impl Task for Door {
+    fn reset(&mut self, plant: &Plant, rng: &mut ChaCha8Rng) -> Simulation {
+        let (x, y) = (rng.random_range(PLACEMENT), rng.random_range(PLACEMENT));
+        let yaw = rng.random_range(TURN);
+        let root = door::root([MIDDLE[0] + x, MIDDLE[1] + y, MIDDLE[2] + yaw]);
+        let (simulation, scene) = door::Door::simulate(plant, &root);
+        self.scene = Some(scene);
+        simulation
+    }
+
+    fn has_gripper(&self) -> bool {
+        true
+    }
+
+    /// The handle is pressed down.
+    fn contact_axis(&self) -> UnitVector3<f64> {
+        Vector3::z_axis()
+    }
+
+    fn object_components(&self) -> Vec<Component> {
+        xyz("door_pos", [-0.2, -0.33, 1.1], 20.0)
+            .chain(xyz("handle_pos", [-0.14, -0.22, 1.03], 10.0))
+            .chain(xyz("door_to_eef_pos", [-0.08, -0.2, 0.05], 10.0))
+            .chain(xyz("handle_to_eef_pos", [0.0; 3], 10.0))
+            .chain([Component::new("hinge_qpos", 0.15, 5.0), Component::new("handle_qpos", 0.5, 1.0)])
+            .collect()
+    }
+
+    fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Vec<f32>) {
+        let scene = self.scene();
+        let (door, handle) = (scene.centre(simulation), scene.handle_pose(simulation).translation.vector);
+        let tool = y.pose.translation.vector;
+        for position in [door, handle, door - tool, handle - tool] {
+            out.extend(position.iter().map(|&v| v as f32));
+        }
+        out.extend([scene.opening(simulation) as f32, scene.handle_angle(simulation) as f32]);
+    }
+
+    fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: f64) -> Reward {
+        let scene = self.scene();
+        if scene.opening(simulation) > OPEN {
+            return Reward { value: 1.0 - penalty, success: true };
+        }
+        let distance = (scene.handle_pose(simulation).translation.vector - y.pose.translation.vector).norm();
+        let turned = (scene.handle_angle(simulation).abs() / FRAC_PI_2).min(1.0);
+        let value = 0.25 * (1.0 - (10.0 * distance).tanh()) + 0.25 * turned;
+        Reward { value: value - penalty, success: false }
+    }
+
+    /// In front of the lever with open fingers, onto it, close, turn, pull. The phase
+    /// follows from what is seen, so the script recovers from a lost grasp; the hand moves
+    /// ahead of the lever on the lever's own path.
+    fn expert(&self, simulation: &Simulation, y: &Measurement) -> Waypoint {
+        let scene = self.scene();
+        let (opening, angle) = (scene.opening(simulation), scene.handle_angle(simulation));
+        if opening > 0.36 {
+            // The hinge's dry friction keeps it open.
+            return Waypoint { pose: y.pose, grip: 1.0, force: 0.0 };
+        }
+        if scene.is_grasped(simulation) {
+            // Far ahead in the pull: a soft arm spends most of its force on holding the spring.
+            let pull = if angle > CLEAR || opening > 0.05 { 0.1 } else { 0.0 };
+            let turn = (CLEAR + 0.15 - angle).clamp(-0.15, 0.15);
+            return Waypoint { pose: grasp_pose(&scene.moved_handle(simulation, pull, turn)), grip: 1.0, force: 10.0 };
+        }
+        let lever = scene.handle_pose(simulation);
+        let grasp = grasp_pose(&lever);
+        let seen = (grasp.inverse() * y.pose).translation.vector;
+        let (sideways, ahead) = (seen.fixed_rows::<2>(0).norm(), -seen.z);
+        let turn = y.pose.rotation.angle_to(&grasp.rotation);
+        let waypoint = |pose, grip| Waypoint { pose, grip, force: 0.0 };
+        let in_front = grasp * Translation3::new(0.0, 0.0, -0.06);
+        if turn > 1.8 {
+            // Half way: from here the hand cannot turn the wrong way round.
+            let half_way = approach_rotation(&lever, 0.8, 0.0);
+            waypoint(Pose::from_parts(in_front.translation, half_way), -1.0)
+        } else if sideways < 0.012 && ahead < 0.008 && turn < 0.15 {
+            waypoint(grasp, 1.0)
+        } else if sideways < 0.012 && turn < 0.35 {
+            waypoint(grasp, -1.0)
+        } else {
+            waypoint(in_front, -1.0)
+        }
+    }
+
+    fn camera(&self) -> Camera {
+        Camera { eye: [0.85, 0.75, 1.6], target: [-0.25, -0.15, 1.05], field_of_view: 0.72 }
+    }
+}
+
+/// Tool pose that grasps the lever from the front, fingers above and below it. The hand is
+/// not quite level: so the arm keeps further from its limits.
+fn grasp_pose(lever: &Pose) -> Pose {
+    Pose::from_parts(lever.translation, approach_rotation(lever, 1.45, -FRAC_PI_2))
+}
+
+/// The tool points down at tilt 0, into the panel at pi/2, as seen from the lever; at twist
+/// -pi/2 its y lies along the lever (rad).
+fn approach_rotation(lever: &Pose, tilt: f64, twist: f64) -> UnitQuaternion<f64> {
+    lever.rotation
+        * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI + tilt)
+        * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), twist)
+}

@@ -1,0 +1,99 @@
+//! Many runs from one file: `sweep experiments/configs/lift.toml`.
+
+use std::path::PathBuf;
+use std::process::{Command, ExitCode};
+
+use anyhow::{Context, Result};
+use clap::Parser;
+use experiments::cli;
+use experiments::config::{RunConfig, bad};
+use experiments::folder::{RunFolder, State};
+use experiments::pool::{self, Ended, Job, last_line};
+use experiments::rows::RunId;
+use experiments::stop::Stop;
+use experiments::{sweep, train};
+
+/// Train every run of a sweep, several at a time, each a process with one thread.
+///
+/// Runs that are done are skipped, runs that were stopped or killed go on where they saved themselves, a run that fails
+/// hides no other: it is named at the end, and the exit code is 3. Ctrl-C or SIGTERM lets running ones save themselves
+/// and exits with 75. The same command continues.
+#[derive(Parser)]
+#[command(version)]
+struct Arguments {
+    /// TOML file with [[group]]s of tasks, spaces and seeds
+    file: PathBuf,
+    /// Folder of the experiment (default: runs/ and the file's name)
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print the runs and train nothing
+    #[arg(long, conflicts_with = "index")]
+    list: bool,
+    /// Train only this run of the list, in this process: what a scheduler calls
+    #[arg(long, value_name = "N")]
+    index: Option<usize>,
+    /// Runs at the same time (default: one per processor core)
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    jobs: Option<u16>,
+}
+
+fn main() -> ExitCode {
+    cli::exit(run(&Arguments::parse()))
+}
+
+fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let runs = sweep::read(&arguments.file)?;
+    let out = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| PathBuf::from("runs").join(arguments.file.file_stem().unwrap_or_default()));
+    if arguments.list {
+        return list(&runs, &out);
+    }
+    if let Some(index) = arguments.index {
+        let last = runs.len() - 1;
+        let run = runs.get(index).ok_or_else(|| bad(format!("--index {index}: the list goes from 0 to {last}")))?;
+        return train::in_folder(run, &out, true, false);
+    }
+
+    let program = std::env::current_exe().context("the path of this program")?;
+    let jobs = runs.iter().enumerate().map(|(index, run)| (index, run, RunFolder::below(&out, run)));
+    let jobs = jobs.filter(|(_, run, folder)| folder.state(run) != State::Done).map(|(index, run, folder)| {
+        let mut command = Command::new(&program);
+        command.arg(&arguments.file).arg("--out").arg(&out).args(["--index", &index.to_string()]);
+        Job { name: name(run), command, log: folder.path().join("log.txt") }
+    });
+    let jobs: Vec<Job> = jobs.collect();
+    println!("{} runs, {} done before, in {}", runs.len(), runs.len() - jobs.len(), out.display());
+    let parallel =
+        arguments.jobs.map_or_else(|| std::thread::available_parallelism().map_or(1, Into::into), usize::from);
+    let stop = Stop::on_signals()?;
+    let ended = pool::run(jobs, parallel, &stop)?;
+
+    let stopped = Some(i32::from(cli::STOPPED));
+    let failed: Vec<&Ended> = ended.iter().filter(|job| job.code != Some(0) && job.code != stopped).collect();
+    for job in &failed {
+        eprintln!("failed: {}: {} ({})", job.name, last_line(&job.log), job.log.display());
+    }
+    Ok(match (failed.is_empty(), stop.requested()) {
+        (_, true) => ExitCode::from(cli::STOPPED),
+        (false, _) => ExitCode::from(cli::SOME_FAILED),
+        (true, _) => ExitCode::SUCCESS,
+    })
+}
+
+fn name(run: &RunConfig) -> String {
+    let RunId { task, space, seed } = RunId::of(run);
+    format!("{task} {space} {seed}")
+}
+
+fn list(runs: &[RunConfig], out: &std::path::Path) -> Result<ExitCode> {
+    println!("{:>5} {:<5} {:<15} {:>5} {:<8} folder", "index", "task", "space", "seed", "state");
+    for (index, run) in runs.iter().enumerate() {
+        let RunId { task, space, seed } = RunId::of(run);
+        let folder = RunFolder::below(out, run);
+        let state = format!("{:?}", folder.state(run)).to_lowercase();
+        println!("{index:>5} {task:<5} {space:<15} {seed:>5} {state:<8} {}", folder.path().display());
+    }
+    Ok(ExitCode::SUCCESS)
+}

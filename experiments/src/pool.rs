@@ -1,0 +1,148 @@
+//! Runs programs side by side, a few at a time.
+
+use std::io::IsTerminal;
+use std::os::unix::process::CommandExt;
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use anyhow::{Context, Result};
+use fs_err::OpenOptions;
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use rustix::process::{Pid, Signal, kill_process};
+
+use crate::stop::Stop;
+
+/// A program to run.
+pub struct Job {
+    /// What a person calls it.
+    pub name: String,
+    /// What to run.
+    pub command: Command,
+    /// Where its output goes, after what is there already; its folder is made.
+    pub log: PathBuf,
+}
+
+/// How a job ended.
+pub struct Ended {
+    /// The job's name.
+    pub name: String,
+    /// Its exit code; `None` if a signal killed it.
+    pub code: Option<i32>,
+    /// Where its output is.
+    pub log: PathBuf,
+}
+
+struct Running {
+    name: String,
+    child: Child,
+    log: PathBuf,
+    bar: ProgressBar,
+}
+
+/// How often children are looked after.
+const POLL: Duration = Duration::from_millis(200);
+
+/// Runs all jobs, at most `parallel` at once, and returns how each ended. When a stop is asked for,
+/// those running are asked to stop and no other is begun.
+///
+/// # Errors
+/// If a job cannot be started.
+pub fn run(jobs: Vec<Job>, parallel: usize, stop: &Stop) -> Result<Vec<Ended>> {
+    let display = Display::new(jobs.len());
+    let mut waiting = jobs.into_iter();
+    let (mut running, mut ended) = (vec![], vec![]);
+    let mut asked = false;
+    loop {
+        while running.len() < parallel && !stop.requested() {
+            let Some(job) = waiting.next() else { break };
+            running.push(start(job, &display)?);
+        }
+        if running.is_empty() {
+            return Ok(ended);
+        }
+        if stop.requested() && !asked {
+            asked = true;
+            display.line("stopping: running jobs save themselves");
+            for job in &running {
+                // One that has just ended needs no asking.
+                let _ = kill_process(Pid::from_child(&job.child), Signal::TERM);
+            }
+        }
+        std::thread::sleep(POLL);
+        for mut job in std::mem::take(&mut running) {
+            match job.child.try_wait().with_context(|| job.name.clone())? {
+                None => {
+                    job.bar.set_message(last_line(&job.log));
+                    running.push(job);
+                }
+                Some(status) => {
+                    display.ended(&job, status.code());
+                    ended.push(Ended { name: job.name, code: status.code(), log: job.log });
+                }
+            }
+        }
+    }
+}
+
+fn start(Job { name, mut command, log }: Job, display: &Display) -> Result<Running> {
+    if let Some(folder) = log.parent() {
+        fs_err::create_dir_all(folder)?;
+    }
+    let file = OpenOptions::new().create(true).append(true).open(&log)?.into_parts().0;
+    // In a process group of its own, so that a terminal's Ctrl-C reaches it once: through us.
+    command.stdin(Stdio::null()).stdout(file.try_clone()?).stderr(file).process_group(0);
+    let child = command.spawn().with_context(|| name.clone())?;
+    Ok(Running { bar: display.begun(&name), name, child, log })
+}
+
+/// The last line a job wrote, empty if none.
+pub fn last_line(log: &std::path::Path) -> String {
+    let text = fs_err::read_to_string(log).unwrap_or_default();
+    text.lines().last().unwrap_or_default().trim().into()
+}
+
+/// A bar for all jobs and a line for each that runs; plain lines where there is no terminal.
+struct Display {
+    all: MultiProgress,
+    total: ProgressBar,
+    plain: bool,
+}
+
+impl Display {
+    fn new(jobs: usize) -> Self {
+        let plain = !std::io::stderr().is_terminal();
+        let target = if plain { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(4) };
+        let all = MultiProgress::with_draw_target(target);
+        let total = all.add(ProgressBar::new(jobs as u64));
+        total
+            .set_style(ProgressStyle::with_template("{bar:24} {pos}/{len} runs  {elapsed}").expect("a valid template"));
+        total.tick();
+        Display { all, total, plain }
+    }
+
+    fn begun(&self, name: &str) -> ProgressBar {
+        if self.plain {
+            eprintln!("begun  {name}");
+        }
+        let bar = self.all.add(ProgressBar::new_spinner());
+        bar.set_style(ProgressStyle::with_template("{prefix:24} {wide_msg}").expect("a valid template"));
+        bar.set_prefix(name.to_string());
+        bar
+    }
+
+    fn ended(&self, job: &Running, code: Option<i32>) {
+        job.bar.finish_and_clear();
+        self.total.inc(1);
+        let word = if code == Some(0) { "done  " } else { "ENDED " };
+        self.line(&format!("{word} {}  {}", job.name, last_line(&job.log)));
+    }
+
+    fn line(&self, text: &str) {
+        if self.plain {
+            eprintln!("{text}");
+        } else {
+            self.all.suspend(|| eprintln!("{text}"));
+        }
+    }
+}

@@ -1,0 +1,207 @@
+//! Runs to groups (a task with an action space), and groups to tables.
+
+use std::fmt::Write;
+
+use serde::Serialize;
+
+use crate::published;
+use crate::statistics::{deviation, interval, iqm, mean, median, probability_of_improvement};
+use crate::summary::RunSummary;
+
+/// The runs of a task with an action space; seeds differ.
+pub struct Group<'a> {
+    /// Task name.
+    pub task: &'a str,
+    /// Action space name.
+    pub space: &'a str,
+    /// In the order of their seeds.
+    pub runs: Vec<&'a RunSummary>,
+}
+
+impl Group<'_> {
+    fn values(&self, of: fn(&RunSummary) -> f64) -> Vec<f64> {
+        self.runs.iter().map(|run| of(run)).collect()
+    }
+}
+
+/// Groups in the order of their first run.
+pub fn groups(rows: &[RunSummary]) -> Vec<Group<'_>> {
+    let mut groups: Vec<Group> = vec![];
+    for run in rows {
+        match groups.iter_mut().find(|group| group.task == run.task && group.space == run.space) {
+            Some(group) => group.runs.push(run),
+            None => groups.push(Group { task: &run.task, space: &run.space, runs: vec![run] }),
+        }
+    }
+    groups
+}
+
+type Metric = (&'static str, fn(&RunSummary) -> f64);
+
+/// What is summarised over seeds.
+const METRICS: [Metric; 10] = [
+    ("final_return", |run| run.final_return),
+    ("best_return", |run| run.best_return),
+    ("sampled_return", |run| run.sampled_return),
+    ("final_success", |run| run.final_success),
+    ("final_success_any", |run| run.final_success_any),
+    ("energy_per_action_j", |run| run.energy_per_action_j),
+    ("final_energy_per_action_j", |run| run.final_energy_per_action_j),
+    ("penalised_episode_share", |run| run.penalised_episode_share),
+    ("mean_penalty_per_episode", |run| run.mean_penalty_per_episode),
+    ("excess_impulse_per_episode_ns", |run| run.excess_impulse_per_episode_ns),
+];
+
+/// Definitions of energy, during training.
+const ENERGIES: [Metric; 5] = [
+    ("energy_per_action_j", |run| run.energy_per_action_j),
+    ("energy_positive_per_action_j", |run| run.energy_positive_per_action_j),
+    ("energy_net_per_action_j", |run| run.energy_net_per_action_j),
+    ("squared_torque_per_action_nm2s", |run| run.squared_torque_per_action_nm2s),
+    ("copper_loss_per_action_j", |run| run.copper_loss_per_action_j),
+];
+
+/// A row of `summary.csv`: one number of a group, over its seeds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs, reason = "documented once, in results/README.md")]
+pub struct SummaryRow {
+    pub task: String,
+    pub space: String,
+    pub metric: &'static str,
+    pub n_seeds: usize,
+    pub mean: f64,
+    pub std: Option<f64>,
+    pub iqm: f64,
+    pub ci_low: Option<f64>,
+    pub ci_high: Option<f64>,
+    pub median: f64,
+}
+
+/// Every metric of every group. Deviation and interval need two seeds.
+pub fn summary(groups: &[Group]) -> Vec<SummaryRow> {
+    let row = |group: &Group, &(metric, of): &Metric| {
+        let values = group.values(of);
+        let several = values.len() > 1;
+        let ci = several.then(|| interval(&[&values], |sample| iqm(&sample[0])));
+        SummaryRow {
+            task: group.task.into(),
+            space: group.space.into(),
+            metric,
+            n_seeds: values.len(),
+            mean: mean(&values),
+            std: several.then(|| deviation(&values)),
+            iqm: iqm(&values),
+            ci_low: ci.map(|ci| ci[0]),
+            ci_high: ci.map(|ci| ci[1]),
+            median: median(&values),
+        }
+    };
+    groups.iter().flat_map(|group| METRICS.iter().map(move |metric| row(group, metric))).collect()
+}
+
+/// A row of `comparison.csv`: a space against `aforce` (with force where `aforce` has it) in the same task.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs, reason = "documented once, in results/README.md")]
+pub struct ComparisonRow {
+    pub task: String,
+    pub space: String,
+    pub reference: String,
+    pub quantity: String,
+    pub value: f64,
+    pub ci_low: Option<f64>,
+    pub ci_high: Option<f64>,
+}
+
+/// Probability that the reference ends higher than a space, and the space's energy over the reference's.
+pub fn comparison(groups: &[Group]) -> Vec<ComparisonRow> {
+    let mut rows = vec![];
+    for reference in groups.iter().filter(|group| group.space.starts_with("aforce")) {
+        for other in groups.iter().filter(|group| group.task == reference.task && group.space != reference.space) {
+            let mut compare = |quantity: String, of: fn(&RunSummary) -> f64, statistic: fn(&[f64], &[f64]) -> f64| {
+                let (a, b) = (reference.values(of), other.values(of));
+                let ci = (a.len() > 1 && b.len() > 1).then(|| interval(&[&a, &b], |s| statistic(&s[0], &s[1])));
+                rows.push(ComparisonRow {
+                    task: other.task.into(),
+                    space: other.space.into(),
+                    reference: reference.space.into(),
+                    quantity,
+                    value: statistic(&a, &b),
+                    ci_low: ci.map(|ci| ci[0]),
+                    ci_high: ci.map(|ci| ci[1]),
+                });
+            };
+            compare("probability of improvement".into(), |run| run.final_return, probability_of_improvement);
+            for (name, of) in ENERGIES {
+                compare(format!("ratio of {name}"), of, |a, b| mean(b) / mean(a));
+            }
+        }
+    }
+    rows
+}
+
+/// The paper's Table I and a safety table for every task, in Markdown, with what others published beside it.
+pub fn markdown(groups: &[Group]) -> String {
+    let mut out = String::new();
+    let mut tasks: Vec<&str> = groups.iter().map(|group| group.task).collect();
+    tasks.dedup();
+    for task in tasks {
+        let groups: Vec<&Group> = groups.iter().filter(|group| group.task == task).collect();
+        let few = groups.iter().map(|group| group.runs.len()).min().unwrap_or(0);
+        writeln!(out, "## {}{}\n", task[..1].to_uppercase(), &task[1..]).unwrap();
+        if few < 5 {
+            writeln!(out, "Fewer than five seeds ({few} at least): read the intervals with care.\n").unwrap();
+        }
+        writeln!(out, "| space | seeds | final return | IQM, 95 % interval | best | sampled | success at the end | published | J per action, training | at the end | published |").unwrap();
+        writeln!(out, "|---|---|---|---|---|---|---|---|---|---|---|").unwrap();
+        for group in &groups {
+            let value = |of: fn(&RunSummary) -> f64, digits: usize| spread(&group.values(of), digits);
+            let finals = group.values(|run| run.final_return);
+            let [low, high] = interval(&[&finals], |sample| iqm(&sample[0]));
+            let published = published::of(task, group.space);
+            let theirs = published.map_or(String::new(), |(who, row)| {
+                format!("{:.0} +- {:.0} ({who})", row.final_return[0], row.final_return[1])
+            });
+            let energy =
+                published.and_then(|(_, row)| row.energy_per_action_j).map_or(String::new(), |j| j.to_string());
+            writeln!(
+                out,
+                "| `{}` | {} | {} | {:.0}, {low:.0} to {high:.0} | {} | {} | {} | {theirs} | {} | {} | {energy} |",
+                group.space,
+                group.runs.len(),
+                value(|run| run.final_return, 1),
+                iqm(&finals),
+                value(|run| run.best_return, 1),
+                value(|run| run.sampled_return, 1),
+                value(|run| run.final_success, 2),
+                value(|run| run.energy_per_action_j, 2),
+                value(|run| run.final_energy_per_action_j, 2),
+            )
+            .unwrap();
+        }
+        writeln!(out, "\n| space | training episodes above 60 N | penalty per episode | excess impulse per episode, N s | diverged |").unwrap();
+        writeln!(out, "|---|---|---|---|---|").unwrap();
+        for group in &groups {
+            let value = |of: fn(&RunSummary) -> f64, digits: usize| spread(&group.values(of), digits);
+            writeln!(
+                out,
+                "| `{}` | {} | {} | {} | {} |",
+                group.space,
+                value(|run| run.penalised_episode_share, 2),
+                value(|run| run.mean_penalty_per_episode, 1),
+                value(|run| run.excess_impulse_per_episode_ns, 1),
+                group.runs.iter().map(|run| run.diverged_episodes).sum::<usize>(),
+            )
+            .unwrap();
+        }
+        writeln!(out).unwrap();
+    }
+    out
+}
+
+/// Mean and deviation over seeds.
+fn spread(values: &[f64], digits: usize) -> String {
+    match values.len() {
+        1 => format!("{:.digits$}", values[0]),
+        _ => format!("{:.digits$} +- {:.digits$}", mean(values), deviation(values)),
+    }
+}

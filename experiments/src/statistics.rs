@@ -1,0 +1,113 @@
+//! Statistics over seeds, the unit of replication: few numbers, so intervals come from resampling
+//! (Agarwal et al. 2021, "Deep reinforcement learning at the edge of the statistical precipice").
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Resamples behind an interval.
+const RESAMPLES: usize = 10_000;
+/// Share of resamples inside an interval.
+const CONFIDENCE: f64 = 0.95;
+
+/// Arithmetic mean; NaN of nothing.
+pub fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Standard deviation of the population that `values` are a sample of; NaN of fewer than two.
+pub fn deviation(values: &[f64]) -> f64 {
+    let centre = mean(values);
+    (values.iter().map(|v| (v - centre).powi(2)).sum::<f64>() / (values.len() as f64 - 1.0)).sqrt()
+}
+
+/// The middle one, or the mean of the middle two.
+pub fn median(values: &[f64]) -> f64 {
+    percentile(&sorted(values), 0.5)
+}
+
+/// Interquartile mean: the mean without the lowest and the highest quarter (rounded down).
+pub fn iqm(values: &[f64]) -> f64 {
+    let cut = values.len() / 4;
+    mean(&sorted(values)[cut..values.len() - cut])
+}
+
+/// Probability that a run drawn from `a` exceeds one drawn from `b`; a tie counts half.
+pub fn probability_of_improvement(a: &[f64], b: &[f64]) -> f64 {
+    let pairs = a.iter().flat_map(|x| b.iter().map(move |y| (x, y)));
+    let wins: f64 = pairs.map(|(x, y)| f64::from(u8::from(x > y)) + 0.5 * f64::from(u8::from(x == y))).sum();
+    wins / (a.len() * b.len()) as f64
+}
+
+/// Percentile bootstrap: the interval that holds 95 % of `statistic` over samples redrawn, with
+/// replacement, within each of `groups`. The same groups give the same interval.
+pub fn interval(groups: &[&[f64]], statistic: impl Fn(&[Vec<f64>]) -> f64) -> [f64; 2] {
+    let mut rng = ChaCha8Rng::seed_from_u64(0);
+    let mut redrawn: Vec<Vec<f64>> = groups.iter().map(|group| group.to_vec()).collect();
+    let outcomes: Vec<f64> = (0..RESAMPLES)
+        .map(|_| {
+            for (sample, group) in redrawn.iter_mut().zip(groups) {
+                sample.fill_with(|| group[rng.random_range(0..group.len())]);
+            }
+            statistic(&redrawn)
+        })
+        .collect();
+    let outcomes = sorted(&outcomes);
+    [(1.0 - CONFIDENCE) / 2.0, (1.0 + CONFIDENCE) / 2.0].map(|share| percentile(&outcomes, share))
+}
+
+fn sorted(values: &[f64]) -> Vec<f64> {
+    let mut values = values.to_vec();
+    values.sort_by(f64::total_cmp);
+    values
+}
+
+/// Of sorted values, interpolated linearly.
+fn percentile(sorted: &[f64], share: f64) -> f64 {
+    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
+    let at = share * last as f64;
+    let (below, above) = (sorted[at.floor() as usize], sorted[at.ceil() as usize]);
+    below + (above - below) * at.fract()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn numbers(text: &str) -> Vec<f64> {
+        text.split_whitespace().map(|cell| cell.parse().unwrap()).collect()
+    }
+
+    /// `scripts/statistics_reference.py` asks NumPy, SciPy and rliable.
+    #[test]
+    fn agrees_with_scipy_and_rliable() {
+        let mut reader = csv::Reader::from_reader(&include_bytes!("../reference/statistics.csv")[..]);
+        let mut rows = 0;
+        for record in reader.records() {
+            let record = record.unwrap();
+            let (a, b) = (numbers(&record[0]), numbers(&record[1]));
+            let expected: Vec<f64> = record.iter().skip(2).map(|cell| cell.parse().unwrap()).collect();
+            let exact = [mean(&a), deviation(&a), median(&a), iqm(&a), probability_of_improvement(&a, &b)];
+            for (found, expected) in exact.iter().zip(&expected) {
+                assert!((found - expected).abs() < 1e-9 * expected.abs().max(1.0), "{record:?}: {found}");
+            }
+            let intervals =
+                [interval(&[&a], |s| iqm(&s[0])), interval(&[&a, &b], |s| probability_of_improvement(&s[0], &s[1]))];
+            // Both sides resample at random, and a probability moves in steps of one pair.
+            let range = a.iter().copied().fold(f64::MIN, f64::max) - a.iter().copied().fold(f64::MAX, f64::min);
+            let spread = [0.03 * range, 2.0 / (a.len() * b.len()) as f64];
+            for (k, (found, spread)) in intervals.iter().zip(spread).enumerate() {
+                for (found, expected) in found.iter().zip(&expected[5 + 2 * k..]) {
+                    assert!((found - expected).abs() <= spread, "{record:?}: {found} for {expected}");
+                }
+            }
+            rows += 1;
+        }
+        assert!(rows >= 5);
+    }
+
+    #[test]
+    fn too_few_values_are_no_number() {
+        assert!(mean(&[]).is_nan() && deviation(&[1.0]).is_nan() && median(&[]).is_nan());
+        assert_eq!((median(&[1.0]), iqm(&[1.0]), interval(&[&[1.0]], |s| iqm(&s[0]))), (1.0, 1.0, [1.0, 1.0]));
+    }
+}
