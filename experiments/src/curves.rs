@@ -27,6 +27,7 @@ pub fn draw(folder: &RunFolder) -> Result<()> {
             },
             Series { label: "evaluation, mean action".into(), points: eval.mean_by_step(column) },
         ],
+        ..Panel::default()
     };
     let panels = [
         panel("Return", "return", "return"),

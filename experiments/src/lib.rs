@@ -13,7 +13,6 @@ pub mod rollout;
 pub mod rows;
 pub mod seeds;
 pub mod source;
-pub mod statistics;
 pub mod stop;
 pub mod summary;
 pub mod sweep;

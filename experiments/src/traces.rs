@@ -77,6 +77,7 @@ impl Traces {
                     x_label: "time (s)".into(),
                     y_label: column.unit.into(),
                     series: vec![series],
+                    ..Panel::default()
                 }),
             }
         }

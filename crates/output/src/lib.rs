@@ -1,9 +1,12 @@
-//! What programs leave behind: plots, pictures and films, and the command and commit they come from.
+//! What programs need to leave results behind: work on all cores, statistics, plots, pictures and films, and the
+//! command and commit they come from.
 //!
 //! Apart from the programs, so that those which learn nothing need no libtorch.
 
+pub mod parallel;
 pub mod picture;
 pub mod plot;
+pub mod statistics;
 
 use std::path::Path;
 

@@ -88,6 +88,7 @@ fn curves(runs: &[(&RunFolder, &RunSummary)]) -> Result<Vec<Panel>> {
             x_label: "environment steps (thousands)".into(),
             y_label: unit.into(),
             series: runs.iter().map(line).collect::<Result<_>>()?,
+            ..Panel::default()
         })
     };
     Ok(vec![

@@ -4,12 +4,14 @@ use std::path::Path;
 
 use aforce::ActionSpace;
 use anyhow::Result;
+use output::parallel;
 use output::plot::{self, Panel, Series};
+use output::statistics::{deviation, mean};
 
-use crate::metrics::{METRICS, cell, column, mean_and_deviation, measure};
+use crate::metrics::{METRICS, cell, column, measure};
 use crate::setup::Setup;
 use crate::trial::{Disturbance, Trial};
-use crate::{Run, parallel, run, spaces};
+use crate::{Run, run, spaces};
 
 /// The metrics of every trial with every space.
 pub struct Comparison {
@@ -26,8 +28,8 @@ impl Comparison {
         let jobs: Vec<(ActionSpace, Trial)> =
             spaces().into_iter().flat_map(|s| (0..trials).map(move |i| (s, Trial::random(seed, i)))).collect();
         let wipe = |&(space, trial): &_| run(&Run { setup, space, trial, disturbance: Disturbance::NONE });
-        let rows = parallel::map(&jobs, |job| Ok(measure(&wipe(job)?, setup.force)));
-        let mut rows = rows.into_iter().collect::<Result<Vec<_>>>()?.into_iter();
+        let rows = parallel::map(&jobs, |job| anyhow::Ok(measure(&wipe(job)?, setup.force)))?;
+        let mut rows = rows.into_iter();
         Ok(Comparison { values: [(); 4].map(|()| rows.by_ref().take(trials as usize).collect()) })
     }
 
@@ -63,24 +65,25 @@ impl Comparison {
             for (index, space) in spaces().iter().enumerate() {
                 let values = self.values(index, metric);
                 let differences: Vec<f64> = values.iter().zip(&high).map(|(value, high)| value - high).collect();
-                let ((mean, deviation), paired) = (mean_and_deviation(&values), mean_and_deviation(&differences));
-                let ratio = mean / mean_and_deviation(&high).0;
-                let numbers = [mean, deviation, paired.0, paired.1, ratio].map(cell);
-                table.write_record([metric.into(), space.to_string()].into_iter().chain(numbers))?;
+                let paired = [mean(&differences), deviation(&differences)];
+                let numbers = [mean(&values), deviation(&values), paired[0], paired[1], mean(&values) / mean(&high)];
+                table.write_record([metric.into(), space.to_string()].into_iter().chain(numbers.map(cell)))?;
             }
         }
         table.flush()?;
         plot::write(&self.panels(), &out.join("comparison"))
     }
 
+    /// Every trial a point over its stiffness.
     fn panels(&self) -> Vec<Panel> {
         let panel = |(title, unit, metric, scale): (&str, &str, &str, f64)| {
-            let series = spaces().into_iter().enumerate().map(|(index, space)| {
-                let values = self.values(index, metric).into_iter().enumerate();
-                let points = values.map(|(trial, value)| (trial as f64 + 1.0, scale * value)).collect();
-                Series { label: space.to_string(), points }
+            let series = spaces().into_iter().enumerate().flat_map(|(index, space)| {
+                let stiffness = self.values(index, "stiffness_n_per_m").into_iter();
+                let points = stiffness.zip(self.values(index, metric)).map(move |(x, y)| vec![(x, scale * y)]);
+                points.map(move |points| Series { label: space.to_string(), points })
             });
-            Panel { title: title.into(), x_label: "trial".into(), y_label: unit.into(), series: series.collect() }
+            let x_label = "mean stiffness along the table (N/m)".into();
+            Panel { title: title.into(), x_label, y_label: unit.into(), series: series.collect(), ..Panel::default() }
         };
         [
             ("Energy without gravity compensation", "J", "control_energy_absolute_j", 1.0),

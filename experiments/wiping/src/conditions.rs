@@ -4,12 +4,14 @@ use std::path::Path;
 
 use aforce::{ActionSpace, Damping, DeltaSign, ImpedanceForm, Interpolation};
 use anyhow::Result;
+use output::parallel;
+use output::statistics::mean;
 
-use crate::metrics::{METRICS, cell, mean_and_deviation, measure};
+use crate::metrics::{METRICS, cell, measure};
 use crate::sensing::WrenchSource;
 use crate::setup::Setup;
 use crate::trial::{Disturbance, Trial};
-use crate::{Run, parallel, run};
+use crate::{Run, run};
 
 /// What is different.
 pub struct Condition {
@@ -46,7 +48,7 @@ pub fn disturbances() -> Vec<Condition> {
     ]
 }
 
-/// Settings on which the energy may depend.
+/// Settings on which the comparison may depend; the last ones concern the adaptive law alone.
 pub fn variants() -> Vec<Condition> {
     let condition = |name, change| Condition { name, change, disturbance: Disturbance::NONE };
     vec![
@@ -59,14 +61,6 @@ pub fn variants() -> Vec<Condition> {
         }),
         condition("damped against standstill", |setup| forms(setup, |form| form.reference_velocity = false)),
         condition("neither friction nor joint damping", |setup| setup.lossless = true),
-    ]
-}
-
-/// Other parameters of the adaptive law.
-pub fn laws() -> Vec<Condition> {
-    let condition = |name, change| Condition { name, change, disturbance: Disturbance::NONE };
-    vec![
-        condition("as compared", |_| ()),
         condition("delta off", |setup| setup.controller.impedance.aforce.sign = DeltaSign::Off),
         condition("delta literal", |setup| setup.controller.impedance.aforce.sign = DeltaSign::Literal),
         condition("twice the tolerance", |setup| scale_tolerance(setup, 2.0)),
@@ -108,20 +102,20 @@ pub fn write(
     for condition in conditions {
         jobs.extend(spaces.iter().map(|&space| (condition, space)));
     }
-    let rows = parallel::map(&jobs, |&(condition, space)| -> Result<Vec<f64>> {
+    let rows = parallel::map(&jobs, |&(condition, space)| {
         let mut setup = setup.clone();
         (condition.change)(&mut setup);
         let wipe =
             |i| run(&Run { setup: &setup, space, trial: Trial::random(seed, i), disturbance: condition.disturbance });
         let all = (0..trials).map(|i| Ok(measure(&wipe(i)?, setup.force))).collect::<Result<Vec<_>>>()?;
-        let mean = |metric: usize| mean_and_deviation(&all.iter().map(|row| row[metric]).collect::<Vec<_>>()).0;
-        Ok((0..METRICS.len()).map(mean).collect())
-    });
+        let of = |metric: usize| mean(&all.iter().map(|row| row[metric]).collect::<Vec<_>>());
+        anyhow::Ok((0..METRICS.len()).map(of).map(cell).collect::<Vec<_>>())
+    })?;
     let mut table = csv::Writer::from_path(path)?;
     table.write_record(["condition", "space"].into_iter().chain(METRICS.iter().map(|metric| metric.name)))?;
     for ((condition, space), row) in jobs.iter().zip(rows) {
         let keys = [condition.name.to_string(), space.to_string()];
-        table.write_record(keys.into_iter().chain(row?.into_iter().map(cell)))?;
+        table.write_record(keys.into_iter().chain(row))?;
     }
     Ok(table.flush()?)
 }

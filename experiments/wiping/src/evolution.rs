@@ -10,45 +10,54 @@ use crate::setup::Setup;
 use crate::trial::{Disturbance, Trial};
 use crate::{Run, run, spaces};
 
+/// The figure ends here (s): three of eight rotations, which all look like the third. The table goes on.
+const FIGURE_END: f64 = 12.0;
+/// Samples per point of the figure.
+const THINNING: usize = 10;
+
 /// Runs the nominal trial with AFORCE and writes `evolution.csv`, `evolution.svg`, `evolution.png`.
 ///
 /// # Errors
 /// If the configuration is not allowed or the disk does not take the files.
 pub fn write(setup: &Setup, out: &Path) -> Result<()> {
     let [aforce, ..] = spaces();
-    let record = run(&Run { setup, space: aforce, trial: Trial::nominal(), disturbance: Disturbance::NONE })?;
+    let trial = Trial::nominal();
+    let record = run(&Run { setup, space: aforce, trial, disturbance: Disturbance::NONE })?;
     record.write_csv(&out.join("evolution.csv"))?;
-    plot::write(&panels(&record, setup), &out.join("evolution"))
+    plot::write(&panels(&record, &trial, setup.force), &out.join("evolution"))
 }
 
-fn panels(record: &Record, setup: &Setup) -> Vec<Panel> {
-    let panel = |title: &str, unit: &str, curves: &[(&str, &dyn Fn(&Sample) -> f64)]| {
-        let series = curves.iter().map(|(label, of)| Series {
-            label: (*label).into(),
-            points: record.samples.iter().step_by(10).map(|sample| (sample.time, of(sample))).collect(),
-        });
-        let mut panel =
-            Panel { title: title.into(), x_label: "time (s)".into(), y_label: unit.into(), series: series.collect() };
-        let marks = [("contact", record.contact()), ("force reached", record.force_reached(setup.force))];
-        for (label, time) in marks {
-            panel.series.extend(time.map(|time| mark(label, time, &panel)));
-        }
-        panel
+fn panels(record: &Record, trial: &Trial, force: f64) -> Vec<Panel> {
+    let shown = || record.samples.iter().step_by(THINNING).take_while(|sample| sample.time <= FIGURE_END);
+    let marks = [("contact", record.contact()), ("force reached", record.force_reached(force))];
+    let marks: Vec<_> = marks.into_iter().filter_map(|(label, time)| Some((label.into(), time?))).collect();
+    let panel = |title: &str, unit: &str, curves: &[(&str, &dyn Fn(&Sample) -> f64)]| Panel {
+        title: title.into(),
+        x_label: "time (s)".into(),
+        y_label: unit.into(),
+        series: curves
+            .iter()
+            .map(|(label, of)| Series {
+                label: (*label).into(),
+                points: shown().map(|sample| (sample.time, of(sample))).collect(),
+            })
+            .collect(),
+        marks: marks.clone(),
+        ..Panel::default()
     };
+    let spot = [trial.spot[0], trial.spot[1], trial.height];
     vec![
         panel(
             "Normal force",
             "N",
             &[
-                ("estimated", &|s| s.measured_force),
-                ("contact", &|s| s.force),
-                ("desired", &|s| {
-                    if s.engagement > 0.0 { setup.force } else { 0.0 }
-                }),
+                ("as estimated", &|s| s.measured_force),
+                ("as simulated", &|s| s.force),
+                ("desired", &|s| if s.engagement > 0.0 { force } else { 0.0 }),
             ],
         ),
         panel(
-            "Stiffness that acts",
+            "Stiffness",
             "N/m",
             &[
                 ("x", &|s| s.stiffness[0]),
@@ -60,9 +69,9 @@ fn panels(record: &Record, setup: &Setup) -> Vec<Panel> {
             "Position relative to the spot",
             "mm",
             &[
-                ("x", &|s| 1000.0 * (s.position.x - Trial::nominal().spot[0])),
-                ("y", &|s| 1000.0 * (s.position.y - Trial::nominal().spot[1])),
-                ("z", &|s| 1000.0 * (s.position.z - Trial::nominal().height)),
+                ("x", &|s| 1000.0 * (s.position.x - spot[0])),
+                ("y", &|s| 1000.0 * (s.position.y - spot[1])),
+                ("z", &|s| 1000.0 * (s.position.z - spot[2])),
             ],
         ),
         panel(
@@ -81,11 +90,4 @@ fn panels(record: &Record, setup: &Setup) -> Vec<Panel> {
             &[("all of the torque", &|s| s.energy), ("without gravity compensation", &|s| s.control_energy)],
         ),
     ]
-}
-
-/// A vertical line as high as the curves of `panel`.
-fn mark(label: &str, time: f64, panel: &Panel) -> Series {
-    let values = || panel.series.iter().flat_map(|series| &series.points).map(|point| point.1);
-    let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
-    Series { label: label.into(), points: vec![(time, low), (time, high)] }
 }

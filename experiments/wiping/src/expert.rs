@@ -71,11 +71,14 @@ impl Expert {
             let (sin, cos) = (std::f64::consts::TAU * self.rotations()).sin_cos();
             target += radius * Vector3::new(cos, sin, 0.0);
         }
-        // On the table force control has the height: the goal stays with the tool. Off it, look for the table.
+        // On the table force control has the height and the goal stays with the tool; off it, look for the table. In
+        // between the goal rests: one that follows the tool would throw a stiff arm back into the air.
+        let goal = controller.goal().translation.z;
         target.z = match self.phase {
             Phase::Approach => self.spot.z + CLEARANCE,
-            _ if controller.engagement() > 0.0 => y.pose.translation.z,
-            _ => controller.goal().translation.z - LOWERING,
+            _ if controller.engagement() >= 1.0 => y.pose.translation.z,
+            _ if controller.engagement() > 0.0 => goal,
+            _ => goal - LOWERING,
         };
         target
     }

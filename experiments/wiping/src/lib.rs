@@ -11,7 +11,6 @@ pub mod delta_sign;
 pub mod evolution;
 mod expert;
 mod metrics;
-mod parallel;
 mod record;
 mod run;
 mod sensing;

@@ -1,19 +1,23 @@
 //! `wiping`: the whole experiment with one command.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::Parser;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use wiping::comparison::Comparison;
 use wiping::{Setup, conditions, delta_sign, evolution, spaces};
 
-/// The paper's wiping experiment in simulation: tables and figures into a folder.
+/// The paper's wiping experiment in simulation, without learning.
+///
+/// Wipes a spot eight times round at 1 kHz, driven by a script, with AFORCE and with low, mid and high stiffness, and
+/// leaves tables and figures: one wipe over time, the comparison, the sign of delta, disturbances, other settings. The
+/// same seed gives the same bytes.
 #[derive(Parser)]
 #[command(version)]
 struct Arguments {
-    /// Folder for tables and figures
+    /// Folder for tables and figures: new, empty, or with results of this program, which are replaced
     #[arg(long, value_name = "FOLDER", default_value = "results/wiping")]
     out: PathBuf,
     /// Seed of the trials (1 was used while the experiment was set up)
@@ -28,11 +32,46 @@ struct Arguments {
 const CONDITION_TRIALS: u64 = 2;
 
 /// Where the tables and figures come from; `config.toml` beside it holds every setting.
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 struct Manifest {
     command: Vec<String>,
     commit: String,
     seed: u64,
+    /// `running` or `done`.
+    status: String,
+}
+
+impl Manifest {
+    const FILE: &str = "manifest.json";
+
+    /// Writes a manifest into `out`, where nothing else than results of this program may lie.
+    fn begin(out: &Path, seed: u64) -> Result<Self> {
+        fs_err::create_dir_all(out)?;
+        let command = output::command();
+        let text = fs_err::read_to_string(out.join(Self::FILE)).unwrap_or_default();
+        match serde_json::from_str::<Manifest>(&text) {
+            Ok(old) if old.command.first() == command.first() => {
+                println!("replacing the results of commit {} in {}", old.commit, out.display());
+            }
+            _ => ensure!(
+                fs_err::read_dir(out)?.next().is_none(),
+                "{}: holds something other than results of this program; nothing was overwritten",
+                out.display()
+            ),
+        }
+        let manifest = Manifest { command, commit: output::commit(), seed, status: "running".into() };
+        manifest.write(out)?;
+        Ok(manifest)
+    }
+
+    fn end(mut self, out: &Path) -> Result<()> {
+        self.status = "done".into();
+        self.write(out)
+    }
+
+    fn write(&self, out: &Path) -> Result<()> {
+        Ok(fs_err::write(out.join(Self::FILE), serde_json::to_string_pretty(self)? + "\n")?)
+    }
 }
 
 fn main() -> ExitCode {
@@ -46,29 +85,26 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<()> {
+    let Arguments { out, seed, trials } = arguments;
     let setup = Setup::default();
-    let out = &arguments.out;
-    fs_err::create_dir_all(out)?;
+    let manifest = Manifest::begin(out, *seed)?;
     fs_err::write(out.join("config.toml"), toml::to_string(&setup)?)?;
-    let manifest = Manifest { command: output::command(), commit: output::commit(), seed: arguments.seed };
-    fs_err::write(out.join("manifest.json"), serde_json::to_string_pretty(&manifest)? + "\n")?;
     println!("one wipe over time");
     evolution::write(&setup, out)?;
-    println!("{} trials with every action space", arguments.trials);
-    Comparison::run(&setup, arguments.seed, arguments.trials)?.write(out)?;
+    println!("{trials} trials with every action space");
+    Comparison::run(&setup, *seed, *trials)?.write(out)?;
     println!("the sign of delta");
     delta_sign::write(&delta_sign::grid(&setup)?, out)?;
-    let all = spaces();
+    let [aforce, _, _, high] = spaces();
     let tables = [
-        ("disturbances", conditions::disturbances(), &all[..]),
-        ("variants", conditions::variants(), &all[..]),
-        ("laws", conditions::laws(), &all[..1]),
+        ("disturbances", conditions::disturbances(), &spaces()[..]),
+        ("variants", conditions::variants(), &[aforce, high][..]),
     ];
     for (name, conditions, spaces) in tables {
         println!("{name}");
-        let path = out.join(name).with_extension("csv");
-        conditions::write(&conditions, spaces, &setup, arguments.seed, CONDITION_TRIALS, &path)?;
+        conditions::write(&conditions, spaces, &setup, *seed, CONDITION_TRIALS, &out.join(name).with_extension("csv"))?;
     }
+    manifest.end(out)?;
     println!("tables and figures are in {}", out.display());
     Ok(())
 }

@@ -11,7 +11,7 @@ pub(crate) struct Metric {
 }
 
 /// Everything, energies while circling first: of all of the torque, then without gravity and Coriolis compensation.
-pub(crate) const METRICS: [Metric; 25] = {
+pub(crate) const METRICS: [Metric; 28] = {
     const fn metric(name: &'static str, of: fn(&Record, &Outcome) -> f64) -> Metric {
         Metric { name, of }
     }
@@ -28,6 +28,9 @@ pub(crate) const METRICS: [Metric; 25] = {
         metric("control_energy_net_absolute_j", |r, _| r.control_energy.net_absolute),
         metric("control_squared_torque_nm2s", |r, _| r.control_energy.squared_torque),
         metric("control_copper_loss_j", |r, _| r.control_energy.copper_loss),
+        metric("joint_loss_j", |r, _| r.losses.joints),
+        metric("table_loss_j", |r, _| r.losses.table),
+        metric("path_m", |_, o| o.path),
         metric("tracking_error", |_, o| o.position_error + o.quaternion_error),
         metric("position_error_mm", |_, o| 1000.0 * o.position_error),
         metric("quaternion_error", |_, o| o.quaternion_error),
@@ -65,12 +68,4 @@ pub(crate) fn cell(value: f64) -> String {
 /// If there is none of this name.
 pub(crate) fn column(name: &str) -> usize {
     METRICS.iter().position(|metric| metric.name == name).expect("a metric")
-}
-
-/// Mean and standard deviation (of the sample).
-pub(crate) fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (n - 1.0);
-    (mean, variance.sqrt())
 }

@@ -73,15 +73,20 @@ pub struct Sample {
     pub control_energy: f64,
 }
 
-/// Where the motors' work went (J).
+/// Work that the arm does not get back (J).
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Balance {
-    /// Kinetic and potential energy gained by the arm.
-    pub stored: f64,
+pub struct Losses {
     /// Heat in the joints' viscous damping.
-    pub joint_loss: f64,
+    pub joints: f64,
     /// Work done on the table: friction, and the pad.
-    pub contact_loss: f64,
+    pub table: f64,
+}
+
+impl Losses {
+    pub(crate) fn add(&mut self, joints: f64, table: f64) {
+        self.joints += joints;
+        self.table += table;
+    }
 }
 
 /// A whole wipe.
@@ -95,8 +100,12 @@ pub struct Record {
     pub energy: EnergyLedger,
     /// Energy while circling, without the compensation of gravity and Coriolis forces.
     pub control_energy: EnergyLedger,
-    /// Of the whole run.
-    pub balance: Balance,
+    /// Losses of the whole run.
+    pub total_losses: Losses,
+    /// Losses while circling.
+    pub losses: Losses,
+    /// Kinetic and potential energy that the arm gained in the whole run (J).
+    pub stored: f64,
     /// Largest sustained contact force (N).
     pub force_max: f64,
     /// Share of the paint that is left.
@@ -124,6 +133,8 @@ pub struct Outcome {
     pub force_reached: Option<f64>,
     /// Mean translational stiffness across the contact axis (N/m).
     pub stiffness: f64,
+    /// Length of the tool's way while circling (m).
+    pub path: f64,
 }
 
 /// The force counts as reached once it stays within 10 % for so long (s).
@@ -166,13 +177,13 @@ impl Record {
             force_held: mean(&|s| f64::from(u8::from((s.force - force).abs() < 0.1 * force))),
             force_reached: self.force_reached(force).zip(self.contact()).map(|(reached, contact)| reached - contact),
             stiffness: mean(&|s| (s.stiffness[0] + s.stiffness[1]) / 2.0),
+            path: wiping.windows(2).map(|pair| (pair[1].position - pair[0].position).norm()).sum(),
         }
     }
 
     /// Work that is not accounted for, as a share of all work done.
     pub fn ledger_gap(&self) -> f64 {
-        let Balance { stored, joint_loss, contact_loss } = self.balance;
-        (self.total.net - stored - joint_loss - contact_loss).abs() / self.total.absolute
+        (self.total.net - self.stored - self.total_losses.joints - self.total_losses.table).abs() / self.total.absolute
     }
 
     /// Every tenth sample as CSV.

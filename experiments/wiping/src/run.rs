@@ -140,15 +140,17 @@ impl<'a> Wiping<'a> {
 
     /// The energy of one sample. A torque acts over the whole of it: its work goes with the mean velocity.
     fn account(&mut self, tau: &JointVector, before: &Measurement, contact: &Wrench, dt: f64) {
-        let record = &mut self.record;
         let qd = (before.qd + self.y.qd) / 2.0;
+        let joints = self.parameters.damping.component_mul(&qd).dot(&qd) * dt;
+        let table = -contact.dot(&(before.twist + self.y.twist)) / 2.0 * dt;
+        let record = &mut self.record;
         record.total.add(tau, &qd, dt);
+        record.total_losses.add(joints, table);
         if self.expert.phase() == Phase::Wipe {
             record.energy.add(tau, &qd, dt);
             record.control_energy.add(&(tau - before.bias), &qd, dt);
+            record.losses.add(joints, table);
         }
-        record.balance.joint_loss += self.parameters.damping.component_mul(&qd).dot(&qd) * dt;
-        record.balance.contact_loss -= contact.dot(&(before.twist + self.y.twist)) / 2.0 * dt;
     }
 
     fn sample(&mut self, force: f64, dt: f64) {
@@ -183,7 +185,7 @@ impl<'a> Wiping<'a> {
     }
 
     fn finish(mut self) -> Record {
-        self.record.balance.stored = energy(&self.simulation) - self.start_energy;
+        self.record.stored = energy(&self.simulation) - self.start_energy;
         self.record.paint_left = self.paint.remaining_share();
         self.record
     }

@@ -4,11 +4,10 @@ use aforce::{JointVector, Measurement, Wrench};
 use physics::MomentumObserver;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal, Uniform};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// How good the wrench is.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Sensing {
     /// Which wrench the controller gets.
     pub source: WrenchSource,
@@ -21,7 +20,7 @@ pub struct Sensing {
 }
 
 /// Where a wrench comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WrenchSource {
     /// Estimated from joint torques, with bias and noise.

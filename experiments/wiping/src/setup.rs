@@ -6,13 +6,12 @@ use aforce::{
 };
 use physics::SimulationConfig;
 use physics::panda::{ParameterSet, Parameters};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::sensing::Sensing;
 
 /// Arm, controller, wrench sensing, and what the script does.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Setup {
     /// The arm's numbers.
     pub robot: ParameterSet,
@@ -56,9 +55,10 @@ impl Default for Setup {
             simulation: SimulationConfig::default(),
             controller: ControllerConfig {
                 control_hz: 1000,
-                interpolation: Interpolation::JerkLimited { dynamics: 0.2 },
-                // As fast as the circle: with 4 1/s the force follows the arm's own forces too late.
-                force: ForceConfig { ki: 12.0, ..ForceConfig::default() },
+                // Braking takes longer than an action: the set-point circles without stopping 20 times a second.
+                interpolation: Interpolation::JerkLimited { dynamics: 0.15 },
+                // Faster than the circle, below the limit (1 + kp) D/M = 26 1/s of the damped axis on a stiff table.
+                force: ForceConfig { ki: 16.0, ..ForceConfig::default() },
                 impedance: impedances(),
                 ..ControllerConfig::default()
             },
@@ -83,7 +83,7 @@ fn impedances() -> ImpedanceSettings {
         stiffness_min: low.0,
         stiffness_start: mid.0,
         stiffness_max: high.0,
-        nominal_inertia: 20.0,
+        nominal_inertia: 25.0,
         ..physical.translation
     };
     let rotation = AxisLaw {
@@ -128,7 +128,7 @@ mod tests {
     use physics::scenes::wipe::scene;
     use physics::wiping_tool::GRIP_SITE;
 
-    /// The certificate of stability is asked for at the largest apparent inertia that the law meets.
+    /// The certificate of stability is asked for at the largest apparent inertia, in any direction.
     #[test]
     fn nominal_inertia_covers_the_arm() {
         let setup = Setup::default();
@@ -136,17 +136,12 @@ mod tests {
         let (scene, tool) = scene(&setup.parameters(), height, friction);
         let model = physics::model::Model::new(&scene, tool, GRIP_SITE);
         let y = model.measure(start, start * 0.0, aforce::Wrench::zeros());
-        let inertia = OperationalSpace::new(&y.mass, &y.jacobian).unwrap().diagonal();
-        println!("{:.2?}", inertia.as_slice());
+        let inertia = OperationalSpace::new(&y.mass, &y.jacobian).unwrap();
         let law = setup.controller.impedance.aforce;
-        assert!(inertia.fixed_rows::<3>(0).max() <= law.translation.nominal_inertia);
-        assert!(inertia.fixed_rows::<3>(3).max() <= law.rotation.nominal_inertia);
+        for (inertia, law) in [(inertia.lambda_p, law.translation), (inertia.lambda_o, law.rotation)] {
+            let heaviest = inertia.symmetric_eigenvalues().max();
+            assert!((0.6..1.0).contains(&(heaviest / law.nominal_inertia)), "{heaviest}");
+        }
         law.check_stability().unwrap();
-    }
-
-    #[test]
-    fn settings_survive_their_file() {
-        let setup = Setup::default();
-        assert_eq!(toml::from_str::<Setup>(&toml::to_string(&setup).unwrap()).unwrap(), setup);
     }
 }

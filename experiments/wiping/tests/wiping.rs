@@ -1,6 +1,5 @@
 //! The experiment, small: what adapts, what is held, what comes back the same.
 
-use aforce::DeltaSign;
 use wiping::comparison::Comparison;
 use wiping::delta_sign::{self, DAMPINGS, SIGNS};
 use wiping::{Disturbance, Phase, Record, Run, Sample, Setup, Trial, evolution, run, spaces};
@@ -44,7 +43,7 @@ fn force_is_held_and_stiffness_adapts() {
     let x = |s: &Sample| s.stiffness[0];
     let law = setup.controller.impedance.aforce.translation;
     let first = record.during(Phase::Press).next().unwrap();
-    assert!(x(first) > 2.0 * law.stiffness_min && x(pressing.last().unwrap()) == law.stiffness_min);
+    assert!(x(first) > 1.5 * law.stiffness_min && x(pressing.last().unwrap()) == law.stiffness_min);
     // ... and rises with every stroke once circling starts: twice per rotation, without reaching a bound.
     let wiping: Vec<&Sample> = record.during(Phase::Wipe).collect();
     let rotation = (setup.period / setup.controller.dt()) as usize;
@@ -106,22 +105,18 @@ fn an_unknown_payload_is_taken_for_a_contact_force() {
     assert!(record.ledger_gap() < 0.01);
 }
 
-/// Between the limits of the two signs the damping form holds the arm and the printed form loses it.
+/// Each sign holds the arm at half of its closed-form limit and loses it at twice the limit. In between, the same alpha
+/// is stable with the damping form and unstable with the printed one.
 #[test]
 fn the_printed_sign_destabilises_where_the_closed_form_says_so() {
     let setup = Setup::default();
-    let of = |sign: DeltaSign, alpha| {
-        let sign = SIGNS.into_iter().find(|(s, _)| *s == sign).unwrap();
-        delta_sign::point(&setup, DAMPINGS[0], sign, 100.0, alpha).unwrap()
-    };
-    for (sign, alpha, stable) in [
-        (DeltaSign::Damping, 1600.0, true),
-        (DeltaSign::Literal, 1600.0, false),
-        (DeltaSign::Literal, 400.0, true),
-        (DeltaSign::Damping, 6400.0, false),
-    ] {
-        let point = of(sign, alpha);
-        println!("{point:?}");
-        assert_eq!((point.stable, point.predicted_stable), (stable, stable), "{sign:?} {alpha}");
+    let of = |index: usize, share| delta_sign::point(&setup, DAMPINGS[0], SIGNS[index], 100.0, share).unwrap();
+    for index in 0..SIGNS.len() {
+        for (share, stable) in [(0.5, true), (2.0, false)] {
+            let point = of(index, share);
+            assert_eq!(point.stable, stable, "{point:?}");
+        }
     }
+    let (damping, literal) = (of(0, 0.8), of(2, 1.2));
+    assert!(damping.alpha > literal.alpha && damping.stable && !literal.stable, "{damping:?} {literal:?}");
 }
