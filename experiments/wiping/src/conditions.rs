@@ -48,7 +48,7 @@ pub fn disturbances() -> Vec<Condition> {
     ]
 }
 
-/// Settings on which the comparison may depend; the last ones concern the adaptive law alone.
+/// Settings on which the comparison may depend.
 pub fn variants() -> Vec<Condition> {
     let condition = |name, change| Condition { name, change, disturbance: Disturbance::NONE };
     vec![
@@ -61,6 +61,14 @@ pub fn variants() -> Vec<Condition> {
         }),
         condition("damped against standstill", |setup| forms(setup, |form| form.reference_velocity = false)),
         condition("neither friction nor joint damping", |setup| setup.lossless = true),
+    ]
+}
+
+/// Other parameters of the adaptive law.
+pub fn laws() -> Vec<Condition> {
+    let condition = |name, change| Condition { name, change, disturbance: Disturbance::NONE };
+    vec![
+        condition("as compared", |_| ()),
         condition("delta off", |setup| setup.controller.impedance.aforce.sign = DeltaSign::Off),
         condition("delta literal", |setup| setup.controller.impedance.aforce.sign = DeltaSign::Literal),
         condition("twice the tolerance", |setup| scale_tolerance(setup, 2.0)),

@@ -27,11 +27,14 @@ pub fn write(setup: &Setup, out: &Path) -> Result<()> {
     plot::write(&panels(&record, &trial, setup.force), &out.join("evolution"))
 }
 
+/// Label and value of a line.
+type Curve<'a> = (&'a str, &'a dyn Fn(&Sample) -> f64);
+
 fn panels(record: &Record, trial: &Trial, force: f64) -> Vec<Panel> {
     let shown = || record.samples.iter().step_by(THINNING).take_while(|sample| sample.time <= FIGURE_END);
     let marks = [("contact", record.contact()), ("force reached", record.force_reached(force))];
     let marks: Vec<_> = marks.into_iter().filter_map(|(label, time)| Some((label.into(), time?))).collect();
-    let panel = |title: &str, unit: &str, curves: &[(&str, &dyn Fn(&Sample) -> f64)]| Panel {
+    let panel = |title: &str, unit: &str, curves: &[Curve]| Panel {
         title: title.into(),
         x_label: "time (s)".into(),
         y_label: unit.into(),

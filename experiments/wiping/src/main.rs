@@ -99,6 +99,7 @@ fn run(arguments: &Arguments) -> Result<()> {
     let tables = [
         ("disturbances", conditions::disturbances(), &spaces()[..]),
         ("variants", conditions::variants(), &[aforce, high][..]),
+        ("laws", conditions::laws(), &[aforce][..]),
     ];
     for (name, conditions, spaces) in tables {
         println!("{name}");
