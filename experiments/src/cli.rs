@@ -2,10 +2,14 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use aforce::ActionSpace;
 use anyhow::{Result, ensure};
 use clap::{Args, ValueEnum};
+use signal_hook::consts::SIGPIPE;
+use signal_hook::flag;
 use toml::Value;
 
 use crate::config::{BadSetting, RunConfig, parse_override};
@@ -98,10 +102,12 @@ fn parse_steps(text: &str) -> Result<u64, String> {
     }
 }
 
-/// Turns the result of a program into its exit code: an error is printed on one line, its
-/// causes after colons.
-pub fn exit(result: Result<ExitCode>) -> ExitCode {
-    result.unwrap_or_else(|error| {
+/// Runs a program and turns its result into the exit code: an error is printed on one line, its
+/// causes after colons. A reader of the output that goes away, as `| head` does, ends the program
+/// without a word.
+pub fn run(program: impl FnOnce() -> Result<ExitCode>) -> ExitCode {
+    let gone = flag::register_conditional_default(SIGPIPE, Arc::new(AtomicBool::new(true)));
+    gone.map_err(Into::into).and_then(|_| program()).unwrap_or_else(|error| {
         eprintln!("error: {}", format!("{error:#}").replace('\n', " "));
         if error.is::<BadSetting>() { ExitCode::from(USAGE) } else { ExitCode::FAILURE }
     })

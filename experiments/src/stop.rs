@@ -1,4 +1,5 @@
-//! Ctrl-C and SIGTERM ask a run to save itself; a second one kills it.
+//! Ctrl-C and SIGTERM ask a run to save itself; Ctrl-C after that kills it. A second SIGTERM does not:
+//! a scheduler sends one to every process of a job, and so does the sweep that started the run.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,11 +18,10 @@ impl Stop {
     /// If the system refuses the handlers.
     pub fn on_signals() -> std::io::Result<Self> {
         let stop = Stop::default();
-        for signal in [SIGINT, SIGTERM] {
-            // Order matters: the first signal finds the flag unset and only sets it.
-            flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&stop.0))?;
-            flag::register(signal, Arc::clone(&stop.0))?;
-        }
+        // Before the next two: the first signal finds the flag unset and only sets it.
+        flag::register_conditional_shutdown(SIGINT, 128 + SIGINT, Arc::clone(&stop.0))?;
+        flag::register(SIGINT, Arc::clone(&stop.0))?;
+        flag::register(SIGTERM, Arc::clone(&stop.0))?;
         Ok(stop)
     }
 

@@ -112,7 +112,8 @@ fn sigterm_saves_and_exits_with_75() {
     }
     std::thread::sleep(Duration::from_millis(300));
     let pid = child.id().to_string();
-    assert!(std::process::Command::new("kill").args(["-TERM", &pid]).status().unwrap().success());
+    // Twice, as a scheduler and the sweep that started it would.
+    assert!(std::process::Command::new("kill").args(["-TERM", &pid, &pid]).status().unwrap().success());
     assert_eq!(child.wait().unwrap().code(), Some(75));
     assert!(run.join("checkpoints/last/replay.bin").exists());
     assert!(!run.join("DONE").exists());
@@ -200,6 +201,16 @@ fn a_sweep_hides_no_run_and_repeats_none() {
 }
 
 /// Two processes in one folder would mix their rows.
+#[test]
+fn output_may_be_cut_short() {
+    let list = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/lift.toml");
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("sweep"));
+    let output = command.args([list, "--list"]).stdout(writer).stderr(std::process::Stdio::piped()).spawn();
+    assert!(output.unwrap().wait_with_output().unwrap().stderr.is_empty());
+}
+
 #[test]
 fn a_folder_belongs_to_one_process() {
     let folder = tempfile::tempdir().unwrap();
