@@ -51,7 +51,7 @@ impl Manifest {
         let text = fs_err::read_to_string(out.join(Self::FILE)).unwrap_or_default();
         match serde_json::from_str::<Manifest>(&text) {
             Ok(old) if old.command.first() == command.first() => {
-                println!("replacing the results of commit {} in {}", old.commit, out.display());
+                eprintln!("replacing the results of commit {} in {}", old.commit, out.display());
             }
             _ => ensure!(
                 fs_err::read_dir(out)?.next().is_none(),
@@ -89,11 +89,11 @@ fn run(arguments: &Arguments) -> Result<()> {
     let setup = Setup::default();
     let manifest = Manifest::begin(out, *seed)?;
     fs_err::write(out.join("config.toml"), toml::to_string(&setup)?)?;
-    println!("one wipe over time");
+    eprintln!("one wipe over time");
     evolution::write(&setup, out)?;
-    println!("{trials} trials with every action space");
+    eprintln!("{trials} trials with every action space");
     Comparison::run(&setup, *seed, *trials)?.write(out)?;
-    println!("the sign of delta");
+    eprintln!("the sign of delta");
     delta_sign::write(&delta_sign::grid(&setup)?, out)?;
     let [aforce, _, _, high] = spaces();
     let tables = [
@@ -102,10 +102,10 @@ fn run(arguments: &Arguments) -> Result<()> {
         ("laws", conditions::laws(), &[aforce][..]),
     ];
     for (name, conditions, spaces) in tables {
-        println!("{name}");
+        eprintln!("{name}");
         conditions::write(&conditions, spaces, &setup, *seed, CONDITION_TRIALS, &out.join(name).with_extension("csv"))?;
     }
     manifest.end(out)?;
-    println!("tables and figures are in {}", out.display());
+    eprintln!("tables and figures are in {}", out.display());
     Ok(())
 }

@@ -120,3 +120,14 @@ fn the_printed_sign_destabilises_where_the_closed_form_says_so() {
     let (damping, literal) = (of(0, 0.8), of(2, 1.2));
     assert!(damping.alpha > literal.alpha && damping.stable && !literal.stable, "{damping:?} {literal:?}");
 }
+
+#[test]
+fn what_is_not_its_own_is_not_overwritten() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("evolution.csv"), "mine").unwrap();
+    let program = std::process::Command::new(env!("CARGO_BIN_EXE_wiping")).arg("--out").arg(folder.path()).output();
+    let program = program.unwrap();
+    assert_eq!(program.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&program.stderr).contains("nothing was overwritten"));
+    assert_eq!(std::fs::read_to_string(folder.path().join("evolution.csv")).unwrap(), "mine");
+}
