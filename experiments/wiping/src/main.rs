@@ -24,7 +24,7 @@ struct Arguments {
     #[arg(long, default_value_t = 2)]
     seed: u64,
     /// Trials of each action space in the comparison
-    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(2..))]
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(2..=1000))]
     trials: u64,
 }
 

@@ -129,7 +129,7 @@ pub struct Outcome {
     pub force_held: f64,
     /// Share of the time in which force control is not fully engaged.
     pub contact_lost: f64,
-    /// Time from contact until the force stays within 10 % for [`HELD`] (s).
+    /// Time from contact until the force stays within 10 % for 0.1 s (s).
     pub force_reached: Option<f64>,
     /// Mean translational stiffness across the contact axis (N/m).
     pub stiffness: f64,
@@ -138,7 +138,7 @@ pub struct Outcome {
 }
 
 /// The force counts as reached once it stays within 10 % for so long (s).
-pub const HELD: f64 = 0.1;
+const HELD: f64 = 0.1;
 
 impl Record {
     /// Samples of one part of the script.
