@@ -2,7 +2,7 @@
 
 use tasks::{Env, Step};
 
-use crate::plot::{Panel, Series};
+use output::plot::{Panel, Series};
 
 /// Time series of one episode.
 #[derive(Debug, Clone, Default)]
@@ -77,6 +77,7 @@ impl Traces {
                     x_label: "time (s)".into(),
                     y_label: column.unit.into(),
                     series: vec![series],
+                    ..Panel::default()
                 }),
             }
         }

@@ -15,6 +15,7 @@ mod engine;
 pub mod gripper;
 pub mod mjcf;
 pub mod model;
+mod observer;
 pub mod panda;
 pub mod scene;
 pub mod scenes;
@@ -22,4 +23,5 @@ mod simulation;
 pub mod wiping_tool;
 
 pub use contact::ContactReading;
+pub use observer::MomentumObserver;
 pub use simulation::{Diverged, Plant, Simulation, SimulationConfig, Snapshot};

@@ -6,12 +6,12 @@ use std::process::ExitCode;
 use anyhow::{Result, ensure};
 use clap::Parser;
 use experiments::cli;
-use experiments::picture::{GifWriter, caption, write_png};
-use experiments::plot;
 use experiments::rollout::episode;
 use experiments::seeds::evaluation_seed;
 use experiments::source::SourceArgs;
 use experiments::traces::Traces;
+use output::picture::{GifWriter, caption, write_png};
+use output::plot;
 use physics::camera::Image;
 use tasks::{Env, Step};
 
