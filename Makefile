@@ -30,8 +30,9 @@ check: setup
 bench: setup
 	$(CARGO) bench --workspace
 
-# The runs behind results/ (about 20 minutes each on one core), and their table.
+# What is in results/: the wiping experiment (a minute), the runs (about 20 minutes each on one core) and their tables.
 reproduce: setup
 	$(CARGO) build --release --bins
+	$(RUN) wiping
 	$(RUN) sweep -- experiments/configs/lift.toml
 	$(RUN) report -- runs/lift

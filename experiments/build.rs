@@ -1,35 +1,5 @@
-//! Lets the programs and tests of this package find libtorch, and tells them which commit they are.
-
-use std::process::Command;
+//! Lets the programs and tests of this package find libtorch.
 
 fn main() {
     libtorch::link();
-
-    // The commit belongs to the program, not to the moment at which it runs.
-    println!("cargo::rustc-env=WORKBENCH_COMMIT={}", commit());
-    for file in ["HEAD", "index"] {
-        if let Some(path) = git(&["rev-parse", "--path-format=absolute", "--git-path", file]) {
-            println!("cargo::rerun-if-changed={path}");
-        }
-    }
-    for folder in ["Cargo.lock", "crates", "experiments"] {
-        println!("cargo::rerun-if-changed=../{folder}");
-    }
-}
-
-/// Commit of this checkout, marked if its sources differ from it; `unknown` outside a git repository.
-fn commit() -> String {
-    let Some(commit) = git(&["rev-parse", "--short=12", "HEAD"]) else {
-        return "unknown".into();
-    };
-    let sources = ["Cargo.lock", "Cargo.toml", "crates", "experiments"].map(|path| format!(":/{path}"));
-    let mut status = vec!["status", "--porcelain", "--untracked-files=no", "--"];
-    status.extend(sources.iter().map(String::as_str));
-    let changed = git(&status).is_some_and(|files| !files.is_empty());
-    if changed { commit + "-dirty" } else { commit }
-}
-
-fn git(arguments: &[&str]) -> Option<String> {
-    let output = Command::new("git").args(arguments).output().ok()?;
-    output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_string())
 }

@@ -35,7 +35,7 @@ def read(path):
         data = re.search(r'<script id="data" type="application/json">(.*?)</script>', file.read(), re.DOTALL)
     if data is None:
         sys.exit(f"{path}: not a page of replay --html")
-    return json.loads(data[1])
+    return json.loads(data[1])["episodes"]
 
 
 def shape(solid):

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Regenerate experiments/reference/statistics.csv: what NumPy, SciPy and rliable say about small samples.
+"""Regenerate crates/output/reference/statistics.csv: what NumPy, SciPy and rliable say about small samples.
 
     python3 -m venv VENV && VENV/bin/pip install rliable==1.2.0 scipy==1.17.1 "pandas<3"
     VENV/bin/python scripts/statistics_reference.py
 
 Columns: two samples (a and b), then of a: mean, deviation (n - 1), median, interquartile mean (scipy.stats.trim_mean); the probability
 that a exceeds b; 95 % percentile-bootstrap intervals of the interquartile mean and of that probability (rliable, 50 000 resamples).
-Read by experiments/src/statistics.rs.
+Read by crates/output/src/statistics.rs.
 """
 
 import csv
@@ -16,7 +16,7 @@ import numpy as np
 from rliable import library, metrics
 from scipy.stats import trim_mean
 
-OUT = Path(__file__).resolve().parent.parent / "experiments" / "reference" / "statistics.csv"
+OUT = Path(__file__).resolve().parent.parent / "crates" / "output" / "reference" / "statistics.csv"
 REPS = 50_000
 
 

@@ -4,7 +4,7 @@ use anyhow::Result;
 
 use crate::columns::Columns;
 use crate::folder::RunFolder;
-use crate::plot::{self, Panel, Series};
+use output::plot::{self, Panel, Series};
 
 /// Training episodes in the running mean.
 const WINDOW: usize = 20;
@@ -27,6 +27,7 @@ pub fn draw(folder: &RunFolder) -> Result<()> {
             },
             Series { label: "evaluation, mean action".into(), points: eval.mean_by_step(column) },
         ],
+        ..Panel::default()
     };
     let panels = [
         panel("Return", "return", "return"),

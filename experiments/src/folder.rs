@@ -207,8 +207,8 @@ impl Manifest {
         let since_1970 = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
         Manifest {
             schema: 1,
-            command: command(),
-            commit: commit(),
+            command: output::command(),
+            commit: output::commit(),
             config_hash: config.hash(),
             seed: config.seed,
             cpu: cpu_model(),
@@ -219,21 +219,6 @@ impl Manifest {
             wall_s: 0.0,
         }
     }
-}
-
-/// The command line with the program's bare name, as it would be typed elsewhere.
-fn command() -> Vec<String> {
-    let mut command: Vec<String> = std::env::args().collect();
-    if let Some(program) = command.first_mut() {
-        *program = Path::new(&*program).file_name().unwrap_or_default().to_string_lossy().into_owned();
-    }
-    command
-}
-
-/// Commit of which this program was built, marked `-dirty` if its sources differed from it;
-/// `unknown` outside a git repository.
-pub fn commit() -> String {
-    env!("WORKBENCH_COMMIT").into()
 }
 
 fn cpu_model() -> String {

@@ -3,16 +3,17 @@
 use std::path::Path;
 
 use anyhow::Result;
+use output::picture;
+use output::plot::{Panel, Series};
 use serde_json::{Value, json};
 
-use crate::plot::{Panel, Series};
+use crate::arrow;
 use crate::recording::Packed;
 use crate::take::Take;
-use crate::{arrow, picture};
 
 /// Everything but the data, which takes the place of [`DATA`].
 const TEMPLATE: &str = include_str!("../assets/replay.html");
-const DATA: &str = "{{episodes}}";
+const DATA: &str = "{{data}}";
 
 /// Writes the page; the second take, if any, stands to the right of the first.
 ///
@@ -23,9 +24,10 @@ pub fn write(path: &Path, takes: &[Take]) -> Result<()> {
 }
 
 fn page(takes: &[Take]) -> String {
-    let episodes: Vec<Value> = takes.iter().map(json).collect();
+    let made = format!("{} (commit {})", output::command().join(" "), output::commit());
+    let data = json!({"made": made, "episodes": takes.iter().map(json).collect::<Vec<_>>()});
     // Inside a script element nothing but "</" could end it.
-    TEMPLATE.replace(DATA, &Value::from(episodes).to_string().replace("</", "<\\/"))
+    TEMPLATE.replace(DATA, &data.to_string().replace("</", "<\\/"))
 }
 
 fn json(take: &Take) -> Value {
@@ -83,7 +85,7 @@ mod tests {
         .unwrap();
         let page = page(&[take]);
         assert!(page.len() < 1_000_000, "{} bytes", page.len());
-        let episode = &data(&page)[0];
+        let episode = &data(&page)["episodes"][0];
         assert_eq!(episode["frames"], 500);
         assert!(episode["detail"].as_str().unwrap().starts_with("a </script> & \"quotes\""));
 

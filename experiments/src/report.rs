@@ -5,8 +5,8 @@ use std::fmt::Write;
 use serde::Serialize;
 
 use crate::published;
-use crate::statistics::{deviation, interval, iqm, mean, median, probability_of_improvement};
 use crate::summary::RunSummary;
+use output::statistics::{deviation, interval, iqm, mean, median, probability_of_improvement};
 
 /// The runs of a task with an action space; seeds differ.
 pub struct Group<'a> {

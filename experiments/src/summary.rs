@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::columns::Columns;
 use crate::config::RunConfig;
 use crate::folder::RunFolder;
-use crate::statistics::mean;
+use output::statistics::mean;
 
 /// Evaluations at the end of a run whose mean is its final return.
 const LAST: usize = 5;

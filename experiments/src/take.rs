@@ -3,11 +3,11 @@
 use std::ops::ControlFlow;
 
 use anyhow::Result;
+use output::picture::caption;
 use physics::camera::Image;
 use tasks::{Env, Step};
 
 use crate::arrow;
-use crate::picture::caption;
 use crate::recording::{Recording, contact_force, tool};
 use crate::rollout::{Policy, episode};
 use crate::traces::Traces;

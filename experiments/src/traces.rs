@@ -1,8 +1,8 @@
 //! What happened during one episode, over time, at 20 Hz.
 
+use output::plot::{Panel, Series};
 use tasks::{Env, Step};
 
-use crate::plot::{Panel, Series};
 use crate::recording::contact_force;
 
 /// Time series of one episode.
@@ -106,6 +106,7 @@ impl Traces {
                     x_label: "time (s)".into(),
                     y_label: column.unit.into(),
                     series: vec![series],
+                    ..Panel::default()
                 }),
             }
         }

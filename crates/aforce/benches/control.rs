@@ -40,7 +40,7 @@ fn control(c: &mut Criterion) {
         let mut control = controller(name, linear, &y);
         c.bench_function(&format!("update/{name}"), |b| b.iter(|| control.update(black_box(&y))));
     }
-    for (kind, interpolation) in [("linear", linear), ("jerk-limited", Interpolation::JerkLimited)] {
+    for (kind, interpolation) in [("linear", linear), ("jerk-limited", Interpolation::JerkLimited { dynamics: 1.0 })] {
         let mut control = controller("aforce", interpolation, &y);
         c.bench_function(&format!("one action: set_goal and 25 updates/{kind}"), |b| {
             let mut sign = 0.5;

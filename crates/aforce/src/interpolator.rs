@@ -17,17 +17,22 @@ pub enum Interpolation {
         /// over one fifth of 50 ms is 5 m/s of reference velocity.
         ramp_ratio: f64,
     },
-    /// A time-optimal, jerk-limited move within the Panda's Cartesian limits (the paper's real arm).
-    JerkLimited,
+    /// A time-optimal, jerk-limited move (the paper's real arm).
+    JerkLimited {
+        /// Share of the Panda's Cartesian limits of velocity, acceleration and jerk, above 0 and at most 1. Each action
+        /// plans to come to rest at its goal: with all of the limits the set-point stops and goes at the policy's rate.
+        dynamics: f64,
+    },
 }
 
 impl Interpolation {
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
-        if let Self::Linear { ramp_ratio } = *self {
-            positive("interpolation.ramp_ratio", ramp_ratio)?;
-            within("interpolation.ramp_ratio", ramp_ratio, 0.0..=1.0)?;
-        }
-        Ok(())
+        let (field, share) = match *self {
+            Self::Linear { ramp_ratio } => ("interpolation.ramp_ratio", ramp_ratio),
+            Self::JerkLimited { dynamics } => ("interpolation.dynamics", dynamics),
+        };
+        positive(field, share)?;
+        within(field, share, 0.0..=1.0)
     }
 }
 
@@ -55,7 +60,7 @@ impl Interpolator {
                 let samples = (ramp_ratio * f64::from(samples_per_action)).ceil().max(1.0);
                 Path::Linear(LinearRamp::new(samples as u32, dt))
             }
-            Interpolation::JerkLimited => Path::JerkLimited(Box::new(JerkLimited::new(dt))),
+            Interpolation::JerkLimited { dynamics } => Path::JerkLimited(Box::new(JerkLimited::new(dynamics, dt))),
         };
         Self { path, pose: Pose::identity(), twist: Twist::zeros() }
     }
@@ -152,7 +157,7 @@ mod tests {
 
     #[test]
     fn after_reset_the_set_point_rests_at_the_measured_pose() {
-        for kind in [Interpolation::Linear { ramp_ratio: 0.2 }, Interpolation::JerkLimited] {
+        for kind in [Interpolation::Linear { ramp_ratio: 0.2 }, Interpolation::JerkLimited { dynamics: 1.0 }] {
             let mut path = Interpolator::new(&kind, 25, DT);
             path.reset(&start());
             path.set_goal(&goal());

@@ -36,10 +36,12 @@ pub(crate) struct JerkLimited {
 }
 
 impl JerkLimited {
-    pub(crate) fn new(dt: f64) -> Self {
+    /// `dynamics` is the share of the limits to use.
+    pub(crate) fn new(dynamics: f64, dt: f64) -> Self {
         let mut input = InputParameter::new(None);
         for axis in 0..6 {
-            let [velocity, acceleration, jerk] = if axis < 3 { PANDA.translation } else { PANDA.rotation };
+            let limits = if axis < 3 { PANDA.translation } else { PANDA.rotation };
+            let [velocity, acceleration, jerk] = limits.map(|limit| dynamics * limit);
             input.max_velocity[axis] = velocity / 3f64.sqrt();
             input.max_acceleration[axis] = acceleration / 3f64.sqrt();
             input.max_jerk[axis] = jerk / 3f64.sqrt();
@@ -198,7 +200,13 @@ mod tests {
 
     #[test]
     fn velocity_and_acceleration_are_continuous_across_goals_and_within_limits() {
-        let mut path = JerkLimited::new(DT);
+        for dynamics in [1.0, 0.2] {
+            stays_within_limits(dynamics);
+        }
+    }
+
+    fn stays_within_limits(dynamics: f64) {
+        let mut path = JerkLimited::new(dynamics, DT);
         let home = Pose::new(Vector3::new(0.5, 0.0, 0.3), Vector3::new(3.1, 0.0, 0.0));
         path.reset(&home);
         let mut state: u64 = 7;
@@ -220,10 +228,11 @@ mod tests {
                 let moved = pose_error(&next_pose, &pose) / DT;
                 assert!((moved - (next_twist + twist) / 2.0).amax() < 2e-3);
                 let acceleration = (next_twist - twist) / DT;
-                assert!(linear(&acceleration).norm() < 13.0 * 1.001);
+                assert!(linear(&acceleration).norm() < 13.0 * 1.001 * dynamics);
                 // Each axis of the rotation vector keeps its limit; the angular velocity may exceed by curvature.
-                assert!(rotational(&acceleration).norm() < 25.0 * 1.3);
-                assert!(linear(&next_twist).norm() <= 1.7 + 1e-9 && rotational(&next_twist).norm() <= 2.5 * 1.1);
+                assert!(rotational(&acceleration).norm() < 25.0 * 1.3 * dynamics);
+                assert!(linear(&next_twist).norm() <= 1.7 * dynamics + 1e-9);
+                assert!(rotational(&next_twist).norm() <= 2.5 * 1.1 * dynamics);
                 (pose, twist) = (next_pose, next_twist);
             }
         }
@@ -231,7 +240,7 @@ mod tests {
 
     #[test]
     fn the_goal_is_reached_and_held() {
-        let mut path = JerkLimited::new(DT);
+        let mut path = JerkLimited::new(1.0, DT);
         path.reset(&Pose::identity());
         let goal = Pose::new(Vector3::new(0.03, -0.01, 0.02), Vector3::new(0.1, 0.4, -0.2));
         path.set_goal(&goal);

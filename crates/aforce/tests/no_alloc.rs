@@ -51,7 +51,7 @@ fn measurement() -> Measurement {
 fn the_control_step_allocates_nothing() {
     let limits = TorqueLimits { max: JointVector::repeat(80.0), rate: Some(JointVector::repeat(1000.0)) };
     let y = measurement();
-    for interpolation in [Interpolation::Linear { ramp_ratio: 1.0 }, Interpolation::JerkLimited] {
+    for interpolation in [Interpolation::Linear { ramp_ratio: 1.0 }, Interpolation::JerkLimited { dynamics: 1.0 }] {
         let config = ControllerConfig { interpolation, ..ControllerConfig::default() };
         for space in ActionSpace::ALL {
             let mut control = Controller::new(space, &config, limits, Vector3::z_axis()).unwrap();

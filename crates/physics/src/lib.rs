@@ -15,6 +15,7 @@ mod engine;
 pub mod gripper;
 pub mod mjcf;
 pub mod model;
+mod observer;
 pub mod panda;
 pub mod scene;
 pub mod scenes;
@@ -23,5 +24,6 @@ mod solid;
 pub mod wiping_tool;
 
 pub use contact::ContactReading;
+pub use observer::MomentumObserver;
 pub use simulation::{Diverged, Plant, Simulation, SimulationConfig, Snapshot};
 pub use solid::Solid;

@@ -17,6 +17,7 @@ mod wipe;
 
 pub use env::{Env, EnvConfig, Step};
 pub use interval::Interval;
+pub use markers::Markers;
 pub use observation::scale;
 pub use penalty::ForcePenalty;
 pub use task::{Component, REWARD_TERMS, Reward, Task, TaskName, Waypoint};

@@ -1,4 +1,4 @@
-//! The dirt of Wipe: markers along a random walk over the table (robosuite 1.4).
+//! The dirt to be wiped: markers along a random walk over the table (robosuite 1.4), or all over a round spot.
 
 use aforce::{Pose, Vector3};
 use nalgebra::{Point3, Vector2};
@@ -56,6 +56,17 @@ impl Markers {
         }
     }
 
+    /// A round spot, evenly covered, around a point on a table top (m, world).
+    pub fn spot(centre: Vector3, radius: f64) -> Self {
+        // Vogel's sunflower: equal areas, no rows.
+        let golden_angle = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+        let marker = |i: usize| {
+            let (sin, cos) = (golden_angle * i as f64).sin_cos();
+            centre + Vector3::new(cos, sin, 0.0) * radius * ((i as f64 + 0.5) / COUNT as f64).sqrt()
+        };
+        Markers { positions: (0..COUNT).map(marker).collect(), wiped: vec![false; COUNT] }
+    }
+
     /// Wipes the markers under the face of a tool at `pose`; returns how many are new.
     pub fn wipe(&mut self, pose: &Pose) -> usize {
         let before = self.wiped_count();
@@ -74,6 +85,11 @@ impl Markers {
     /// Every marker (m, world) and whether it is wiped.
     pub fn iter(&self) -> impl Iterator<Item = (Vector3, bool)> {
         self.positions.iter().copied().zip(self.wiped.iter().copied())
+    }
+
+    /// Share of the markers that are not wiped.
+    pub fn remaining_share(&self) -> f64 {
+        1.0 - self.wiped_count() as f64 / self.positions.len() as f64
     }
 
     /// The markers that are not wiped yet (m, world).
@@ -130,6 +146,20 @@ mod tests {
         println!("radius {radius:.3} m, extents {extent:.3?} m");
         assert!((radius - 0.145).abs() < 0.01, "{radius}");
         assert!((extent[0] - 0.16).abs() < 0.015 && (extent[1] - 0.21).abs() < 0.02, "{extent:?}");
+    }
+
+    #[test]
+    fn a_spot_is_round_and_even() {
+        let centre = Vector3::new(0.1, -0.2, 0.9);
+        let mut spot = Markers::spot(centre, 0.07);
+        let (middle, radius) = spot.centroid_and_radius().unwrap();
+        assert!((middle - centre).norm() < 0.002 && (0.065..0.072).contains(&radius), "{middle} {radius}");
+        let inner = spot.remaining().filter(|m| (m - centre).norm() < 0.035).count();
+        assert_eq!(inner, COUNT / 4, "a quarter of the area");
+        assert_eq!(spot.remaining_share(), 1.0);
+        spot.wipe(&Pose::new(centre, Vector3::x() * std::f64::consts::PI));
+        // The face covers 0.12 x 0.05 m of a disc of 0.0154 m2.
+        assert!((spot.remaining_share() - 0.61).abs() < 0.03, "{}", spot.remaining_share());
     }
 
     #[test]

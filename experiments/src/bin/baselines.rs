@@ -3,13 +3,11 @@
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Context, Result, ensure};
 use clap::{Parser, ValueEnum};
 use experiments::cli::{self, ConfigArgs};
 use experiments::config::RunConfig;
-use experiments::folder;
 use experiments::rollout::{Policy, episode};
 use experiments::rows::Outcome;
 use experiments::seeds::evaluation_seed;
@@ -80,13 +78,13 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let config = arguments.config.resolve()?;
     let tasks = if arguments.tasks.is_empty() { vec![config.env.task] } else { arguments.tasks.clone() };
     let pairs: Vec<_> = tasks.iter().flat_map(|&task| spaces.iter().map(move |&space| (task, space))).collect();
-    let rows = in_parallel(&pairs, |&(task, space)| {
+    let rows = output::parallel::map(&pairs, |&(task, space)| {
         let mut config = config.clone();
         (config.env.task, config.env.space) = (task, space);
         let row = play(&config, arguments.policy, arguments.episodes)?;
         let (success, mean, deviation) = (row.success, row.return_mean, row.return_std);
         println!("{} {space}: success {success:.2}, return {mean:.1} +- {deviation:.1}", row.task);
-        Ok(row)
+        Ok::<_, anyhow::Error>(row)
     })?;
     let mut table = csv::Writer::from_path(&arguments.out).with_context(|| out.to_string())?;
     for row in rows {
@@ -94,25 +92,6 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     table.flush()?;
     Ok(ExitCode::SUCCESS)
-}
-
-/// Applies `work` to all items on all cores; the results keep the order of the items.
-fn in_parallel<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> Result<R> + Sync) -> Result<Vec<R>> {
-    let next = AtomicUsize::new(0);
-    let worker = || {
-        let mut done = vec![];
-        while let Some((index, item)) = items.iter().enumerate().nth(next.fetch_add(1, Ordering::Relaxed)) {
-            done.push((index, work(item)));
-        }
-        done
-    };
-    let threads = std::thread::available_parallelism().map_or(1, Into::into);
-    let mut done: Vec<(usize, Result<R>)> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(worker)).collect();
-        workers.into_iter().flat_map(|worker| worker.join().expect("no worker panics")).collect()
-    });
-    done.sort_by_key(|(index, _)| *index);
-    done.into_iter().map(|(_, result)| result).collect()
 }
 
 fn parse_task(name: &str) -> Result<TaskName, String> {
@@ -162,6 +141,6 @@ fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
         penalty: mean(|o| o.penalty),
         saturated_fraction: mean(|o| o.saturated_fraction),
         diverged_episodes: outcomes.iter().filter(|o| o.diverged).count(),
-        commit: folder::commit(),
+        commit: output::commit(),
     })
 }

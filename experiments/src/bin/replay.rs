@@ -5,12 +5,13 @@ use std::process::ExitCode;
 
 use anyhow::{Result, ensure};
 use clap::Parser;
-use experiments::picture::{GifWriter, write_png};
 use experiments::seeds::evaluation_seed;
 use experiments::source::SourceArgs;
 use experiments::take::Take;
 use experiments::view::View;
-use experiments::{cli, page, plot, sheet};
+use experiments::{cli, page, sheet};
+use output::picture::{GifWriter, write_png};
+use output::plot;
 use physics::camera::Image;
 use tasks::{Env, Step};
 

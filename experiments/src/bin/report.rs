@@ -7,9 +7,9 @@ use anyhow::{Context, Result, ensure};
 use clap::Parser;
 use experiments::cli;
 use experiments::folder::RunFolder;
-use experiments::plot::{self, Panel, Series};
 use experiments::report::{comparison, groups, markdown, summary};
 use experiments::summary::{RunSummary, evaluations, find_runs};
+use output::plot::{self, Panel, Series};
 use serde::Serialize;
 
 /// Summarise all runs below a folder.
@@ -88,6 +88,7 @@ fn curves(runs: &[(&RunFolder, &RunSummary)]) -> Result<Vec<Panel>> {
             x_label: "environment steps (thousands)".into(),
             y_label: unit.into(),
             series: runs.iter().map(line).collect::<Result<_>>()?,
+            ..Panel::default()
         })
     };
     Ok(vec![

@@ -260,7 +260,7 @@ proptest! {
         let space = ActionSpace::ALL[which];
         let mut config = ControllerConfig::default();
         if jerk_limited {
-            config.interpolation = Interpolation::JerkLimited;
+            config.interpolation = Interpolation::JerkLimited { dynamics: 1.0 };
         }
         let reference = match continued {
             true => Reference::Continued { leash_position: 0.02, leash_rotation: 0.15 },

@@ -11,6 +11,7 @@ use kuva::RasterBackend;
 use kuva::TickFormat;
 use kuva::backend::svg::SvgBackend;
 use kuva::plot::{LinePlot, LineStyle, ScatterPlot};
+use kuva::render::annotations::ReferenceLine;
 use kuva::render::figure::Figure;
 use kuva::render::layout::Layout;
 use kuva::render::plots::Plot;
@@ -40,6 +41,10 @@ pub struct Panel {
     pub y_label: String,
     /// The curves; later ones are drawn over earlier ones.
     pub series: Vec<Series>,
+    /// Moments: label and x of vertical lines.
+    pub marks: Vec<(String, f64)>,
+    /// Both axes are logarithmic.
+    pub logarithmic: bool,
 }
 
 /// Size of one panel in SVG units: two by two of them are about 1000 x 700.
@@ -56,6 +61,9 @@ const LINE_WIDTH: f64 = 1.8;
 /// more follow, because kuva's PNGs show no dashes within short segments: ten action spaces must do without.
 const COLORS: [&str; 10] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#8b4513", "#6a3d9a", "#808080"];
+
+/// The lines of the first and the second label of marks, and so on.
+const MARKS: [(&str, LineStyle); 2] = [("#c0c0c0", LineStyle::Solid), ("#808080", LineStyle::Solid)];
 
 /// Writes `PATH.svg` and `PATH.png`: the panels in two columns, one legend below them if any panel has several curves.
 pub fn write(panels: &[Panel], path_without_extension: &Path) -> Result<()> {
@@ -91,8 +99,8 @@ fn halved(png: &[u8]) -> Result<Image> {
 fn draw(panels: &[Panel]) -> Scene {
     let columns = panels.len().min(2);
     let rows = panels.len().div_ceil(2);
-    let labels = legend_labels(panels);
-    let (plots, layouts): (Vec<_>, Vec<_>) = panels.iter().map(|panel| draw_panel(panel, &labels)).unzip();
+    let (labels, marks) = (legend_labels(panels), mark_labels(panels));
+    let (plots, layouts): (Vec<_>, Vec<_>) = panels.iter().map(|panel| draw_panel(panel, &labels, &marks)).unzip();
     let mut scene = Figure::new(rows, columns)
         .with_cell_size(PANEL.0, PANEL.1)
         .with_spacing(MARGIN)
@@ -100,38 +108,62 @@ fn draw(panels: &[Panel]) -> Scene {
         .with_plots(plots)
         .with_layouts(layouts)
         .render();
-    add_legend(&mut scene, &labels);
+    let curves = labels.iter().enumerate().map(|(index, label)| (*label, pen(index)));
+    let marks = marks.iter().enumerate().map(|(index, label)| (*label, mark_pen(index)));
+    add_legend(&mut scene, &curves.chain(marks).collect::<Vec<_>>());
     scene
 }
 
 /// Every label once, in order of appearance; none where no panel has two curves to tell apart.
 fn legend_labels(panels: &[Panel]) -> Vec<&str> {
-    let mut labels = Vec::new();
-    if panels.iter().any(|panel| panel.series.len() > 1) {
-        for series in panels.iter().flat_map(|panel| &panel.series) {
-            if !labels.contains(&series.label.as_str()) {
-                labels.push(&series.label);
-            }
+    if panels.iter().all(|panel| panel.series.len() < 2) {
+        return vec![];
+    }
+    once(panels.iter().flat_map(|panel| &panel.series).map(|series| series.label.as_str()))
+}
+
+/// Every label of a mark once.
+fn mark_labels(panels: &[Panel]) -> Vec<&str> {
+    once(panels.iter().flat_map(|panel| &panel.marks).map(|(label, _)| label.as_str()))
+}
+
+fn once<'a>(all: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+    let mut labels = vec![];
+    for label in all {
+        if !labels.contains(&label) {
+            labels.push(label);
         }
     }
     labels
 }
 
-/// Colour, and line style once the colours are used up, of the n-th label.
-fn pen(index: usize) -> (&'static str, LineStyle) {
+/// Colour and line style.
+type Pen = (&'static str, LineStyle);
+
+/// Of the n-th mark.
+fn mark_pen(index: usize) -> Pen {
+    MARKS[index % MARKS.len()].clone()
+}
+
+/// Of the n-th curve: other line styles once the colours are used up.
+fn pen(index: usize) -> Pen {
     let styles = [LineStyle::Solid, LineStyle::Dashed, LineStyle::Dotted, LineStyle::DashDot];
     (COLORS[index % COLORS.len()], styles[index / COLORS.len() % styles.len()].clone())
 }
 
-fn draw_panel(panel: &Panel, labels: &[&str]) -> (Vec<Plot>, Layout) {
+fn draw_panel(panel: &Panel, labels: &[&str], marks: &[&str]) -> (Vec<Plot>, Layout) {
     let mut plots = Vec::new();
     let (mut x_range, mut y_range) = (Range::EMPTY, Range::EMPTY);
+    let scale = if panel.logarithmic { f64::log10 } else { |value| value };
+    let drawable = |value: f64| drawable(value) && drawable(scale(value));
+    let mut dots = false;
     for series in &panel.series {
         let points: Vec<_> = series.points.iter().copied().filter(|&(x, y)| drawable(x) && drawable(y)).collect();
         for &(x, y) in &points {
-            x_range.include(x);
-            y_range.include(y);
+            x_range.include(scale(x));
+            y_range.include(scale(y));
         }
+        dots |= points.len() == 1;
         let (color, style) = pen(labels.iter().position(|label| *label == series.label).unwrap_or(0));
         plots.push(if points.len() == 1 {
             // A line of one point has no length.
@@ -142,10 +174,12 @@ fn draw_panel(panel: &Panel, labels: &[&str]) -> (Vec<Plot>, Layout) {
         });
     }
     let empty = x_range == Range::EMPTY;
-    let (x_axis, y_axis) = (x_range.axis(0.0), y_range.axis(0.04));
+    // Lines may end at the edge; half a dot would be missing there.
+    let axes = [x_range.axis(if dots { 0.03 } else { 0.0 }), y_range.axis(0.04)];
+    let [x_axis, y_axis] = if panel.logarithmic { axes.map(Range::powers_of_ten) } else { axes };
     // A cell without plots would vanish, axes and all.
     plots.push(Plot::from(LinePlot::new()));
-    let layout = Layout::new((x_axis.low, x_axis.high), (y_axis.low, y_axis.high))
+    let mut layout = Layout::new((x_axis.low, x_axis.high), (y_axis.low, y_axis.high))
         // kuva would otherwise round the limits outward, by up to a quarter of the panel.
         .with_x_axis_min(x_axis.low)
         .with_x_axis_max(x_axis.high)
@@ -162,6 +196,14 @@ fn draw_panel(panel: &Panel, labels: &[&str]) -> (Vec<Plot>, Layout) {
         .with_label_size(LABEL_SIZE)
         .with_tick_size(TICK_SIZE)
         .with_theme(Theme { grid_color: "#e4e4e4".into(), ..Theme::light() });
+    for (label, x) in &panel.marks {
+        let (color, style) = mark_pen(marks.iter().position(|mark| mark == label).unwrap_or(0));
+        let line = ReferenceLine::vertical(*x).with_color(color).with_stroke_width(LINE_WIDTH);
+        layout = layout.with_reference_line(line.with_dasharray(style.dasharray().unwrap_or_default()));
+    }
+    if panel.logarithmic {
+        layout = layout.with_log_scale();
+    }
     (plots, layout)
 }
 
@@ -202,6 +244,11 @@ impl Range {
         }
     }
 
+    /// From logarithms back to values.
+    fn powers_of_ten(self) -> Range {
+        Range { low: 10f64.powf(self.low), high: 10f64.powf(self.high) }
+    }
+
     /// "250k" rather than "250000", so that environment steps do not run into each other; no more decimals than the
     /// distance between two ticks asks for.
     fn tick_label(&self, value: f64) -> String {
@@ -225,13 +272,13 @@ impl Range {
 }
 
 /// Adds a strip below the panels with the labels side by side, in as many rows as they need.
-fn add_legend(scene: &mut Scene, labels: &[&str]) {
+fn add_legend(scene: &mut Scene, labels: &[(&str, Pen)]) {
     const SWATCH: f64 = 30.0;
     const GAP: f64 = 8.0;
     const ROW: f64 = 24.0;
     /// Mean width of a DejaVu Sans character, on the generous side; the fallback fonts are narrower.
     const CHARACTER: f64 = 0.62 * LABEL_SIZE as f64;
-    let Some(longest) = labels.iter().map(|label| label.chars().count()).max() else { return };
+    let Some(longest) = labels.iter().map(|(label, _)| label.chars().count()).max() else { return };
     let widest = SWATCH + GAP + longest as f64 * CHARACTER + 3.0 * GAP;
     // Equal columns, and rows as even as they can be.
     let fitting = (((scene.width - 2.0 * MARGIN) / widest) as usize).clamp(1, labels.len());
@@ -240,16 +287,15 @@ fn add_legend(scene: &mut Scene, labels: &[&str]) {
     let left = (scene.width - columns as f64 * widest + 3.0 * GAP) / 2.0;
     let top = scene.height;
     scene.height += rows as f64 * ROW + MARGIN;
-    for (index, label) in labels.iter().enumerate() {
+    for (index, (label, (color, style))) in labels.iter().enumerate() {
         let x = left + (index % columns) as f64 * widest;
         let y = top + ((index / columns) as f64 + 0.5) * ROW;
-        let (color, style) = pen(index);
         scene.add(Primitive::Line {
             x1: x,
             y1: y,
             x2: x + SWATCH,
             y2: y,
-            stroke: color.into(),
+            stroke: (*color).into(),
             stroke_width: 1.5 * LINE_WIDTH,
             stroke_dasharray: style.dasharray(),
         });

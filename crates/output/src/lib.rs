@@ -1,0 +1,26 @@
+//! What programs need to leave results behind: work on all cores, statistics, plots, pictures and films, and the
+//! command and commit they come from.
+//!
+//! Apart from the programs, so that those which learn nothing need no libtorch.
+
+pub mod parallel;
+pub mod picture;
+pub mod plot;
+pub mod statistics;
+
+use std::path::Path;
+
+/// Commit of which this program was built, marked `-dirty` if its sources differed from it;
+/// `unknown` outside a git repository.
+pub fn commit() -> String {
+    env!("WORKBENCH_COMMIT").into()
+}
+
+/// The command line with the program's bare name, as it would be typed elsewhere.
+pub fn command() -> Vec<String> {
+    let mut command: Vec<String> = std::env::args().collect();
+    if let Some(program) = command.first_mut() {
+        *program = Path::new(&*program).file_name().unwrap_or_default().to_string_lossy().into_owned();
+    }
+    command
+}

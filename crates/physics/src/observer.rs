@@ -1,0 +1,63 @@
+//! What a real arm knows about contact: a wrench estimated from its joint torques.
+
+use aforce::{JointVector, Measurement, Wrench};
+
+/// A generalized-momentum observer (De Luca et al., IROS 2006): what changes the momentum p = M qd besides the
+/// commanded torque, gravity, Coriolis forces and the joints' damping is an external torque. It needs no acceleration.
+///
+/// ```text
+/// p_dot = tau + C^T qd - g - d qd + tau_ext        r = k (p - integral of (the right side with r for tau_ext))
+/// ```
+///
+/// The residual r follows tau_ext through a first-order low-pass with the cut-off k. What the model does not know, a
+/// payload for instance, is taken for a contact.
+#[derive(Debug, Clone)]
+pub struct MomentumObserver {
+    /// k (1/s).
+    gain: f64,
+    /// Viscous damping of each joint (Nm s/rad), as the model has it.
+    damping: JointVector,
+    /// The previous sample.
+    previous: Measurement,
+    /// p as the model alone explains it (kg m2/s).
+    momentum: JointVector,
+    /// r (Nm).
+    residual: JointVector,
+}
+
+impl MomentumObserver {
+    /// An observer with the given cut-off (Hz) that starts from `y`, without external torque.
+    pub fn new(cutoff_hz: f64, damping: JointVector, y: &Measurement) -> Self {
+        MomentumObserver {
+            gain: std::f64::consts::TAU * cutoff_hz,
+            damping,
+            previous: y.clone(),
+            momentum: y.mass * y.qd,
+            residual: JointVector::zeros(),
+        }
+    }
+
+    /// Takes in the sample `y`, `dt` seconds after the last, between which the torque `tau` (Nm) acted.
+    pub fn update(&mut self, tau: &JointVector, y: &Measurement, dt: f64) {
+        let last = &self.previous;
+        let qd = (last.qd + y.qd) / 2.0;
+        // C^T qd - g = M_dot qd - (C qd + g), and M_dot is the change of M.
+        let drift = (y.mass - last.mass) * qd - last.bias * dt;
+        self.momentum += drift + (tau - self.damping.component_mul(&qd) + self.residual) * dt;
+        self.residual = self.gain * (y.mass * y.qd - self.momentum);
+        self.previous.clone_from(y);
+    }
+
+    /// External torque on each joint (Nm), low-passed.
+    pub fn torque(&self) -> &JointVector {
+        &self.residual
+    }
+
+    /// The wrench on the tool that explains the external torque best (N, Nm; world axes, at the tool point):
+    /// least squares of the torques. The seventh joint leaves one torque that no wrench explains.
+    pub fn wrench(&self) -> Wrench {
+        let jacobian = &self.previous.jacobian;
+        let normal = (jacobian * jacobian.transpose()).cholesky();
+        normal.map_or_else(Wrench::zeros, |factor| factor.solve(&(jacobian * self.residual)))
+    }
+}

@@ -1,0 +1,99 @@
+//! AFORCE against low, mid and high stiffness on the same trials: figure 3 c, f.
+
+use std::path::Path;
+
+use aforce::ActionSpace;
+use anyhow::Result;
+use output::parallel;
+use output::plot::{self, Panel, Series};
+use output::statistics::{deviation, mean};
+
+use crate::metrics::{METRICS, cell, column, measure};
+use crate::setup::Setup;
+use crate::trial::{Disturbance, Trial};
+use crate::{Run, run, spaces};
+
+/// The metrics of every trial with every space.
+pub struct Comparison {
+    /// By space as in [`spaces`], trial, metric.
+    values: [Vec<Vec<f64>>; 4],
+}
+
+impl Comparison {
+    /// Wipes `trials` times with every space; trial and space are paired.
+    ///
+    /// # Errors
+    /// If the configuration is not allowed.
+    pub fn run(setup: &Setup, seed: u64, trials: u64) -> Result<Self> {
+        let jobs: Vec<(ActionSpace, Trial)> =
+            spaces().into_iter().flat_map(|s| (0..trials).map(move |i| (s, Trial::random(seed, i)))).collect();
+        let wipe = |&(space, trial): &_| run(&Run { setup, space, trial, disturbance: Disturbance::NONE });
+        let rows = parallel::map(&jobs, |job| anyhow::Ok(measure(&wipe(job)?, setup.force)))?;
+        let mut rows = rows.into_iter();
+        Ok(Comparison { values: [(); 4].map(|()| rows.by_ref().take(trials as usize).collect()) })
+    }
+
+    /// A metric in every trial with the space at `index`.
+    ///
+    /// # Panics
+    /// If there is no such metric or space.
+    pub fn values(&self, index: usize, metric: &str) -> Vec<f64> {
+        self.values[index].iter().map(|row| row[column(metric)]).collect()
+    }
+
+    /// Writes `trials.csv`, `comparison.csv`, `comparison.svg`, `comparison.png`.
+    ///
+    /// # Errors
+    /// If the disk does not take them.
+    pub fn write(&self, out: &Path) -> Result<()> {
+        let mut table = csv::Writer::from_path(out.join("trials.csv"))?;
+        table.write_record(["space", "trial"].into_iter().chain(METRICS.iter().map(|metric| metric.name)))?;
+        for (space, rows) in spaces().iter().zip(&self.values) {
+            for (trial, row) in rows.iter().enumerate() {
+                let keys = [space.to_string(), trial.to_string()];
+                table.write_record(keys.into_iter().chain(row.iter().copied().map(cell)))?;
+            }
+        }
+        table.flush()?;
+
+        let mut table = csv::Writer::from_path(out.join("comparison.csv"))?;
+        let header =
+            ["metric", "space", "mean", "deviation", "minus_high_mean", "minus_high_deviation", "ratio_to_high"];
+        table.write_record(header)?;
+        for metric in METRICS.iter().map(|metric| metric.name) {
+            let high = self.values(3, metric);
+            for (index, space) in spaces().iter().enumerate() {
+                let values = self.values(index, metric);
+                let differences: Vec<f64> = values.iter().zip(&high).map(|(value, high)| value - high).collect();
+                let paired = [mean(&differences), deviation(&differences)];
+                let numbers = [mean(&values), deviation(&values), paired[0], paired[1], mean(&values) / mean(&high)];
+                table.write_record([metric.into(), space.to_string()].into_iter().chain(numbers.map(cell)))?;
+            }
+        }
+        table.flush()?;
+        plot::write(&self.panels(), &out.join("comparison"))
+    }
+
+    /// Every trial a point over its stiffness.
+    fn panels(&self) -> Vec<Panel> {
+        let panel = |(title, unit, metric, scale): (&str, &str, &str, f64)| {
+            let series = spaces().into_iter().enumerate().flat_map(|(index, space)| {
+                let stiffness = self.values(index, "stiffness_n_per_m").into_iter();
+                let points = stiffness.zip(self.values(index, metric)).map(move |(x, y)| vec![(x, scale * y)]);
+                points.map(move |points| Series { label: space.to_string(), points })
+            });
+            let x_label = "mean stiffness along the table (N/m)".into();
+            Panel { title: title.into(), x_label, y_label: unit.into(), series: series.collect(), ..Panel::default() }
+        };
+        [
+            ("Energy without gravity compensation", "J", "control_energy_absolute_j", 1.0),
+            ("Energy of all of the torque", "J", "energy_absolute_j", 1.0),
+            ("Tracking error: position", "mm", "position_error_mm", 1.0),
+            ("Tracking error: quaternion difference", "", "quaternion_error", 1.0),
+            ("Force error", "N", "force_error_n", 1.0),
+            ("Paint left", "%", "paint_left", 100.0),
+        ]
+        .map(panel)
+        .into()
+    }
+}

@@ -1,0 +1,213 @@
+//! The sign of delta on the arm: where the adaptive law is stable, against the closed form.
+//!
+//! The closed form is for one axis. The arm is weakest in the direction in which it is heaviest, and that is not an axis:
+//! there the inertia is an eigenvalue of Lambda, while the law damps with Lambda's diagonal.
+
+use std::f64::consts::TAU;
+use std::path::Path;
+
+use aforce::{
+    ActionSpace, AdaptiveImpedance, Controller, ControllerConfig, Damping, DeltaSign, Impedance, JointVector,
+    Measurement, OperationalSpace, TorqueLimits, Vector3, stability_margin,
+};
+use anyhow::Result;
+use nalgebra::Matrix3;
+use output::parallel;
+use output::plot::{self, Panel, Series};
+use physics::scenes::wipe::Wipe;
+use physics::{Plant, Simulation};
+use serde::Serialize;
+
+use crate::setup::Setup;
+use crate::trial::Trial;
+
+/// Ways of damping, with their names.
+pub const DAMPINGS: [(Damping, &str); 2] =
+    [(Damping::MassAware, "D = 2 sqrt(K m)"), (Damping::Literal, "D = 2 sqrt(K), as printed")];
+/// Signs, with their names.
+pub const SIGNS: [(DeltaSign, &str); 3] =
+    [(DeltaSign::Damping, "damping"), (DeltaSign::Off, "off"), (DeltaSign::Literal, "literal")];
+/// Lowest stiffness (N/m) of the grid, and alpha as a multiple of the closed form's limit.
+const STIFFNESS: [f64; 5] = [50.0, 100.0, 200.0, 400.0, 800.0];
+const SHARES: [f64; 8] = [0.5, 0.71, 0.84, 0.92, 1.09, 1.19, 1.41, 2.0];
+/// The push that sets the arm swinging: force in the heaviest direction (N) and duration (s). So small that feed-forward
+/// and rates stay far from their bounds: beyond them an unstable law goes round in a limit cycle.
+const PUSH: (f64, f64) = (0.01, 0.1);
+/// The natural periods after the push whose largest deviations are compared.
+const PERIODS: [usize; 2] = [2, 4];
+/// An arm farther than this from where it is held, a hundred times as far as the push moves it, is lost (m).
+const LOST: f64 = 0.01;
+
+/// One point of the grid.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Point {
+    /// How D is formed.
+    pub damping: &'static str,
+    /// The sign of delta.
+    pub sign: &'static str,
+    /// K_min (N/m).
+    pub stiffness_min: f64,
+    /// Largest stable alpha by the closed form in the heaviest direction (N/m/s), the joints' damping included.
+    pub alpha_max: f64,
+    /// The same for the weakest of the three axes, each with its own entry of the inertia matrix.
+    pub alpha_max_axes: f64,
+    /// Feed-forward gain (N/m/s).
+    pub alpha: f64,
+    /// The same as a multiple of `alpha_max`.
+    pub share: f64,
+    /// Largest deviation in the fourth natural period, as a share of that in the second.
+    pub growth: f64,
+    /// On the arm.
+    pub stable: bool,
+}
+
+/// Holds the arm in the air under every law of the grid and pushes it.
+///
+/// # Errors
+/// If a configuration is not allowed.
+pub fn grid(setup: &Setup) -> Result<Vec<Point>> {
+    let mut jobs = vec![];
+    for damping in DAMPINGS {
+        for sign in SIGNS {
+            for stiffness in STIFFNESS {
+                jobs.extend(SHARES.map(|share| (damping, sign, stiffness, share)));
+            }
+        }
+    }
+    parallel::map(&jobs, |&(damping, sign, stiffness, share)| point(setup, damping, sign, stiffness, share))
+}
+
+/// One law on the arm: its alpha is a `share` of the closed form's limit, its stiffness is held at the lowest value,
+/// where it is weakest, and only translation adapts.
+///
+/// # Errors
+/// If the configuration is not allowed.
+pub fn point(
+    setup: &Setup,
+    damping: (Damping, &'static str),
+    sign: (DeltaSign, &'static str),
+    stiffness: f64,
+    share: f64,
+) -> Result<Point> {
+    let parameters = setup.parameters();
+    let limits = TorqueLimits { max: parameters.max_torque, rate: parameters.max_torque_rate };
+    let joints = parameters.damping;
+    let Trial { height, friction, start, .. } = Trial::nominal();
+    let plant = Plant { parameters, dt: setup.controller.dt(), config: setup.simulation };
+    let (mut simulation, _) = Wipe::simulate(&plant, height, friction);
+    simulation.reset(&start);
+    let y = simulation.measure();
+
+    let mut config: ControllerConfig = setup.controller;
+    let law = &mut config.impedance.aforce;
+    law.form.damping = damping.0;
+    (law.sign, law.allow_unstable) = (sign.0, true);
+    law.translation.stiffness_min = stiffness;
+    law.translation.stiffness_start = stiffness;
+    law.translation.stiffness_max = 1.001 * stiffness;
+    law.rotation.feedforward_gain = 0.0;
+    let inertia = OperationalSpace::new(&y.mass, &y.jacobian).expect("a mass matrix").lambda_p;
+    let principal = inertia.symmetric_eigen();
+    let heaviest = principal.eigenvectors.column(principal.eigenvalues.imax()).into_owned();
+    let alpha_max = closed_form(law, &y, &joints, &heaviest);
+    let axes = Matrix3::identity();
+    let alpha_max_axes =
+        axes.column_iter().map(|axis| closed_form(law, &y, &joints, &axis.into_owned())).fold(f64::INFINITY, f64::min);
+    let alpha = share * alpha_max;
+    law.translation.feedforward_gain = alpha;
+
+    let space = ActionSpace { impedance: Impedance::Adaptive, force: false };
+    let mut controller = Controller::new(space, &config, limits, Vector3::z_axis())?;
+    controller.reset(&y);
+    let period = TAU * (principal.eigenvalues.max() / stiffness).sqrt();
+    let growth = growth(&mut simulation, &mut controller, &heaviest, period);
+    Ok(Point {
+        damping: damping.1,
+        sign: sign.1,
+        stiffness_min: stiffness,
+        alpha_max,
+        alpha_max_axes,
+        alpha,
+        share,
+        growth,
+        stable: growth < 1.0,
+    })
+}
+
+/// Largest stable alpha (N/m/s) for motion in `direction`, a unit vector, in the pose `y`; `joints` is the damping of the
+/// joints (Nm s/rad).
+fn closed_form(law: &AdaptiveImpedance, y: &Measurement, joints: &JointVector, direction: &Vector3) -> f64 {
+    let space = OperationalSpace::new(&y.mass, &y.jacobian).expect("a mass matrix");
+    let of_axis = |inertia| law.form.damping.of_axis(law.translation.stiffness_min, inertia, law.form.damping_ratio);
+    let own = direction.dot(&space.lambda_p.diagonal().map(of_axis).component_mul(direction));
+    // Joint velocities of that motion, rotation left free: M^-1 J^T Lambda.
+    let mass = y.mass.cholesky().expect("a mass matrix");
+    let motion = mass.solve(&y.jacobian.fixed_rows::<3>(0).tr_mul(&(space.lambda_p * direction)));
+    let damping = own + motion.dot(&joints.component_mul(&motion));
+    let inertia = direction.dot(&(space.lambda_p * direction));
+    stability_margin(&law.translation, law.sign, inertia, damping).alpha_max
+}
+
+/// Largest deviation in the last of the [`PERIODS`] after a push in `direction`, as a share of that in the first of them.
+fn growth(simulation: &mut Simulation, controller: &mut Controller, direction: &Vector3, period: f64) -> f64 {
+    let [early, late] = PERIODS.map(|period| period - 1);
+    let dt = simulation.dt();
+    let mut peaks = [0.0f64; PERIODS[1]];
+    for step in 0..((PUSH.1 + PERIODS[1] as f64 * period) / dt) as usize {
+        let time = step as f64 * dt;
+        let y = simulation.measure();
+        let mut tau = controller.update(&y);
+        let error = controller.error().fixed_rows::<3>(0).norm();
+        if time < PUSH.1 {
+            tau += y.jacobian.fixed_rows::<3>(0).tr_mul(&(PUSH.0 * direction));
+        } else {
+            let peak = &mut peaks[(((time - PUSH.1) / period) as usize).min(late)];
+            *peak = peak.max(error);
+        }
+        if simulation.step(&tau, 0.0).is_err() || error > LOST {
+            return f64::INFINITY;
+        }
+    }
+    peaks[late] / peaks[early]
+}
+
+/// Writes `delta_sign.csv`, `delta_sign.svg`, `delta_sign.png`.
+///
+/// # Errors
+/// If the disk does not take them.
+pub fn write(points: &[Point], out: &Path) -> Result<()> {
+    let mut table = csv::Writer::from_path(out.join("delta_sign.csv"))?;
+    for point in points {
+        table.serialize(point)?;
+    }
+    table.flush()?;
+    let panels: Vec<Panel> = DAMPINGS.iter().map(|(_, damping)| panel(points, damping)).collect();
+    plot::write(&panels, &out.join("delta_sign"))
+}
+
+fn panel(points: &[Point], damping: &str) -> Panel {
+    let mut series = vec![];
+    for (_, sign) in SIGNS {
+        let label = format!("{sign}, closed form");
+        let of_sign = points.iter().filter(|p| p.damping == damping && p.sign == sign && p.share == SHARES[0]);
+        series.push(Series { label, points: of_sign.map(|p| (p.stiffness_min, p.alpha_max)).collect() });
+    }
+    for (_, sign) in SIGNS {
+        for stiffness in STIFFNESS {
+            let of = |p: &&Point| p.damping == damping && p.sign == sign && p.stiffness_min == stiffness;
+            let line: Vec<&Point> = points.iter().filter(of).collect();
+            // Between the last that holds and the first that does not; nothing if all are alike.
+            let boundary = line.windows(2).find(|pair| pair[0].stable && !pair[1].stable);
+            let point = boundary.map(|pair| (stiffness, (pair[0].alpha * pair[1].alpha).sqrt()));
+            series.push(Series { label: format!("{sign}, on the arm"), points: point.into_iter().collect() });
+        }
+    }
+    Panel {
+        title: damping.into(),
+        x_label: "K_min (N/m)".into(),
+        y_label: "largest stable alpha (N/m/s)".into(),
+        series,
+        logarithmic: true,
+        ..Panel::default()
+    }
+}

@@ -1,0 +1,96 @@
+//! One wipe over time: figure 3 a, b, d, e.
+
+use std::path::Path;
+
+use anyhow::Result;
+use output::plot::{self, Panel, Series};
+
+use crate::record::{Record, Sample};
+use crate::setup::Setup;
+use crate::trial::{Disturbance, Trial};
+use crate::{Run, run, spaces};
+
+/// The figure ends here (s): three of eight rotations, which all look like the third. The table goes on.
+const FIGURE_END: f64 = 12.0;
+/// Samples per point of the figure.
+const THINNING: usize = 10;
+
+/// Runs the nominal trial with AFORCE and writes `evolution.csv`, `evolution.svg`, `evolution.png`.
+///
+/// # Errors
+/// If the configuration is not allowed or the disk does not take the files.
+pub fn write(setup: &Setup, out: &Path) -> Result<()> {
+    let [aforce, ..] = spaces();
+    let trial = Trial::nominal();
+    let record = run(&Run { setup, space: aforce, trial, disturbance: Disturbance::NONE })?;
+    record.write_csv(&out.join("evolution.csv"))?;
+    plot::write(&panels(&record, &trial, setup.force), &out.join("evolution"))
+}
+
+/// Label and value of a line.
+type Curve<'a> = (&'a str, &'a dyn Fn(&Sample) -> f64);
+
+fn panels(record: &Record, trial: &Trial, force: f64) -> Vec<Panel> {
+    let shown = || record.samples.iter().step_by(THINNING).take_while(|sample| sample.time <= FIGURE_END);
+    let marks = [("contact", record.contact()), ("force reached", record.force_reached(force))];
+    let marks: Vec<_> = marks.into_iter().filter_map(|(label, time)| Some((label.into(), time?))).collect();
+    let panel = |title: &str, unit: &str, curves: &[Curve]| Panel {
+        title: title.into(),
+        x_label: "time (s)".into(),
+        y_label: unit.into(),
+        series: curves
+            .iter()
+            .map(|(label, of)| Series {
+                label: (*label).into(),
+                points: shown().map(|sample| (sample.time, of(sample))).collect(),
+            })
+            .collect(),
+        marks: marks.clone(),
+        ..Panel::default()
+    };
+    let spot = [trial.spot[0], trial.spot[1], trial.height];
+    vec![
+        panel(
+            "Normal force",
+            "N",
+            &[
+                ("as estimated", &|s| s.measured_force),
+                ("as simulated", &|s| s.force),
+                ("desired", &|s| if s.engagement > 0.0 { force } else { 0.0 }),
+            ],
+        ),
+        panel(
+            "Stiffness",
+            "N/m",
+            &[
+                ("x", &|s| s.stiffness[0]),
+                ("y", &|s| s.stiffness[1]),
+                ("z", &|s| s.stiffness[2] * (1.0 - s.engagement)),
+            ],
+        ),
+        panel(
+            "Position relative to the spot",
+            "mm",
+            &[
+                ("x", &|s| 1000.0 * (s.position.x - spot[0])),
+                ("y", &|s| 1000.0 * (s.position.y - spot[1])),
+                ("z", &|s| 1000.0 * (s.position.z - spot[2])),
+            ],
+        ),
+        panel(
+            "Tracking error",
+            "mm",
+            &[("x", &|s| 1000.0 * s.error[0]), ("y", &|s| 1000.0 * s.error[1]), ("z", &|s| 1000.0 * s.error[2])],
+        ),
+        panel(
+            "Feed-forward force",
+            "N",
+            &[("x", &|s| s.feedforward[0]), ("y", &|s| s.feedforward[1]), ("z", &|s| s.feedforward[2])],
+        ),
+        panel(
+            "Energy since circling began",
+            "J",
+            &[("all of the torque", &|s| s.energy), ("without gravity compensation", &|s| s.control_energy)],
+        ),
+    ]
+}

@@ -1,0 +1,31 @@
+//! The paper's wiping experiment (AFORCE, arXiv 2110.09904, figure 3) in simulation: a Panda controlled at 1 kHz wipes a
+//! spot of paint off a table, driven by a script at 20 Hz. Nothing is learned.
+//!
+//! [`run`] is the loop; [`Setup`] is everything that is fixed, [`Trial`] what varies from one wipe to the next, and
+//! [`Disturbance`] what the script and the controller's model do not know. The four parts of the experiment each write
+//! their own files.
+
+pub mod comparison;
+pub mod conditions;
+pub mod delta_sign;
+pub mod evolution;
+mod expert;
+mod metrics;
+mod record;
+mod run;
+mod sensing;
+mod setup;
+mod trial;
+
+pub use record::{Outcome, Phase, Record, Sample};
+pub use run::{Run, run};
+pub use sensing::{Sensing, WrenchSource};
+pub use setup::Setup;
+pub use trial::{Disturbance, Trial};
+
+use aforce::ActionSpace;
+
+/// The spaces that are compared, each with the same force controller: adaptive, and stiffness fixed at low, mid, high.
+pub fn spaces() -> [ActionSpace; 4] {
+    ["aforce-force", "low-force", "mid-force", "high-force"].map(|name| name.parse().expect("a known name"))
+}

@@ -1,0 +1,111 @@
+//! `wiping`: the whole experiment with one command.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::{Result, ensure};
+use clap::Parser;
+use serde::{Deserialize, Serialize};
+use wiping::comparison::Comparison;
+use wiping::{Setup, conditions, delta_sign, evolution, spaces};
+
+/// The paper's wiping experiment in simulation, without learning.
+///
+/// Wipes a spot eight times round at 1 kHz, driven by a script, with AFORCE and with low, mid and high stiffness, and
+/// leaves tables and figures: one wipe over time, the comparison, the sign of delta, disturbances, other settings. The
+/// same seed gives the same bytes.
+#[derive(Parser)]
+#[command(version)]
+struct Arguments {
+    /// Folder for tables and figures: new, empty, or with results of this program, which are replaced
+    #[arg(long, value_name = "FOLDER", default_value = "results/wiping")]
+    out: PathBuf,
+    /// Seed of the trials (1 was used while the experiment was set up)
+    #[arg(long, default_value_t = 2)]
+    seed: u64,
+    /// Trials of each action space in the comparison
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(2..=1000))]
+    trials: u64,
+}
+
+/// Trials under each condition other than that of the comparison.
+const CONDITION_TRIALS: u64 = 2;
+
+/// Where the tables and figures come from; `config.toml` beside it holds every setting.
+#[derive(Serialize, Deserialize)]
+struct Manifest {
+    command: Vec<String>,
+    commit: String,
+    seed: u64,
+    /// `running` or `done`.
+    status: String,
+}
+
+impl Manifest {
+    const FILE: &str = "manifest.json";
+
+    /// Writes a manifest into `out`, where nothing else than results of this program may lie.
+    fn begin(out: &Path, seed: u64) -> Result<Self> {
+        fs_err::create_dir_all(out)?;
+        let command = output::command();
+        let text = fs_err::read_to_string(out.join(Self::FILE)).unwrap_or_default();
+        match serde_json::from_str::<Manifest>(&text) {
+            Ok(old) if old.command.first() == command.first() => {
+                eprintln!("replacing the results of commit {} in {}", old.commit, out.display());
+            }
+            _ => ensure!(
+                fs_err::read_dir(out)?.next().is_none(),
+                "{}: holds something other than results of this program; nothing was overwritten",
+                out.display()
+            ),
+        }
+        let manifest = Manifest { command, commit: output::commit(), seed, status: "running".into() };
+        manifest.write(out)?;
+        Ok(manifest)
+    }
+
+    fn end(mut self, out: &Path) -> Result<()> {
+        self.status = "done".into();
+        self.write(out)
+    }
+
+    fn write(&self, out: &Path) -> Result<()> {
+        Ok(fs_err::write(out.join(Self::FILE), serde_json::to_string_pretty(self)? + "\n")?)
+    }
+}
+
+fn main() -> ExitCode {
+    match run(&Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(arguments: &Arguments) -> Result<()> {
+    let Arguments { out, seed, trials } = arguments;
+    let setup = Setup::default();
+    let manifest = Manifest::begin(out, *seed)?;
+    fs_err::write(out.join("config.toml"), toml::to_string(&setup)?)?;
+    eprintln!("one wipe over time");
+    evolution::write(&setup, out)?;
+    eprintln!("{trials} trials with every action space");
+    Comparison::run(&setup, *seed, *trials)?.write(out)?;
+    eprintln!("the sign of delta");
+    delta_sign::write(&delta_sign::grid(&setup)?, out)?;
+    let [aforce, _, _, high] = spaces();
+    let tables = [
+        ("disturbances", conditions::disturbances(), &spaces()[..]),
+        ("variants", conditions::variants(), &[aforce, high][..]),
+        ("laws", conditions::laws(), &[aforce][..]),
+    ];
+    for (name, conditions, spaces) in tables {
+        eprintln!("{name}");
+        conditions::write(&conditions, spaces, &setup, *seed, CONDITION_TRIALS, &out.join(name).with_extension("csv"))?;
+    }
+    manifest.end(out)?;
+    eprintln!("tables and figures are in {}", out.display());
+    Ok(())
+}

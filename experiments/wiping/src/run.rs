@@ -1,0 +1,203 @@
+//! The loop: the script at 20 Hz, the controller and the arm at 1 kHz.
+
+use std::collections::VecDeque;
+
+use aforce::{ActionSpace, Controller, JointVector, Measurement, Pose, TorqueLimits, Vector3, Wrench};
+use anyhow::Result;
+use physics::model::Model;
+use physics::panda::Parameters;
+use physics::scenes::wipe::{self, Wipe};
+use physics::wiping_tool::GRIP_SITE;
+use physics::{Plant, Simulation};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use tasks::Markers;
+
+use crate::expert::Expert;
+use crate::record::{Phase, Record, Sample};
+use crate::sensing::{Estimator, WrenchSource};
+use crate::setup::Setup;
+use crate::trial::{Disturbance, Trial};
+
+/// Time after which a script that has not come to its end is given up (s), beside its own.
+const PATIENCE: f64 = 12.0;
+
+/// One wipe to be done.
+#[derive(Debug, Clone, Copy)]
+pub struct Run<'a> {
+    /// What is fixed.
+    pub setup: &'a Setup,
+    /// Where the stiffness comes from.
+    pub space: ActionSpace,
+    /// What varies.
+    pub trial: Trial,
+    /// What nobody knows.
+    pub disturbance: Disturbance,
+}
+
+/// Simulates one wipe.
+///
+/// # Errors
+/// If the controller's configuration is not allowed.
+pub fn run(run: &Run) -> Result<Record> {
+    let mut wiping = Wiping::new(run)?;
+    let config = &run.setup.controller;
+    let patience = PATIENCE + run.setup.press_time + f64::from(run.setup.rotations) * run.setup.period;
+    for _ in 0..(patience * f64::from(config.policy_hz)) as u32 {
+        let Some(action) = wiping.expert.action(&wiping.controller, &wiping.y) else {
+            wiping.record.completed = true;
+            break;
+        };
+        wiping.controller.set_goal(&action, &wiping.y);
+        for _ in 0..config.samples_per_action() {
+            if wiping.step().is_err() {
+                return Ok(wiping.finish()); // Diverged: what there is, not completed.
+            }
+        }
+        wiping.wipe();
+    }
+    Ok(wiping.finish())
+}
+
+/// A wipe under way.
+struct Wiping<'a> {
+    run: &'a Run<'a>,
+    parameters: Parameters,
+    simulation: Simulation,
+    /// What the controller believes the arm to be: without payload.
+    model: Model,
+    controller: Controller,
+    estimator: Estimator,
+    expert: Expert,
+    paint: Markers,
+    y: Measurement,
+    /// Torques on their way to the arm.
+    late: VecDeque<JointVector>,
+    /// The arm's energy at the start (J).
+    start_energy: f64,
+    record: Record,
+}
+
+impl<'a> Wiping<'a> {
+    fn new(run: &'a Run<'a>) -> Result<Self> {
+        let Run { setup, space, trial, disturbance } = run;
+        let parameters = setup.parameters();
+        let height = trial.height + disturbance.table_offset;
+        let loaded = disturbance.loaded(&parameters);
+        let plant = Plant { parameters: loaded, dt: setup.controller.dt(), config: setup.simulation };
+        let friction = if setup.lossless { 0.0 } else { trial.friction * disturbance.friction };
+        let (mut simulation, _) = Wipe::simulate(&plant, height, friction);
+        simulation.reset(&trial.start);
+
+        let (believed, tool) = wipe::scene(&parameters, trial.height, trial.friction);
+        let model = Model::new(&believed, tool, GRIP_SITE);
+        let (q, qd) = simulation.joints();
+        let y = model.measure(q, qd, Wrench::zeros());
+        let limits = TorqueLimits { max: parameters.max_torque, rate: parameters.max_torque_rate };
+        let mut controller = Controller::new(*space, &setup.controller, limits, Vector3::z_axis())?;
+        controller.reset(&y);
+
+        let sensing = setup.sensing.worsened(disturbance.wrench_error);
+        let rng = ChaCha8Rng::seed_from_u64(trial.noise_seed);
+        let spot = |height| Vector3::new(trial.spot[0], trial.spot[1], height);
+        Ok(Wiping {
+            run,
+            start_energy: energy(&simulation),
+            estimator: Estimator::new(&sensing, parameters.damping, &y, rng),
+            expert: Expert::new(setup, spot(trial.height)),
+            paint: Markers::spot(spot(height), setup.spot_radius),
+            late: VecDeque::from(vec![y.bias; disturbance.delay]),
+            record: Record::default(),
+            parameters,
+            simulation,
+            model,
+            controller,
+            y,
+        })
+    }
+
+    /// One control sample.
+    fn step(&mut self) -> Result<(), physics::Diverged> {
+        let dt = self.simulation.dt();
+        self.late.push_back(self.controller.update(&self.y));
+        let tau = self.late.pop_front().expect("one was pushed");
+        let before = self.y.clone();
+        self.simulation.step(&tau, 0.0)?;
+
+        let (q, qd) = self.simulation.joints();
+        self.y = self.model.measure(q, qd, Wrench::zeros());
+        let estimated = self.estimator.update(&tau, &self.y, dt);
+        let contact = *self.simulation.contact();
+        self.y.wrench = match self.run.setup.sensing.source {
+            WrenchSource::Estimated => estimated,
+            WrenchSource::Exact => contact.filtered,
+        };
+        self.account(&tau, &before, &contact.raw, dt);
+        self.record.force_max = self.record.force_max.max(contact.sustained.fixed_rows::<3>(0).norm());
+        self.sample(contact.filtered[2], dt);
+        Ok(())
+    }
+
+    /// The energy of one sample. A torque acts over the whole of it: its work goes with the mean velocity.
+    fn account(&mut self, tau: &JointVector, before: &Measurement, contact: &Wrench, dt: f64) {
+        let qd = (before.qd + self.y.qd) / 2.0;
+        let joints = self.parameters.damping.component_mul(&qd).dot(&qd) * dt;
+        let table = -contact.dot(&(before.twist + self.y.twist)) / 2.0 * dt;
+        let record = &mut self.record;
+        record.total.add(tau, &qd, dt);
+        record.total_losses.add(joints, table);
+        if self.expert.phase() == Phase::Wipe {
+            record.energy.add(tau, &qd, dt);
+            record.control_energy.add(&(tau - before.bias), &qd, dt);
+            record.losses.add(joints, table);
+        }
+    }
+
+    fn sample(&mut self, force: f64, dt: f64) {
+        let controller = &self.controller;
+        let (tool, set_point) = (self.y.pose, controller.set_point());
+        let sample = Sample {
+            time: (self.record.samples.len() + 1) as f64 * dt,
+            phase: self.expert.phase(),
+            force,
+            measured_force: self.y.wrench[2],
+            force_command: controller.force_command(),
+            engagement: controller.engagement(),
+            position: tool.translation.vector,
+            set_point: set_point.translation.vector,
+            error: aforce::pose_error(&tool, set_point),
+            quaternion_error: quaternion_distance(&tool, set_point),
+            stiffness: controller.stiffness(),
+            feedforward: *controller.feedforward(),
+            energy: self.record.energy.absolute,
+            control_energy: self.record.control_energy.absolute,
+        };
+        self.record.samples.push(sample);
+    }
+
+    /// Takes off the paint under the tool if it presses right.
+    fn wipe(&mut self) {
+        let force = self.simulation.contact().sustained[2];
+        let [low, high] = self.run.setup.wiping_force;
+        if (low..=high).contains(&force) {
+            self.paint.wipe(&self.y.pose);
+        }
+    }
+
+    fn finish(mut self) -> Record {
+        self.record.stored = energy(&self.simulation) - self.start_energy;
+        self.record.paint_left = self.paint.remaining_share();
+        self.record
+    }
+}
+
+/// Kinetic and potential energy of the simulated arm (J).
+fn energy(simulation: &Simulation) -> f64 {
+    let (q, qd) = simulation.joints();
+    simulation.model().energy(&q, &qd)
+}
+
+/// Norm of the difference of two quaternions of the same half-sphere: 2 sin(angle/4).
+fn quaternion_distance(a: &Pose, b: &Pose) -> f64 {
+    2.0 * (a.rotation.angle_to(&b.rotation) / 4.0).sin()
+}

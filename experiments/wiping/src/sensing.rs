@@ -1,0 +1,71 @@
+//! The external wrench as the controller gets it.
+
+use aforce::{JointVector, Measurement, Wrench};
+use physics::MomentumObserver;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal, Uniform};
+use serde::Serialize;
+
+/// How good the wrench is.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Sensing {
+    /// Which wrench the controller gets.
+    pub source: WrenchSource,
+    /// Cut-off of the observer (Hz).
+    pub cutoff_hz: f64,
+    /// Largest constant error of each component, drawn anew in each trial (N, Nm).
+    pub bias: [f64; 2],
+    /// Standard deviation of the noise of each sample (N, Nm).
+    pub noise: [f64; 2],
+}
+
+/// Where a wrench comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WrenchSource {
+    /// Estimated from joint torques, with bias and noise.
+    Estimated,
+    /// The simulated contact forces themselves, low-passed.
+    Exact,
+}
+
+impl Default for Sensing {
+    fn default() -> Self {
+        Sensing { source: WrenchSource::Estimated, cutoff_hz: 25.0, bias: [0.5, 0.05], noise: [0.3, 0.03] }
+    }
+}
+
+impl Sensing {
+    /// With bias and noise multiplied.
+    pub(crate) fn worsened(&self, factor: f64) -> Self {
+        let times = |error: [f64; 2]| error.map(|e| factor * e);
+        Sensing { bias: times(self.bias), noise: times(self.noise), ..*self }
+    }
+}
+
+/// A running estimate.
+pub(crate) struct Estimator {
+    observer: MomentumObserver,
+    bias: Wrench,
+    noise: [Normal<f64>; 2],
+    rng: ChaCha8Rng,
+}
+
+impl Estimator {
+    /// Draws the bias and everything after it from `rng`. `damping` is the joints' (Nm s/rad).
+    pub fn new(sensing: &Sensing, damping: JointVector, y: &Measurement, mut rng: ChaCha8Rng) -> Self {
+        let bias = Wrench::from_fn(|axis, _| {
+            let largest = sensing.bias[axis / 3];
+            Uniform::new_inclusive(-largest, largest).expect("a bias is not negative").sample(&mut rng)
+        });
+        let noise = sensing.noise.map(|deviation| Normal::new(0.0, deviation).expect("a finite deviation"));
+        Estimator { observer: MomentumObserver::new(sensing.cutoff_hz, damping, y), bias, noise, rng }
+    }
+
+    /// The wrench on the tool (N, Nm) after `tau` acted for `dt` seconds and led to `y`.
+    pub fn update(&mut self, tau: &JointVector, y: &Measurement, dt: f64) -> Wrench {
+        self.observer.update(tau, y, dt);
+        let noise = Wrench::from_fn(|axis, _| self.noise[axis / 3].sample(&mut self.rng));
+        self.observer.wrench() + self.bias + noise
+    }
+}
