@@ -263,7 +263,7 @@ impl<'a> Run<'a> {
 
     fn evaluate(&mut self, display: &mut Display) -> Result<()> {
         let mut policy = Policy::Actor {
-            actor: Box::new(self.sac.actor().with_seed(sub_seed(self.config.seed, "evaluation-noise", 0))),
+            actor: Box::new(self.sac.policy(sub_seed(self.config.seed, "evaluation-noise", 0))),
             act: Act::Mean,
             scaled: self.config.learner.scaled_observations,
         };

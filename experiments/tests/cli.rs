@@ -101,7 +101,7 @@ fn a_killed_run_goes_on_to_the_same_bytes() {
     for name in ["config.toml", "episodes.csv", "eval.csv", "checkpoints/last/actor.safetensors"] {
         same(name);
     }
-    for name in ["critic", "target", "optimizer"] {
+    for name in ["online_actor", "critic", "target", "optimizer"] {
         same(&format!("checkpoints/last/{name}.safetensors"));
     }
     same("checkpoints/last/replay.bin");

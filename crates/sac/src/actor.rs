@@ -1,6 +1,6 @@
 //! The policy on its own: all that acting and evaluation need.
 
-use rand::{RngExt, SeedableRng};
+use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use tch::Tensor;
@@ -69,10 +69,5 @@ impl Actor {
                 _ => self.policy.mean(output[i]),
             };
         }
-    }
-
-    /// The same policy with noise of its own, so that evaluating it does not shift the noise of training.
-    pub fn with_seed(&self, seed: u64) -> Self {
-        Self { rng: ChaCha8Rng::seed_from_u64(seed), ..self.clone() }
     }
 }

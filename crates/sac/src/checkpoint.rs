@@ -2,7 +2,8 @@
 //!
 //! | file | content |
 //! |---|---|
-//! | `actor.safetensors` | `actor.0.weight` `(out, in)`, `actor.0.bias`, `actor.2.weight`, ...: a PyTorch `Sequential` of `Linear` and `ReLU` |
+//! | `actor.safetensors` | the policy: `actor.0.weight` `(out, in)`, `actor.0.bias`, `actor.2.weight`, ...: a PyTorch `Sequential` of `Linear` and `ReLU` |
+//! | `online_actor.safetensors` | the same for the actor that learns, of which the former is a running mean |
 //! | `critic.safetensors`, `target.safetensors` | the same for `critic_1` and `critic_2` |
 //! | `optimizer.safetensors` | Adam's moments of each of these (`.adam_m`, `.adam_v`), and `log_temperature` with its own |
 //! | `state.json` | sizes, settings, number of updates, states of the random generators, and what the caller adds |
@@ -12,11 +13,12 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use fs_err as fs;
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::network::Entry;
+use crate::network::{Entry, Networks};
 use crate::tensor_file::{Tensors, write_tensors};
 use crate::{Actor, Config, Error, Replay, Sac, replay_file};
 
@@ -98,7 +100,8 @@ impl Checkpoint {
         (sac.actor.rng, sac.batch_rng, sac.noise_rng) = (state.acting_rng, state.batch_rng, state.noise_rng);
 
         let (actor, critics) = (sac.actor.network.entries(), sac.critics.entries());
-        read_actor(folder, &mut sac.actor)?;
+        read_policy(folder, &mut sac.average)?;
+        Tensors::read(folder.join("online_actor.safetensors"))?.copy(&actor, "", &mut sac.actor.network.values)?;
         Tensors::read(folder.join("critic.safetensors"))?.copy(&critics, "", &mut sac.critics.values)?;
         Tensors::read(folder.join("target.safetensors"))?.copy(&critics, "", &mut sac.targets.values)?;
         let optimizer = Tensors::read(folder.join("optimizer.safetensors"))?;
@@ -130,15 +133,17 @@ impl Actor {
     pub fn load(folder: &Path, observation_dim: usize, action_dim: usize, seed: u64) -> Result<(Self, Value), Error> {
         crate::threads::default_to_one();
         let state = read_state(folder, observation_dim, action_dim)?;
-        let mut actor = Self::zeros(&state.config, observation_dim, action_dim, state.acting_rng);
-        read_actor(folder, &mut actor)?;
-        Ok((actor.with_seed(seed), state.caller))
+        let rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut actor = Self::zeros(&state.config, observation_dim, action_dim, rng);
+        read_policy(folder, &mut actor.network)?;
+        Ok((actor, state.caller))
     }
 }
 
 fn write(folder: &Path, sac: &Sac, replay: Option<&Replay>, caller: Value) -> Result<(), Error> {
     let (actor, critics, temperature) = (sac.actor.network.entries(), sac.critics.entries(), log_temperature());
-    write_tensors(&folder.join("actor.safetensors"), &[(&actor, "", &sac.actor.network.values)])?;
+    write_tensors(&folder.join("actor.safetensors"), &[(&actor, "", &sac.average.values)])?;
+    write_tensors(&folder.join("online_actor.safetensors"), &[(&actor, "", &sac.actor.network.values)])?;
     write_tensors(&folder.join("critic.safetensors"), &[(&critics, "", &sac.critics.values)])?;
     write_tensors(&folder.join("target.safetensors"), &[(&critics, "", &sac.targets.values)])?;
     let optimizer: [(&[Entry], &str, &[f32]); 7] = [
@@ -187,9 +192,9 @@ fn read_state(folder: &Path, observation_dim: usize, action_dim: usize) -> Resul
     Ok(state)
 }
 
-fn read_actor(folder: &Path, actor: &mut Actor) -> Result<(), Error> {
-    let entries = actor.network.entries();
-    Tensors::read(folder.join("actor.safetensors"))?.copy(&entries, "", &mut actor.network.values)
+fn read_policy(folder: &Path, policy: &mut Networks) -> Result<(), Error> {
+    let entries = policy.entries();
+    Tensors::read(folder.join("actor.safetensors"))?.copy(&entries, "", &mut policy.values)
 }
 
 /// If a save was killed between its two renames, the old checkpoint gets its name back.

@@ -214,11 +214,12 @@ fn write_the_checkpoint() {
         sac.update(&replay);
     }
     let observations: Vec<_> = (100..108).map(observe).collect();
+    let mut policy = sac.policy(0);
     let mean_actions: Vec<_> = observations
         .iter()
         .map(|observation| {
             let mut action = [0.0; ACTIONS];
-            sac.act(observation, &mut action, Act::Mean);
+            policy.act(observation, &mut action, Act::Mean);
             action
         })
         .collect();

@@ -13,11 +13,14 @@ use crate::network::Networks;
 use crate::replay::Replay;
 use crate::{Config, Error};
 
-/// The learner: an actor, twin critics, their targets, a temperature, and the optimisers' state.
+/// The learner: an actor and its running mean, twin critics, their targets, a temperature, and the optimisers' state.
 #[derive(Debug)]
 pub struct Sac {
     pub(crate) config: Config,
+    /// Learns, and explores.
     pub(crate) actor: Actor,
+    /// Running mean of the actor's parameters: what is evaluated.
+    pub(crate) average: Networks,
     /// `[observation | action] -> value`, twice.
     pub(crate) critics: Networks,
     pub(crate) targets: Networks,
@@ -58,6 +61,7 @@ impl Sac {
         let mut sac = Self::zeros(config, observation_dim, action_dim);
         let rng = &mut stream(Stream::Initialisation);
         sac.actor.network.initialise(rng);
+        sac.average.values.copy_from_slice(&sac.actor.network.values);
         sac.critics.initialise(rng);
         sac.targets.values.copy_from_slice(&sac.critics.values);
         sac.actor.rng = stream(Stream::Acting);
@@ -83,6 +87,7 @@ impl Sac {
             noise_rng: rng,
             memory: Memory::new(config, &actor, &critics),
             targets: critics.clone(),
+            average: actor.network.clone(),
             config: config.clone(),
             actor,
             critics,
@@ -98,9 +103,11 @@ impl Sac {
         self.actor.act(observation, action, mode);
     }
 
-    /// The policy as it is now.
-    pub fn actor(&self) -> &Actor {
-        &self.actor
+    /// The policy as it stands: the running mean of the actor, to be evaluated and kept. Its noise comes from `seed`, so that evaluating
+    /// it does not shift the noise of training.
+    pub fn policy(&self, seed: u64) -> Actor {
+        let rng = ChaCha8Rng::seed_from_u64(seed);
+        Actor { network: self.average.clone(), policy: self.actor.policy, rng }
     }
 
     /// The settings.
@@ -140,6 +147,7 @@ impl Sac {
         let (q_mean, grad_norm_actor) = self.actor_step();
         let entropy = -mean(self.memory.present(&self.memory.log_prob));
         let actor_loss = -self.temperature() * entropy - q_mean;
+        self.average_step();
         self.temperature_step(entropy);
         self.target_step();
         Losses {
@@ -242,6 +250,12 @@ impl Sac {
         (q_mean, norm(gradient))
     }
 
+    /// Moves the policy towards the actor; at first it is the plain mean of all actors so far.
+    fn average_step(&mut self) {
+        let share = self.config.policy_average.max(1.0 / self.updates as f64) as f32;
+        blend(&mut self.average.values, &self.actor.network.values, share);
+    }
+
     /// Moves log alpha down mean(alpha (-log pi - target entropy)): up if the entropy is below its target.
     fn temperature_step(&mut self, entropy: f32) {
         let target = self.config.target_entropy.unwrap_or(-(self.actor.action_dim() as f64));
@@ -250,13 +264,54 @@ impl Sac {
         self.temperature_adam.step(log_temperature, &[gradient], self.config.temperature_learning_rate, self.updates);
     }
 
-    /// Moves the targets a fraction tau towards the critics (Polyak averaging).
+    /// Moves the targets a fraction tau towards the critics.
     fn target_step(&mut self) {
         if self.updates.is_multiple_of(self.config.target_period) {
-            let tau = self.config.tau as f32;
-            for (target, critic) in self.targets.values.iter_mut().zip(self.critics.values.iter()) {
-                *target += tau * (critic - *target);
-            }
+            blend(&mut self.targets.values, &self.critics.values, self.config.tau as f32);
         }
+    }
+}
+
+/// Moves `slow` the fraction `share` of the way to `fast` (Polyak averaging).
+fn blend(slow: &mut [f32], fast: &[f32], share: f32) {
+    for (slow, fast) in slow.iter_mut().zip(fast) {
+        *slow += share * (fast - *slow);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Transition;
+
+    #[test]
+    fn the_policy_is_a_running_mean_of_the_actor() {
+        let config = Config { hidden: vec![8], batch_size: 4, policy_average: 0.3, ..Config::default() };
+        let mut sac = Sac::new(&config, 2, 1, 3).unwrap();
+        let mut replay = Replay::new(&config, 2, 1);
+        for k in 0..10 {
+            let observe = |k: u8| [f32::from(k).sin(), f32::from(k).cos()];
+            replay
+                .push(&Transition {
+                    observation: &observe(k),
+                    action: &[0.5],
+                    reward: observe(k)[0],
+                    next_observation: &observe(k + 1),
+                    terminated: k == 9,
+                    truncated: false,
+                })
+                .unwrap();
+        }
+        let weights = |sac: &mut Sac| {
+            sac.update(&replay);
+            sac.actor.network.values.to_vec()
+        };
+        let actors: Vec<_> = (0..4).map(|_| weights(&mut sac)).collect();
+        for (i, &average) in sac.average.values.iter().enumerate() {
+            // The plain mean of three, for 1/3 is more than 0.3, and then 0.3 of the way to the fourth.
+            let mean = (actors[0][i] + actors[1][i] + actors[2][i]) / 3.0;
+            assert!((average - (0.7 * mean + 0.3 * actors[3][i])).abs() < 1e-6, "{i}: {average}");
+        }
+        assert_ne!(sac.average.values[0], sac.actor.network.values[0]);
     }
 }

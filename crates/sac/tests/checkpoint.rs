@@ -68,24 +68,27 @@ fn a_continued_run_gives_the_bytes_of_an_unbroken_one() {
     assert_eq!(replay, replay_2);
     let (straight, resumed) =
         (bytes(&folder.path().join("a"), &sac, &replay), bytes(&folder.path().join("b"), &sac_2, &replay_2));
-    assert_eq!(straight.len(), 6);
+    assert_eq!(straight.len(), 7);
     for (a, b) in straight.iter().zip(&resumed) {
         assert!(a == b, "{} differs", a.0);
     }
 }
 
 #[test]
-fn the_actor_alone_acts_like_the_learner() {
+fn a_checkpoint_plays_the_learners_policy() {
     let folder = tempfile::tempdir().unwrap();
-    let (mut sac, _) = start();
+    let (mut sac, mut replay) = start();
+    go_on(&mut sac, &mut replay, 200..210);
     Checkpoint::save(folder.path(), &sac, None, json!({ "task": "door" })).unwrap();
     assert!(Checkpoint::load(folder.path(), OBSERVATIONS, ACTIONS).unwrap().replay.is_none());
     let (mut actor, caller) = Actor::load(folder.path(), OBSERVATIONS, ACTIONS, 1).unwrap();
     assert_eq!(caller, json!({ "task": "door" }));
     let (mut a, mut b) = ([0.0; ACTIONS], [0.0; ACTIONS]);
-    sac.act(&[0.1; OBSERVATIONS], &mut a, Act::Mean);
+    sac.policy(0).act(&[0.1; OBSERVATIONS], &mut a, Act::Mean);
     actor.act(&[0.1; OBSERVATIONS], &mut b, Act::Mean);
     assert_eq!(a, b);
+    sac.act(&[0.1; OBSERVATIONS], &mut b, Act::Mean);
+    assert_ne!(a, b, "the actor that learns is another");
 }
 
 #[test]
@@ -130,6 +133,7 @@ fn a_missing_damaged_or_foreign_checkpoint_is_refused_in_one_line() {
 
     for (file, complaint) in [
         ("actor.safetensors", "damaged or cut off"),
+        ("online_actor.safetensors", "damaged or cut off"),
         ("critic.safetensors", "damaged or cut off"),
         ("target.safetensors", "damaged or cut off"),
         ("optimizer.safetensors", "damaged or cut off"),

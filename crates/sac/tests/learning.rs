@@ -5,7 +5,14 @@ use rand_chacha::ChaCha8Rng;
 use sac::{Act, Config, Replay, Sac, Transition};
 
 fn small() -> Config {
-    Config { hidden: vec![64, 64], batch_size: 64, random_steps: 300, updates_per_step: 1.0, ..Config::default() }
+    Config {
+        hidden: vec![64, 64],
+        batch_size: 64,
+        random_steps: 300,
+        updates_per_step: 1.0,
+        policy_average: 0.02,
+        ..Config::default()
+    }
 }
 
 /// A point on a line, pushed by the action, is rewarded for being at the origin. Episodes of 20 steps end by their time limit.
@@ -32,7 +39,7 @@ impl Point {
     /// Mean return of the deterministic policy.
     fn evaluate(sac: &Sac) -> f32 {
         let mut point = Self { x: 0.0, v: 0.0, t: 0, rng: ChaCha8Rng::seed_from_u64(99) };
-        let mut actor = sac.actor().with_seed(0);
+        let mut actor = sac.policy(0);
         let mut sum = 0.0;
         for _ in 0..20 {
             point.reset();
@@ -117,7 +124,7 @@ fn the_action_asked_for_is_given() {
             sac.update(&replay);
         }
     }
-    let mut actor = sac.actor().with_seed(0);
+    let mut actor = sac.policy(0);
     let error = (0..100).map(|_| {
         let observation = observe();
         actor.act(&observation, &mut action, Act::Mean);
@@ -130,7 +137,7 @@ fn the_action_asked_for_is_given() {
 #[test]
 fn the_same_seed_gives_the_same_bits_and_another_seed_does_not() {
     let bits = |seed| {
-        let mut actor = learn_point(500, seed).actor().with_seed(0);
+        let mut actor = learn_point(500, seed).policy(0);
         let mut action = [0.0];
         actor.act(&[0.3, -0.1], &mut action, Act::Mean);
         action[0].to_bits()
