@@ -1,0 +1,91 @@
+#!/usr/bin/env python3
+"""Random actions in robosuite 1.4.1: the numbers that `baselines random` is compared with, in the same columns.
+
+    python3 -m venv VENV && VENV/bin/pip install robosuite==1.4.1 mujoco==3.2.7
+    VENV/bin/python scripts/robosuite_random.py [--episodes 30] [--out results/robosuite_random.csv]
+
+The largest force of an action is the norm that the wrist's sensor reads after the action, tool's weight and inertia included; energy is
+summed over the 25 control samples of an action from the limited torque. Wipe runs to its horizon, its early terminations are off.
+"""
+
+import argparse
+import csv
+import os
+from pathlib import Path
+
+for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ[threads] = "1"
+
+import numpy as np
+import robosuite
+from robosuite.environments.manipulation.wipe import DEFAULT_WIPE_CONFIG
+
+ROOT = Path(__file__).resolve().parent.parent
+HORIZON = 500
+LIMIT, WEIGHT = 60.0, 0.05
+SPACES = {"variable": "variable_kp", "osc": "fixed"}
+
+
+def make(task, space):
+    config = robosuite.load_controller_config(default_controller="OSC_POSE") | {"impedance_mode": SPACES[space]}
+    extra = {"task_config": DEFAULT_WIPE_CONFIG | {"early_terminations": False}} if task == "wipe" else {}
+    return robosuite.make(
+        task.capitalize(), robots="Panda", controller_configs=config, has_renderer=False, has_offscreen_renderer=False,
+        use_camera_obs=False, use_object_obs=True, reward_shaping=True, horizon=HORIZON, **extra,
+    )
+
+
+def meter(env):
+    """Adds up the arm's energy per control sample: a list of [sum of abs(tau qd) dt, abs of the sum dt]."""
+    energy, inner = np.zeros(2), env._pre_action
+
+    def pre_action(action, policy_step=False):
+        inner(action, policy_step)
+        robot = env.robots[0]
+        power = robot.torques * env.sim.data.qvel[robot._ref_joint_vel_indexes]
+        energy[:] += np.array([np.abs(power).sum(), abs(power.sum())]) * env.model_timestep
+
+    env._pre_action = pre_action
+    return energy
+
+
+def measure(task, space, episodes, seed):
+    np.random.seed(seed)  # robosuite draws placements from the global generator
+    rng, env = np.random.default_rng(seed), make(task, space)
+    energy, returns, forces = meter(env), [], []
+    low, high = env.action_spec
+    for _ in range(episodes):
+        env.reset()
+        total, readings = 0.0, []
+        for _ in range(HORIZON):
+            total += env.step(rng.uniform(low, high))[1]
+            readings.append(np.linalg.norm(env.robots[0].ee_force))
+        returns.append(total)
+        forces.append(readings)
+    forces = np.array(forces)
+    above, actions = forces > LIMIT, episodes * HORIZON
+    return {
+        "task": task, "space": space, "source": f"robosuite {robosuite.__version__}", "episodes": episodes,
+        "return_mean": np.mean(returns), "return_std": np.std(returns, ddof=1),
+        "energy_per_action_j": energy[0] / actions, "energy_net_absolute_per_action_j": energy[1] / actions,
+        "penalised_episode_share": above.any(axis=1).mean(), "penalised_action_share": above.mean(),
+        "mean_excess_n": (forces[above] - LIMIT).mean() if above.any() else 0.0,
+        "penalty": (WEIGHT * forces * above).sum() / episodes,
+    }
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--episodes", type=int, default=30)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--out", type=Path, default=ROOT / "results" / "robosuite_random.csv")
+    arguments = parser.parse_args()
+    rows = [measure(task, space, arguments.episodes, arguments.seed) for task in ("lift", "door", "wipe") for space in SPACES]
+    with arguments.out.open("x", newline="") as file:
+        writer = csv.DictWriter(file, rows[0], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows({key: round(value, 4) if isinstance(value, float) else value for key, value in row.items()} for row in rows)
+
+
+if __name__ == "__main__":
+    main()
