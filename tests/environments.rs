@@ -4,7 +4,7 @@
 use aforce::{ActionSpace, ControllerConfig};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use tasks::{Env, EnvConfig, TaskName};
+use tasks::{Env, EnvConfig, ForcePenalty, TaskName};
 
 fn env(task: TaskName, space: ActionSpace) -> Env {
     Env::new(EnvConfig { task, space, ..EnvConfig::default() }, 1).unwrap()
@@ -44,6 +44,29 @@ fn every_term_of_a_reward_has_a_name() {
             let step = env.step(&env.expert_action());
             let nameless = &step.reward_terms[env.task().reward_terms().len()..];
             assert!(nameless.iter().all(|&term| term == 0.0), "{}", task.as_str());
+        }
+    }
+}
+
+/// Door and Wipe take off 0.05 F in Wipe's normalisation, 500 / (5000 + 500 x 25.51); the paper has no penalty in Lift.
+#[test]
+fn a_newton_above_the_limit_costs_the_same_in_door_and_wipe() {
+    for (task, scale) in [(TaskName::Lift, 0.0), (TaskName::Door, 0.0281611), (TaskName::Wipe, 0.0281611)] {
+        let force_penalty = ForcePenalty { limit: 1.0, ..ForcePenalty::default() };
+        let config = EnvConfig { task, force_penalty, ..EnvConfig::default() };
+        let mut env = Env::new(config, 1).unwrap();
+        env.reset(Some(1));
+        let steps: Vec<_> = (0..250).map(|_| env.step(&env.expert_action())).collect();
+        assert!(steps.iter().any(|step| step.penalty > 0.0), "{}", task.as_str());
+        for step in steps {
+            let cost = step.reward_terms.iter().filter(|&&term| term < 0.0).sum::<f64>();
+            // The arm's own penalty in Wipe stands alone.
+            let arm = scale > 0.0 && (cost + 10.0 * scale).abs() < 1e-5;
+            assert!(
+                arm || (cost + scale * step.penalty).abs() < 1e-6 * (1.0 + step.penalty),
+                "{}: {step:?}",
+                task.as_str()
+            );
         }
     }
 }

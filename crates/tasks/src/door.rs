@@ -11,6 +11,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use crate::task::{Component, Reward, Task, Waypoint, xyz};
+use crate::wipe::normalisation;
 
 /// Opening (rad) from which the door counts as open; it stops at 0.4.
 const OPEN: f64 = 0.3;
@@ -23,12 +24,20 @@ const TURN: std::ops::Range<f64> = -0.125..0.125;
 const CLEAR: f64 = 1.25;
 
 /// The task, with the scene of the running episode.
-#[derive(Default)]
 pub struct Door {
+    /// Factor on the force penalty: a newton costs what it costs in Wipe, where all is normalised to
+    /// rewards of about 1. As it stands one action at 400 N would cost what 20 with an open door earn,
+    /// and the learner keeps away from the door.
+    penalty_scale: f64,
     scene: Option<door::Door>,
 }
 
 impl Door {
+    /// For episodes of `horizon` actions.
+    pub fn new(horizon: u32) -> Self {
+        Door { penalty_scale: normalisation(horizon), scene: None }
+    }
+
     fn scene(&self) -> &door::Door {
         self.scene.as_ref().expect("reset before use")
     }
@@ -77,7 +86,7 @@ impl Task for Door {
     }
 
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: f64) -> Reward {
-        let scene = self.scene();
+        let (scene, penalty) = (self.scene(), self.penalty_scale * penalty);
         if scene.opening(simulation) > OPEN {
             return Reward { terms: [0.0, 0.0, 1.0, -penalty], success: true };
         }

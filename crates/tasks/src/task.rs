@@ -41,7 +41,7 @@ impl TaskName {
     pub fn create(self, horizon: u32) -> Box<dyn Task> {
         match self {
             TaskName::Lift => Box::new(Lift::default()),
-            TaskName::Door => Box::new(Door::default()),
+            TaskName::Door => Box::new(Door::new(horizon)),
             TaskName::Wipe => Box::new(Wipe::new(horizon)),
         }
     }

@@ -59,13 +59,18 @@ struct Touch {
     penalty: f64,
 }
 
+/// robosuite's factor on every reward in an episode of `horizon` actions. With 500 an action earns at most 0.733 once
+/// everything is wiped.
+pub fn normalisation(horizon: u32) -> f64 {
+    let horizon = f64::from(horizon);
+    let full = markers::COUNT as f64 * MARKER_REWARD + horizon * (CONTACT_REWARD + COMPLETION_REWARD);
+    horizon / full
+}
+
 impl Wipe {
-    /// For episodes of `horizon` actions: robosuite's normalisation depends on it. With 500
-    /// an action earns at most 0.733 once everything is wiped.
+    /// For episodes of `horizon` actions.
     pub fn new(horizon: u32) -> Self {
-        let horizon = f64::from(horizon);
-        let full = markers::COUNT as f64 * MARKER_REWARD + horizon * (CONTACT_REWARD + COMPLETION_REWARD);
-        Wipe { scale: horizon / full, episode: None }
+        Wipe { scale: normalisation(horizon), episode: None }
     }
 
     fn scene(&self) -> &wipe::Wipe {
@@ -267,7 +272,7 @@ mod tests {
 
     #[test]
     fn normalisation_follows_the_horizon() {
-        assert!((Wipe::new(500).scale - 0.0281611).abs() < 5e-8);
-        assert!((Wipe::new(1000).scale - 0.0327761).abs() < 5e-8);
+        assert!((normalisation(500) - 0.0281611).abs() < 5e-8);
+        assert!((normalisation(1000) - 0.0327761).abs() < 5e-8);
     }
 }
