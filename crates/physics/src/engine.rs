@@ -1,22 +1,23 @@
-//! The Rapier world behind a simulation. The only file that knows the engine's types.
+//! The Rapier world behind a simulation. Nothing outside knows the engine's types.
 
-use aforce::{Pose, Twist, Vector3, Wrench};
-use nalgebra::{Matrix3, Quaternion, Translation3, UnitQuaternion};
+mod contacts;
+mod convert;
+
+use aforce::{Pose, Twist, Vector3};
+use nalgebra::{Translation3, UnitQuaternion};
 use rapier3d_f64::dynamics::{
     GenericJointBuilder, IntegrationParameters, JointAxesMask, MassProperties, MultibodyJointHandle, RigidBodyBuilder,
     RigidBodyHandle, SpringCoefficients,
 };
-use rapier3d_f64::geometry::{
-    ColliderBuilder, ColliderHandle, ContactPair, Group, InteractionGroups, InteractionTestMode,
-};
+use rapier3d_f64::geometry::{ColliderBuilder, ColliderHandle};
 use rapier3d_f64::math as rapier;
 use rapier3d_f64::parry::query::Ray;
-use rapier3d_f64::parry::shape::SharedShape;
 use rapier3d_f64::pipeline::PhysicsWorld;
 use rapier3d_f64::prelude::CoefficientCombineRule;
 
+use self::convert::{from_engine, groups, matrix, shared_shape, to_engine, vector};
 use crate::model::GRAVITY;
-use crate::scene::{Axis, Inertial, Joint, Role, Scene, Shape};
+use crate::scene::{Axis, Inertial, Joint, Role, Scene};
 
 /// A joint of the scene in the engine.
 #[derive(Clone, Copy)]
@@ -254,73 +255,6 @@ impl Engine {
             })
     }
 
-    /// Wrench that the environment exerted in the last step on all geoms beyond the wrist
-    /// (world axes, torque about `point`); `None` without contact.
-    pub fn wrench_beyond_wrist(&self, point: &Vector3) -> Option<Wrench> {
-        let mut wrench = None;
-        for pair in self.world.narrow_phase.contact_pairs() {
-            let beyond = |collider| self.role(collider).is_some_and(Role::is_beyond_wrist);
-            let (first, second) = (beyond(pair.collider1), beyond(pair.collider2));
-            if first != second && pair.has_any_active_contact() {
-                let on_first = self.contact_wrench(pair, point);
-                *wrench.get_or_insert_with(Wrench::zeros) += if first { on_first } else { -on_first };
-            }
-        }
-        wrench
-    }
-
-    /// Wrench on the first collider of a pair.
-    fn contact_wrench(&self, pair: &ContactPair, point: &Vector3) -> Wrench {
-        let IntegrationParameters { dt, num_solver_iterations: substeps, .. } = self.world.integration_parameters;
-        let frame = self.world.colliders[pair.collider1].position();
-        let mut wrench = Wrench::zeros();
-        for manifold in pair.solver_manifolds() {
-            let frame = manifold.subshape_pos1().map_or(*frame, |sub| *frame * *sub);
-            for contact in &manifold.points {
-                // The normal impulse is the step's total, the tangential one the last
-                // substep's. One of the pair is a link: between bodies that are not, the
-                // engine would store the friction of all points at each of them.
-                let friction = contact.data.warmstart_tangent_world * substeps as f64;
-                let force = (friction - manifold.data.normal * contact.data.impulse) / dt;
-                let force = Vector3::new(force.x, force.y, force.z);
-                let at = frame * contact.local_p1;
-                let torque = (Vector3::new(at.x, at.y, at.z) - point).cross(&force);
-                wrench += Wrench::new(force.x, force.y, force.z, torque.x, torque.y, torque.z);
-            }
-        }
-        wrench
-    }
-
-    /// Number of points at which geoms `a` and `b` (indices in the scene's order) press on
-    /// each other.
-    pub fn contact_points(&self, a: usize, b: usize) -> usize {
-        let pair = self.world.narrow_phase.contact_pair(self.geoms[a].0, self.geoms[b].0);
-        let points = pair.into_iter().flat_map(|pair| pair.manifolds()).flat_map(|manifold| &manifold.points);
-        points.filter(|point| point.data.impulse > 0.0).count()
-    }
-
-    /// Whether anything presses on the arm's links.
-    pub fn arm_touches(&self) -> bool {
-        self.world.narrow_phase.contact_pairs().any(|pair| {
-            let link = |collider| self.role(collider) == Some(Role::Link);
-            (link(pair.collider1) || link(pair.collider2)) && pair.total_impulse_magnitude() > 0.0
-        })
-    }
-
-    /// Deepest overlap (m) of any two geoms that may touch; 0 without contact.
-    pub fn deepest_penetration(&self) -> f64 {
-        self.world
-            .narrow_phase
-            .contact_pairs()
-            .flat_map(|pair| pair.manifolds())
-            .flat_map(|manifold| &manifold.points)
-            .fold(0.0, |deepest: f64, point| deepest.max(-point.dist))
-    }
-
-    fn role(&self, collider: ColliderHandle) -> Option<Role> {
-        self.roles.get(collider.into_raw_parts().0 as usize).copied().flatten()
-    }
-
     /// The nearest geom along a ray: distance, surface normal, colour.
     pub fn cast_ray(&self, origin: &Vector3, direction: &Vector3) -> Option<(f64, Vector3, [u8; 3])> {
         let ray = Ray::new(vector(origin), vector(direction));
@@ -365,44 +299,4 @@ fn copy_world(from: &PhysicsWorld, to: &mut PhysicsWorld) {
     to.impulse_joints.clone_from(&from.impulse_joints);
     to.multibody_joints.clone_from(&from.multibody_joints);
     to.soft_bodies.clone_from(&from.soft_bodies);
-}
-
-fn groups(role: Role) -> InteractionGroups {
-    let group = Group::from_bits_truncate;
-    InteractionGroups::new(group(role.bit()), group(role.mask()), InteractionTestMode::And)
-}
-
-fn shared_shape(shape: &Shape) -> SharedShape {
-    match *shape {
-        Shape::Box(h) => SharedShape::cuboid(h.x, h.y, h.z),
-        Shape::Sphere(radius) => SharedShape::ball(radius),
-        Shape::Capsule { half_length, radius } => SharedShape::capsule_z(half_length, radius),
-        // The engine's cylinders stand along y.
-        Shape::Cylinder { half_length, radius } => {
-            let upright = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
-            let pose = Pose::from_parts(Translation3::identity(), upright);
-            SharedShape::compound(vec![(to_engine(&pose), SharedShape::cylinder(half_length, radius))])
-        }
-    }
-}
-
-fn vector(v: &Vector3) -> rapier::Vector {
-    rapier::Vector::new(v.x, v.y, v.z)
-}
-
-fn matrix(m: &Matrix3<f64>) -> rapier::Matrix {
-    rapier::Matrix::from_cols(vector(&m.column(0).into()), vector(&m.column(1).into()), vector(&m.column(2).into()))
-}
-
-fn to_engine(pose: &Pose) -> rapier::Pose {
-    let q = pose.rotation;
-    rapier::Pose::from_parts(vector(&pose.translation.vector), rapier::Rotation::from_xyzw(q.i, q.j, q.k, q.w))
-}
-
-fn from_engine(pose: &rapier::Pose) -> Pose {
-    let (p, q) = (pose.translation, pose.rotation);
-    Pose::from_parts(
-        Translation3::new(p.x, p.y, p.z),
-        UnitQuaternion::new_normalize(Quaternion::new(q.w, q.x, q.y, q.z)),
-    )
 }

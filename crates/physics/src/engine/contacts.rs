@@ -1,0 +1,77 @@
+//! What touches what, and with which force.
+
+use aforce::{Vector3, Wrench};
+use rapier3d_f64::dynamics::IntegrationParameters;
+use rapier3d_f64::geometry::{ColliderHandle, ContactPair};
+
+use super::Engine;
+use crate::scene::Role;
+
+impl Engine {
+    /// Wrench that the environment exerted in the last step on all geoms beyond the wrist
+    /// (world axes, torque about `point`); `None` without contact.
+    pub fn wrench_beyond_wrist(&self, point: &Vector3) -> Option<Wrench> {
+        let mut wrench = None;
+        for pair in self.world.narrow_phase.contact_pairs() {
+            let beyond = |collider| self.role(collider).is_some_and(Role::is_beyond_wrist);
+            let (first, second) = (beyond(pair.collider1), beyond(pair.collider2));
+            if first != second && pair.has_any_active_contact() {
+                let on_first = self.contact_wrench(pair, point);
+                *wrench.get_or_insert_with(Wrench::zeros) += if first { on_first } else { -on_first };
+            }
+        }
+        wrench
+    }
+
+    /// Wrench on the first collider of a pair.
+    fn contact_wrench(&self, pair: &ContactPair, point: &Vector3) -> Wrench {
+        let IntegrationParameters { dt, num_solver_iterations: substeps, .. } = self.world.integration_parameters;
+        let frame = self.world.colliders[pair.collider1].position();
+        let mut wrench = Wrench::zeros();
+        for manifold in pair.solver_manifolds() {
+            let frame = manifold.subshape_pos1().map_or(*frame, |sub| *frame * *sub);
+            for contact in &manifold.points {
+                // The normal impulse is the step's total, the tangential one the last
+                // substep's. One of the pair is a link: between bodies that are not, the
+                // engine would store the friction of all points at each of them.
+                let friction = contact.data.warmstart_tangent_world * substeps as f64;
+                let force = (friction - manifold.data.normal * contact.data.impulse) / dt;
+                let force = Vector3::new(force.x, force.y, force.z);
+                let at = frame * contact.local_p1;
+                let torque = (Vector3::new(at.x, at.y, at.z) - point).cross(&force);
+                wrench += Wrench::new(force.x, force.y, force.z, torque.x, torque.y, torque.z);
+            }
+        }
+        wrench
+    }
+
+    /// Number of points at which geoms `a` and `b` (indices in the scene's order) press on
+    /// each other.
+    pub fn contact_points(&self, a: usize, b: usize) -> usize {
+        let pair = self.world.narrow_phase.contact_pair(self.geoms[a].0, self.geoms[b].0);
+        let points = pair.into_iter().flat_map(|pair| pair.manifolds()).flat_map(|manifold| &manifold.points);
+        points.filter(|point| point.data.impulse > 0.0).count()
+    }
+
+    /// Whether anything presses on the arm's links.
+    pub fn arm_touches(&self) -> bool {
+        self.world.narrow_phase.contact_pairs().any(|pair| {
+            let link = |collider| self.role(collider) == Some(Role::Link);
+            (link(pair.collider1) || link(pair.collider2)) && pair.total_impulse_magnitude() > 0.0
+        })
+    }
+
+    /// Deepest overlap (m) of any two geoms that may touch; 0 without contact.
+    pub fn deepest_penetration(&self) -> f64 {
+        self.world
+            .narrow_phase
+            .contact_pairs()
+            .flat_map(|pair| pair.manifolds())
+            .flat_map(|manifold| &manifold.points)
+            .fold(0.0, |deepest: f64, point| deepest.max(-point.dist))
+    }
+
+    fn role(&self, collider: ColliderHandle) -> Option<Role> {
+        self.roles.get(collider.into_raw_parts().0 as usize).copied().flatten()
+    }
+}
