@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Environment steps per second on one core, robosuite's and ours, measured in turn: random `variable_kp` actions, resets included.
+"""Environment steps per second on one core, robosuite's and ours, measured in turn: random `variable_kp` actions, resets included,
+and the wiping tool pressed on the table by a constant OSC action, 2 cm down.
 
     python3 -m venv VENV && VENV/bin/pip install robosuite==1.4.1 mujoco==3.2.7
     VENV/bin/python scripts/robosuite_speed.py [--tasks lift,door,wipe] [--steps 1000]
 
-Needs cargo; without a GPU or a display. Ours is the criterion bench `step/TASK/variable` of crates/tasks. robosuite runs without cameras
+Needs cargo; without a GPU or a display. Ours are the criterion benches `step/TASK/variable` and `step/wipe/pressing` of crates/tasks. robosuite runs without cameras
 and renderers, with its soft resets (`hard_reset=False`), which are the fast ones. Times mean something only if nothing else runs.
 """
 
@@ -25,12 +26,16 @@ import robosuite
 ROOT = Path(__file__).resolve().parent.parent
 
 
-def theirs(task, steps):
-    config = robosuite.load_controller_config(default_controller="OSC_POSE") | {"impedance_mode": "variable_kp"}
-    env = robosuite.make(
+def make(task, ignore_done=False, **settings):
+    config = robosuite.load_controller_config(default_controller="OSC_POSE") | settings
+    return robosuite.make(
         task.capitalize(), robots="Panda", controller_configs=config, has_renderer=False, has_offscreen_renderer=False,
-        use_camera_obs=False, use_object_obs=True, reward_shaping=True, horizon=500, hard_reset=False, ignore_done=False,
+        use_camera_obs=False, use_object_obs=True, reward_shaping=True, horizon=500, hard_reset=False, ignore_done=ignore_done,
     )
+
+
+def theirs(task, steps):
+    env = make(task, impedance_mode="variable_kp")
     low, high = env.action_spec
     rng = np.random.default_rng(1)
     env.reset()
@@ -42,12 +47,33 @@ def theirs(task, steps):
     return steps / (time.perf_counter() - start)
 
 
-def ours(task):
-    name = f"step/{task}/variable"
+def theirs_pressing(steps):
+    env = make("wipe", ignore_done=True)
+    action = np.array([0, 0, -0.02 / 0.05, 0, 0, 0])
+    env.reset()
+    for _ in range(100):
+        env.step(action)
+    start = time.perf_counter()
+    for _ in range(steps):
+        env.step(action)
+    seconds = time.perf_counter() - start
+    force = np.linalg.norm(env.robots[0].ee_force)
+    assert force > 10, f"the tool presses with {force} N"
+    return steps / seconds
+
+
+def ours(task, what):
+    name = f"step/{task}/{what}"
     subprocess.run(["cargo", "bench", "--quiet", "-p", "tasks", "--bench", "step", "--", f"^{name}$"], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
     # Criterion makes one folder name of an id's slashes after the group's.
-    estimates = ROOT / "target" / "criterion" / "step" / f"{task}_variable" / "new" / "estimates.json"
+    estimates = ROOT / "target" / "criterion" / "step" / f"{task}_{what}" / "new" / "estimates.json"
     return 1e9 / json.loads(estimates.read_text())["mean"]["point_estimate"]
+
+
+def compare(name, theirs, ours):
+    before, mine, after = theirs(), ours(), theirs()
+    ratio = mine / ((before + after) / 2)
+    print(f"{name:<14} robosuite {before:.0f} and {after:.0f}, ours {mine:.0f}: {ratio:.1f} times as many")
 
 
 def main():
@@ -56,10 +82,11 @@ def main():
     parser.add_argument("--steps", type=int, default=1000, help="robosuite's steps per measurement (default 1000)")
     arguments = parser.parse_args()
     print(f"robosuite {robosuite.__version__}, Python {sys.version.split()[0]}; environment steps per second, one core")
-    for task in arguments.tasks.split(","):
-        before, mine, after = theirs(task, arguments.steps), ours(task), theirs(task, arguments.steps)
-        ratio = mine / ((before + after) / 2)
-        print(f"{task:<5} robosuite {before:.0f} and {after:.0f}, ours {mine:.0f}: {ratio:.1f} times as many")
+    tasks = arguments.tasks.split(",")
+    for task in tasks:
+        compare(task, lambda: theirs(task, arguments.steps), lambda: ours(task, "variable"))
+    if "wipe" in tasks:
+        compare("wipe, pressing", lambda: theirs_pressing(arguments.steps), lambda: ours("wipe", "pressing"))
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
-//! Time of one environment step (25 control samples) under random actions, resets included, on one
-//! core. One over it is the number of environment steps per second.
+//! Time of one environment step (25 control samples) under random actions, resets included, and of one
+//! that presses the wiping tool on the table, on one core. One over it is the number of environment
+//! steps per second.
 //!
 //! `cargo bench -p tasks`; beside robosuite: `scripts/robosuite_speed.py`.
 
@@ -29,5 +30,20 @@ fn step(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, step);
+/// The tool goes straight down with `osc` and stays there, its goal always 2 cm further down.
+fn press(criterion: &mut Criterion) {
+    let space = "osc".parse().expect("an action space");
+    let config = EnvConfig { task: TaskName::Wipe, space, horizon: 1_000_000, ..EnvConfig::default() };
+    let mut env = Env::new(config, 1).expect("a valid configuration");
+    let action = [0.0, 0.0, -1.0, 0.0, 0.0, 0.0];
+    let mut press = || env.step(&action).reward;
+    for _ in 0..100 {
+        press();
+    }
+    criterion.benchmark_group("step").bench_function("wipe/pressing", |bencher| bencher.iter(&mut press));
+    let force = env.simulation().contact().sustained[2];
+    assert!(force > 10.0, "the tool presses with {force} N");
+}
+
+criterion_group!(benches, step, press);
 criterion_main!(benches);
