@@ -127,6 +127,13 @@ impl RunConfig {
         let endless = RunConfig { steps: 0, ..self.clone() };
         blake3::hash(endless.to_toml().as_bytes()).to_hex()[..16].to_string()
     }
+
+    /// The first setting but the length in which another configuration differs from this one, in words.
+    pub fn difference(&self, other: &RunConfig) -> Option<String> {
+        let (there, here) = (self.to_toml(), RunConfig { steps: self.steps, ..other.clone() }.to_toml());
+        let differs = there.lines().zip(here.lines()).find(|(a, b)| a != b);
+        differs.map(|(a, b)| format!("there {a}, here {b}"))
+    }
 }
 
 /// Parses `key=value` as given to `--set`; a value that is not TOML is a string.

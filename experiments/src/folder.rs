@@ -91,7 +91,7 @@ impl RunFolder {
             if stored.hash() != config.hash() {
                 bail!(
                     "{path} holds a run with another configuration ({}): resume it with the same settings, or choose another --out",
-                    first_difference(&stored, config)
+                    stored.difference(config).unwrap_or_default()
                 );
             }
         }
@@ -225,10 +225,4 @@ fn cpu_model() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
     model.map_or("unknown".into(), |(_, name)| name.trim().to_string())
-}
-
-fn first_difference(a: &RunConfig, b: &RunConfig) -> String {
-    let (a, b) = (a.to_toml(), b.to_toml());
-    let differs = a.lines().zip(b.lines()).find(|(x, y)| x != y && !x.starts_with("steps"));
-    differs.map_or("it differs".into(), |(x, y)| format!("there {x}, here {y}"))
 }

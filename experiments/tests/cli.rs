@@ -220,6 +220,19 @@ fn a_sweep_hides_no_run_and_repeats_none() {
     sweep(&[]).assert().success();
     assert_eq!(states(), ["done", "done"]);
     assert!(std::fs::read(out.join("lift/osc/seed_1/eval.csv")).unwrap() == table, "a run was repeated");
+
+    // A report is of runs that differ in their seeds.
+    program("report").arg(&out).assert().success();
+    let (again, config) = (out.join("again"), std::fs::read_to_string(first.join("config.toml")).unwrap());
+    std::fs::create_dir(&again).unwrap();
+    for table in ["episodes.csv", "eval.csv", "progress.csv", "manifest.json"] {
+        std::fs::copy(first.join(table), again.join(table)).unwrap();
+    }
+    std::fs::write(again.join("config.toml"), &config).unwrap();
+    expect(&error(program("report").arg(&out), 1), &["again", "lift/aforce/seed_1", "same seed"]);
+    let other = config.replace("seed = 1\n", "seed = 2\n").replace("position_step = 0.02", "position_step = 0.05");
+    std::fs::write(again.join("config.toml"), other).unwrap();
+    expect(&error(program("report").arg(&out), 1), &["again", "position_step = 0.02", "0.05"]);
 }
 
 /// Two processes in one folder would mix their rows.

@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use clap::Parser;
 use experiments::cli;
+use experiments::config::RunConfig;
 use experiments::folder::RunFolder;
 use experiments::report::{comparison, groups, markdown, summary};
 use experiments::summary::{RunSummary, evaluations, find_runs};
@@ -51,6 +52,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
     }
     ensure!(!rows.is_empty(), "{}: no run has been evaluated yet", arguments.runs.display());
+    differ_in_seed_alone(&runs)?;
     let groups = groups(&rows);
     let tables = markdown(&groups);
     write(&out.join("runs.csv"), &rows)?;
@@ -66,6 +68,27 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         plot::write(&curves(&of_task)?, &out.join(format!("curves_{task}")))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Runs of a task with an action space stand for each other: they have to differ in their seed and in nothing else.
+fn differ_in_seed_alone(runs: &[RunFolder]) -> Result<()> {
+    let mut seen: Vec<(&RunFolder, RunConfig)> = vec![];
+    for run in runs {
+        let config = RunConfig::resolve(Some(&run.config()), &[])?;
+        for (other, theirs) in &seen {
+            if (theirs.env.task, theirs.env.space) != (config.env.task, config.env.space) {
+                continue;
+            }
+            let (there, here) = (other.path().display(), run.path().display());
+            ensure!(theirs.seed != config.seed, "{there} and {here} have the same seed: report them apart");
+            let settings = RunConfig { seed: theirs.seed, ..config.clone() };
+            if let Some(difference) = theirs.difference(&settings) {
+                bail!("{there} and {here} differ in more than their seed ({difference}): report them apart");
+            }
+        }
+        seen.push((run, config));
+    }
+    Ok(())
 }
 
 fn write(path: &Path, rows: &[impl Serialize]) -> Result<()> {
