@@ -149,14 +149,20 @@ pub fn markdown(groups: &[Group]) -> String {
         let few = groups.iter().map(|group| group.runs.len()).min().unwrap_or(0);
         writeln!(out, "## {}{}\n", task[..1].to_uppercase(), &task[1..]).unwrap();
         if few < 5 {
-            writeln!(out, "Fewer than five seeds ({few} at least): read the intervals with care.\n").unwrap();
+            writeln!(out, "Fewer than five seeds (the fewest: {few}): read the intervals with care.\n").unwrap();
         }
         writeln!(out, "| space | seeds | final return | IQM, 95 % interval | best | sampled | success at the end | published | J per action, training | at the end | published |").unwrap();
         writeln!(out, "|---|---|---|---|---|---|---|---|---|---|---|").unwrap();
         for group in &groups {
             let value = |of: fn(&RunSummary) -> f64, digits: usize| spread(&group.values(of), digits);
             let finals = group.values(|run| run.final_return);
-            let [low, high] = interval(&[&finals], |sample| iqm(&sample[0]));
+            let centre = match finals.len() {
+                1 => String::new(),
+                _ => {
+                    let [low, high] = interval(&[&finals], |sample| iqm(&sample[0]));
+                    format!("{:.0}, {low:.0} to {high:.0}", iqm(&finals))
+                }
+            };
             let published = published::of(task, group.space);
             let theirs = published.map_or(String::new(), |(who, row)| {
                 format!("{:.0} +- {:.0} ({who})", row.final_return[0], row.final_return[1])
@@ -165,11 +171,10 @@ pub fn markdown(groups: &[Group]) -> String {
                 published.and_then(|(_, row)| row.energy_per_action_j).map_or(String::new(), |j| j.to_string());
             writeln!(
                 out,
-                "| `{}` | {} | {} | {:.0}, {low:.0} to {high:.0} | {} | {} | {} | {theirs} | {} | {} | {energy} |",
+                "| `{}` | {} | {} | {centre} | {} | {} | {} | {theirs} | {} | {} | {energy} |",
                 group.space,
                 group.runs.len(),
                 value(|run| run.final_return, 1),
-                iqm(&finals),
                 value(|run| run.best_return, 1),
                 value(|run| run.sampled_return, 1),
                 value(|run| run.final_success, 2),
