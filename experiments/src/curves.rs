@@ -1,13 +1,23 @@
-//! The learning curves of one run, drawn from its tables.
+//! Learning curves, drawn from the tables of runs: of one run, and of a sweep.
 
 use anyhow::Result;
+use output::plot::{self, Panel, Series};
+use output::statistics::{interval, iqm};
 
 use crate::columns::Columns;
 use crate::folder::RunFolder;
-use output::plot::{self, Panel, Series};
+use crate::summary::RunSummary;
 
 /// Training episodes in the running mean.
 const WINDOW: usize = 20;
+
+/// What is drawn: title, unit, column.
+const PANELS: [[&str; 3]; 4] = [
+    ["Return", "return", "return"],
+    ["Success at the end of an episode", "share of episodes", "success"],
+    ["Mechanical energy", "J per action", "energy_per_action_j"],
+    ["Stiffness, mean over time and axes", "1/s2 or N/m", "mean_stiffness"],
+];
 
 /// Draws `curves.svg` and `curves.png` of a run.
 ///
@@ -16,24 +26,79 @@ const WINDOW: usize = 20;
 pub fn draw(folder: &RunFolder) -> Result<()> {
     let training = Columns::read(&folder.episodes())?;
     let eval = Columns::read(&folder.eval())?;
-    let panel = |title: &str, y_label: &str, column: &str| Panel {
+    let panels = PANELS.map(|[title, unit, column]| {
+        let training = training.running_mean(column, WINDOW);
+        panel(
+            title,
+            unit,
+            vec![
+                Series::new(format!("training, mean of {WINDOW} episodes"), training),
+                Series::new("evaluation, mean action", eval.mean_by_step(column)),
+            ],
+        )
+    });
+    plot::write(&panels, &folder.curves())
+}
+
+/// The evaluations of one task's runs. For each action space: every seed, their interquartile mean as far as all of them
+/// have come, and its 95 % interval.
+///
+/// # Errors
+/// If a table cannot be read.
+pub fn of_task(runs: &[(&RunFolder, &RunSummary)]) -> Result<Vec<Panel>> {
+    let mut spaces: Vec<&str> = vec![];
+    for (_, run) in runs {
+        if !spaces.contains(&run.space.as_str()) {
+            spaces.push(&run.space);
+        }
+    }
+    let tables = runs.iter().map(|(folder, _)| Columns::read(&folder.eval())).collect::<Result<Vec<_>>>()?;
+    let series = |&[title, unit, column]: &[&str; 3]| {
+        let of_space = |space: &&str| {
+            let seeds = runs.iter().zip(&tables).filter(|((_, run), _)| run.space == **space);
+            over_seeds(space, seeds.map(|(_, table)| table.mean_by_step(column)).collect())
+        };
+        panel(title, unit, spaces.iter().map(of_space).collect())
+    };
+    Ok(PANELS.iter().map(series).collect())
+}
+
+/// One curve for the curves of several seeds.
+fn over_seeds(label: &str, mut seeds: Vec<Vec<(f64, f64)>>) -> Series {
+    if seeds.len() == 1 {
+        return Series::new(label, seeds.remove(0));
+    }
+    let common = seeds.iter().map(Vec::len).min().unwrap_or(0);
+    let at = |i: usize| (seeds[0][i].0, seeds.iter().map(|seed| seed[i].1).collect::<Vec<_>>());
+    let points = (0..common).map(at).map(|(x, values)| (x, iqm(&values))).collect();
+    let band = (0..common).map(at).map(|(x, values)| {
+        let [low, high] = interval(&[&values], |sample| iqm(&sample[0]));
+        (x, low, high)
+    });
+    Series { band: band.collect(), points, members: seeds, label: label.into() }
+}
+
+fn panel(title: &str, unit: &str, series: Vec<Series>) -> Panel {
+    Panel {
         title: title.into(),
         x_label: "environment steps (thousands)".into(),
-        y_label: y_label.into(),
-        series: vec![
-            Series {
-                label: format!("training, mean of {WINDOW} episodes"),
-                points: training.running_mean(column, WINDOW),
-            },
-            Series { label: "evaluation, mean action".into(), points: eval.mean_by_step(column) },
-        ],
+        y_label: unit.into(),
+        series,
         ..Panel::default()
-    };
-    let panels = [
-        panel("Return", "return", "return"),
-        panel("Success at the end of an episode", "share of episodes", "success"),
-        panel("Mechanical energy", "J per action", "energy_per_action_j"),
-        panel("Stiffness, mean over time and axes", "1/s2 or N/m", "mean_stiffness"),
-    ];
-    plot::write(&panels, &folder.curves())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_group_is_summed_up_as_far_as_all_its_seeds_have_come() {
+        let seeds = vec![vec![(10.0, 1.0), (20.0, 5.0), (30.0, 6.0)], vec![(10.0, 3.0), (20.0, 5.0)]];
+        let series = over_seeds("aforce", seeds.clone());
+        assert_eq!(series.members, seeds);
+        assert_eq!(series.points, [(10.0, 2.0), (20.0, 5.0)]);
+        assert_eq!(series.band, [(10.0, 1.0, 3.0), (20.0, 5.0, 5.0)]);
+        assert_eq!(over_seeds("aforce", seeds[1..].to_vec()), Series::new("aforce", seeds[1].clone()));
+    }
 }

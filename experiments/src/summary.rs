@@ -68,7 +68,7 @@ pub fn find_runs(root: &Path) -> Result<Vec<RunFolder>> {
 ///
 /// # Errors
 /// If `eval.csv` is missing or damaged.
-pub fn evaluations(run: &RunFolder, column: &str) -> Result<Vec<(f64, f64)>> {
+fn evaluations(run: &RunFolder, column: &str) -> Result<Vec<(f64, f64)>> {
     Ok(Columns::read(&run.eval())?.mean_by_step(column))
 }
 

@@ -98,7 +98,7 @@ impl Traces {
     pub fn panels(&self) -> Vec<Panel> {
         let mut panels: Vec<Panel> = vec![];
         for column in &self.columns {
-            let series = Series { label: column.label.into(), points: column.points.clone() };
+            let series = Series::new(column.label, column.points.clone());
             match panels.last_mut().filter(|p| p.title == column.panel) {
                 Some(panel) => panel.series.push(series),
                 None => panels.push(Panel {

@@ -10,7 +10,7 @@ use anyhow::{Context, Result, anyhow, ensure};
 use kuva::RasterBackend;
 use kuva::TickFormat;
 use kuva::backend::svg::SvgBackend;
-use kuva::plot::{LinePlot, LineStyle, ScatterPlot};
+use kuva::plot::{BandPlot, LinePlot, LineStyle, ScatterPlot};
 use kuva::render::annotations::ReferenceLine;
 use kuva::render::figure::Figure;
 use kuva::render::layout::Layout;
@@ -28,6 +28,17 @@ pub struct Series {
     pub label: String,
     /// (x, y) in drawing order. Points that are not finite are left out.
     pub points: Vec<(f64, f64)>,
+    /// Around the curve, pale: (x, low, high). Must be finite.
+    pub band: Vec<(f64, f64, f64)>,
+    /// What the curve sums up, one thin line each.
+    pub members: Vec<Vec<(f64, f64)>>,
+}
+
+impl Series {
+    /// A curve that stands for itself.
+    pub fn new(label: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
+        Series { label: label.into(), points, ..Series::default() }
+    }
 }
 
 /// One pair of axes with its curves.
@@ -56,6 +67,8 @@ const TITLE_SIZE: u32 = 17;
 const LABEL_SIZE: u32 = 15;
 const TICK_SIZE: u32 = 13;
 const LINE_WIDTH: f64 = 1.8;
+const MEMBER_WIDTH: f64 = 0.6;
+const BAND_OPACITY: f64 = 0.18;
 
 /// Okabe and Ito's colours, which colour-blind readers can tell apart, without the yellow, too pale for a line. Three
 /// more follow, because kuva's PNGs show no dashes within short segments: ten action spaces must do without.
@@ -156,22 +169,33 @@ fn draw_panel(panel: &Panel, labels: &[&str], marks: &[&str]) -> (Vec<Plot>, Lay
     let (mut x_range, mut y_range) = (Range::EMPTY, Range::EMPTY);
     let scale = if panel.logarithmic { f64::log10 } else { |value| value };
     let drawable = |value: f64| drawable(value) && drawable(scale(value));
+    let pen_of = |label: &str| pen(labels.iter().position(|known| *known == label).unwrap_or(0));
     let mut dots = false;
+    // Bands lie below all lines.
+    for series in panel.series.iter().filter(|series| !series.band.is_empty()) {
+        let (x, (low, high)): (Vec<_>, (Vec<_>, Vec<_>)) = series.band.iter().map(|&(x, l, h)| (x, (l, h))).unzip();
+        low.iter().chain(&high).for_each(|&y| y_range.include(scale(y)));
+        let (color, _) = pen_of(&series.label);
+        plots.push(Plot::from(BandPlot::new(x, low, high).with_color(color).with_opacity(BAND_OPACITY)));
+    }
     for series in &panel.series {
-        let points: Vec<_> = series.points.iter().copied().filter(|&(x, y)| drawable(x) && drawable(y)).collect();
-        for &(x, y) in &points {
-            x_range.include(scale(x));
-            y_range.include(scale(y));
+        let members = series.members.iter().map(|points| (points, MEMBER_WIDTH));
+        for (points, width) in members.chain([(&series.points, LINE_WIDTH)]) {
+            let points: Vec<_> = points.iter().copied().filter(|&(x, y)| drawable(x) && drawable(y)).collect();
+            for &(x, y) in &points {
+                x_range.include(scale(x));
+                y_range.include(scale(y));
+            }
+            dots |= points.len() == 1;
+            let (color, style) = pen_of(&series.label);
+            plots.push(if points.len() == 1 {
+                // A line of one point has no length.
+                Plot::from(ScatterPlot::new().with_data(points).with_color(color).with_size(4.0))
+            } else {
+                let line = LinePlot::new().with_data(points).with_color(color).with_stroke_width(width);
+                Plot::from(line.with_line_style(style))
+            });
         }
-        dots |= points.len() == 1;
-        let (color, style) = pen(labels.iter().position(|label| *label == series.label).unwrap_or(0));
-        plots.push(if points.len() == 1 {
-            // A line of one point has no length.
-            Plot::from(ScatterPlot::new().with_data(points).with_color(color).with_size(4.0))
-        } else {
-            let line = LinePlot::new().with_data(points).with_color(color).with_stroke_width(LINE_WIDTH);
-            Plot::from(line.with_line_style(style))
-        });
     }
     let empty = x_range == Range::EMPTY;
     // Lines may end at the edge; half a dot would be missing there.
@@ -318,8 +342,7 @@ mod tests {
     use super::*;
 
     fn panel(curves: &[&[(f64, f64)]]) -> Panel {
-        let series =
-            |(index, points): (usize, &&[(f64, f64)])| Series { label: format!("s{index}"), points: points.to_vec() };
+        let series = |(index, points): (usize, &&[(f64, f64)])| Series::new(format!("s{index}"), points.to_vec());
         Panel { series: curves.iter().enumerate().map(series).collect(), ..Panel::default() }
     }
 

@@ -7,10 +7,11 @@ use anyhow::{Context, Result, bail, ensure};
 use clap::Parser;
 use experiments::cli;
 use experiments::config::RunConfig;
+use experiments::curves;
 use experiments::folder::RunFolder;
 use experiments::report::{comparison, groups, markdown, summary};
-use experiments::summary::{RunSummary, evaluations, find_runs};
-use output::plot::{self, Panel, Series};
+use experiments::summary::{RunSummary, find_runs};
+use output::plot;
 use serde::Serialize;
 
 /// Summarise all runs below a folder.
@@ -65,7 +66,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     tasks.dedup();
     for task in tasks {
         let of_task: Vec<_> = runs.iter().zip(&rows).filter(|(_, row)| row.task == task).collect();
-        plot::write(&curves(&of_task)?, &out.join(format!("curves_{task}")))?;
+        plot::write(&curves::of_task(&of_task)?, &out.join(format!("curves_{task}")))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -98,26 +99,4 @@ fn write(path: &Path, rows: &[impl Serialize]) -> Result<()> {
     }
     table.flush()?;
     Ok(())
-}
-
-/// A line per run; the runs of an action space share its colour.
-fn curves(runs: &[(&RunFolder, &RunSummary)]) -> Result<Vec<Panel>> {
-    let panel = |title: &str, unit: &str, column: &str| -> Result<Panel> {
-        let line = |&(run, row): &(&RunFolder, &RunSummary)| -> Result<Series> {
-            Ok(Series { label: row.space.clone(), points: evaluations(run, column)? })
-        };
-        Ok(Panel {
-            title: title.into(),
-            x_label: "environment steps (thousands)".into(),
-            y_label: unit.into(),
-            series: runs.iter().map(line).collect::<Result<_>>()?,
-            ..Panel::default()
-        })
-    };
-    Ok(vec![
-        panel("Evaluation return, mean action", "return", "return")?,
-        panel("Success at the end of an episode", "share of episodes", "success")?,
-        panel("Mechanical energy", "J per action", "energy_per_action_j")?,
-        panel("Stiffness, mean over time and axes", "1/s2 or N/m", "mean_stiffness")?,
-    ])
 }

@@ -80,7 +80,7 @@ impl Comparison {
             let series = spaces().into_iter().enumerate().flat_map(|(index, space)| {
                 let stiffness = self.values(index, "stiffness_n_per_m").into_iter();
                 let points = stiffness.zip(self.values(index, metric)).map(move |(x, y)| vec![(x, scale * y)]);
-                points.map(move |points| Series { label: space.to_string(), points })
+                points.map(move |points| Series::new(space.to_string(), points))
             });
             let x_label = "mean stiffness along the table (N/m)".into();
             Panel { title: title.into(), x_label, y_label: unit.into(), series: series.collect(), ..Panel::default() }

@@ -190,7 +190,7 @@ fn panel(points: &[Point], damping: &str) -> Panel {
     for (_, sign) in SIGNS {
         let label = format!("{sign}, closed form");
         let of_sign = points.iter().filter(|p| p.damping == damping && p.sign == sign && p.share == SHARES[0]);
-        series.push(Series { label, points: of_sign.map(|p| (p.stiffness_min, p.alpha_max)).collect() });
+        series.push(Series::new(label, of_sign.map(|p| (p.stiffness_min, p.alpha_max)).collect()));
     }
     for (_, sign) in SIGNS {
         for stiffness in STIFFNESS {
@@ -199,7 +199,7 @@ fn panel(points: &[Point], damping: &str) -> Panel {
             // Between the last that holds and the first that does not; nothing if all are alike.
             let boundary = line.windows(2).find(|pair| pair[0].stable && !pair[1].stable);
             let point = boundary.map(|pair| (stiffness, (pair[0].alpha * pair[1].alpha).sqrt()));
-            series.push(Series { label: format!("{sign}, on the arm"), points: point.into_iter().collect() });
+            series.push(Series::new(format!("{sign}, on the arm"), point.into_iter().collect()));
         }
     }
     Panel {

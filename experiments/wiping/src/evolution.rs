@@ -40,10 +40,7 @@ fn panels(record: &Record, trial: &Trial, force: f64) -> Vec<Panel> {
         y_label: unit.into(),
         series: curves
             .iter()
-            .map(|(label, of)| Series {
-                label: (*label).into(),
-                points: shown().map(|sample| (sample.time, of(sample))).collect(),
-            })
+            .map(|(label, of)| Series::new(*label, shown().map(|sample| (sample.time, of(sample))).collect()))
             .collect(),
         marks: marks.clone(),
         ..Panel::default()
