@@ -6,13 +6,13 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use aforce::ActionSpace;
-use anyhow::{Result, ensure};
+use anyhow::Result;
 use clap::{Args, ValueEnum};
 use signal_hook::consts::SIGPIPE;
 use signal_hook::flag;
 use toml::Value;
 
-use crate::config::{BadSetting, RunConfig, parse_override};
+use crate::config::{BadSetting, RunConfig, bad, parse_override};
 use crate::folder::RunFolder;
 
 /// Exit code of a run that a signal stopped after it saved itself: try again.
@@ -73,7 +73,9 @@ impl ConfigArgs {
     /// # Errors
     /// As [`ConfigArgs::resolve`]; also if `--config` is given.
     pub fn on_top_of(&self, folder: &RunFolder) -> Result<RunConfig> {
-        ensure!(self.config.is_none(), "--config cannot be combined with --run: the run has its own configuration");
+        if self.config.is_some() {
+            return Err(bad("--config cannot be combined with --run: the run has its own configuration".into()));
+        }
         RunConfig::resolve(Some(&folder.config()), &self.overrides())
     }
 

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use output::plot::{self, Panel, Series};
-use output::statistics::{interval, iqm};
+use output::statistics::{FEWEST_FOR_INTERVAL, interval, iqm, range};
 
 use crate::columns::Columns;
 use crate::folder::RunFolder;
@@ -41,7 +41,7 @@ pub fn draw(folder: &RunFolder) -> Result<()> {
 }
 
 /// The evaluations of one task's runs. For each action space: every seed, their interquartile mean as far as all of them
-/// have come, and its 95 % interval.
+/// have come, and its 95 % interval, or the range of too few seeds.
 ///
 /// # Errors
 /// If a table cannot be read.
@@ -72,7 +72,8 @@ fn over_seeds(label: &str, mut seeds: Vec<Vec<(f64, f64)>>) -> Series {
     let at = |i: usize| (seeds[0][i].0, seeds.iter().map(|seed| seed[i].1).collect::<Vec<_>>());
     let points = (0..common).map(at).map(|(x, values)| (x, iqm(&values))).collect();
     let band = (0..common).map(at).map(|(x, values)| {
-        let [low, high] = interval(&[&values], |sample| iqm(&sample[0]));
+        let enough = values.len() >= FEWEST_FOR_INTERVAL;
+        let [low, high] = if enough { interval(&[&values], |sample| iqm(&sample[0])) } else { range(&values) };
         (x, low, high)
     });
     Series { band: band.collect(), points, members: seeds, label: label.into() }

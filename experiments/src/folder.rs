@@ -3,7 +3,8 @@
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
+use output::file;
 use serde::{Deserialize, Serialize};
 
 use crate::config::RunConfig;
@@ -31,6 +32,17 @@ pub enum State {
     Done,
 }
 
+/// What took a run on.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Continuation {
+    /// From this training action on.
+    pub step: u64,
+    /// As in [`Manifest`].
+    pub commit: String,
+    /// As in [`Manifest`].
+    pub command: Vec<String>,
+}
+
 /// Where a run came from: `manifest.json`.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Manifest {
@@ -40,6 +52,9 @@ pub struct Manifest {
     pub command: Vec<String>,
     /// Commit of the checkout the program was built in, with `-dirty` if it was changed.
     pub commit: String,
+    /// Who took the run on after an interruption, if it was another program or another command.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub continued: Vec<Continuation>,
     /// Hash of the configuration.
     pub config_hash: String,
     /// Seed of the run.
@@ -94,6 +109,12 @@ impl RunFolder {
                     stored.difference(config).unwrap_or_default()
                 );
             }
+            ensure!(
+                stored.steps <= config.steps,
+                "{path} holds a run of {} steps: it can be continued to as many or more, not to {}",
+                stored.steps,
+                config.steps
+            );
         }
         fs_err::create_dir_all(&self.path)?;
         let file = fs_err::File::create(self.lock())?.into_parts().0;
@@ -106,7 +127,7 @@ impl RunFolder {
             // The run is to go on beyond its former end.
             fs_err::remove_file(self.done())?;
         }
-        fs_err::write(self.config(), config.to_toml())?;
+        file::replace(&self.config(), config.to_toml().as_bytes())?;
         Ok(Lock(file))
     }
 
@@ -187,8 +208,27 @@ impl RunFolder {
     pub fn write_manifest(&self, manifest: &Manifest) -> Result<()> {
         let path = self.path.join("manifest.json");
         let text = serde_json::to_string_pretty(manifest).context("manifest")?;
-        fs_err::write(path, text + "\n")?;
-        Ok(())
+        file::replace(&path, (text + "\n").as_bytes())
+    }
+
+    /// The manifest of a run that begins at `step`, or goes on from there; also written.
+    ///
+    /// # Errors
+    /// If there is one and it is damaged, or the disk does not take it.
+    pub fn begin_manifest(&self, config: &RunConfig, step: u64) -> Result<Manifest> {
+        let mut manifest = Manifest::start(config);
+        if step > 0 {
+            let Manifest { commit, command, .. } = manifest;
+            manifest = self.manifest()?;
+            let last = manifest.continued.last();
+            let known = last.map_or((&manifest.commit, &manifest.command), |last| (&last.commit, &last.command));
+            if known != (&commit, &command) {
+                manifest.continued.push(Continuation { step, commit, command });
+            }
+            manifest.status = "running".into();
+        }
+        self.write_manifest(&manifest)?;
+        Ok(manifest)
     }
 
     /// Reads the manifest.
@@ -202,6 +242,14 @@ impl RunFolder {
 }
 
 impl Manifest {
+    /// Every commit that had a part in the run, in order.
+    pub fn commits(&self) -> String {
+        let mut commits = vec![self.commit.as_str()];
+        commits.extend(self.continued.iter().map(|part| part.commit.as_str()));
+        commits.dedup();
+        commits.join(" ")
+    }
+
     /// A run that starts now.
     pub fn start(config: &RunConfig) -> Self {
         let since_1970 = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
@@ -209,6 +257,7 @@ impl Manifest {
             schema: 1,
             command: output::command(),
             commit: output::commit(),
+            continued: vec![],
             config_hash: config.hash(),
             seed: config.seed,
             cpu: cpu_model(),

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::Result;
-use output::picture;
+use output::file;
 use output::plot::{Panel, Series};
 use serde_json::{Value, json};
 
@@ -20,7 +20,7 @@ const DATA: &str = "{{data}}";
 /// # Errors
 /// If the file cannot be written.
 pub fn write(path: &Path, takes: &[Take]) -> Result<()> {
-    picture::replace(path, page(takes).as_bytes())
+    file::replace(path, page(takes).as_bytes())
 }
 
 fn page(takes: &[Take]) -> String {

@@ -111,7 +111,6 @@ impl Recording {
         let solid = |solid: &Solid| {
             let (kind, size) = match solid.shape {
                 Shape::Box(half) => ("box", vec![half.x, half.y, half.z]),
-                Shape::Sphere(radius) => ("capsule", vec![0.0, radius]),
                 Shape::Capsule { half_length, radius } => ("capsule", vec![half_length, radius]),
                 Shape::Cylinder { half_length, radius } => ("cylinder", vec![half_length, radius]),
             };

@@ -6,7 +6,9 @@ use serde::Serialize;
 
 use crate::published;
 use crate::summary::RunSummary;
-use output::statistics::{deviation, interval, iqm, mean, median, probability_of_improvement};
+use output::statistics::{
+    FEWEST_FOR_INTERVAL, deviation, interval, iqm, mean, median, probability_of_improvement, range,
+};
 
 /// The runs of a task with an action space; seeds differ.
 pub struct Group<'a> {
@@ -36,6 +38,17 @@ pub fn groups(rows: &[RunSummary]) -> Vec<Group<'_>> {
     groups
 }
 
+/// Every task once, in the order of its first group.
+pub fn tasks<'a>(groups: &[Group<'a>]) -> Vec<&'a str> {
+    let mut tasks = vec![];
+    for group in groups {
+        if !tasks.contains(&group.task) {
+            tasks.push(group.task);
+        }
+    }
+    tasks
+}
+
 type Metric = (&'static str, fn(&RunSummary) -> f64);
 
 /// What is summarised over seeds.
@@ -52,11 +65,10 @@ const METRICS: [Metric; 10] = [
     ("excess_impulse_per_episode_ns", |run| run.excess_impulse_per_episode_ns),
 ];
 
-/// Definitions of energy, during training.
-const ENERGIES: [Metric; 5] = [
+/// Definitions of energy, during training. Net work has either sign: a ratio of it says nothing.
+const ENERGIES: [Metric; 4] = [
     ("energy_per_action_j", |run| run.energy_per_action_j),
     ("energy_positive_per_action_j", |run| run.energy_positive_per_action_j),
-    ("energy_net_per_action_j", |run| run.energy_net_per_action_j),
     ("squared_torque_per_action_nm2s", |run| run.squared_torque_per_action_nm2s),
     ("copper_loss_per_action_j", |run| run.copper_loss_per_action_j),
 ];
@@ -71,25 +83,29 @@ pub struct SummaryRow {
     pub n_seeds: usize,
     pub mean: f64,
     pub std: Option<f64>,
+    pub lowest: f64,
+    pub highest: f64,
     pub iqm: f64,
     pub ci_low: Option<f64>,
     pub ci_high: Option<f64>,
     pub median: f64,
 }
 
-/// Every metric of every group. Deviation and interval need two seeds.
+/// Every metric of every group. A deviation needs two seeds, an interval [`FEWEST_FOR_INTERVAL`].
 pub fn summary(groups: &[Group]) -> Vec<SummaryRow> {
     let row = |group: &Group, &(metric, of): &Metric| {
         let values = group.values(of);
-        let several = values.len() > 1;
-        let ci = several.then(|| interval(&[&values], |sample| iqm(&sample[0])));
+        let ci = (values.len() >= FEWEST_FOR_INTERVAL).then(|| interval(&[&values], |sample| iqm(&sample[0])));
+        let [lowest, highest] = range(&values);
         SummaryRow {
             task: group.task.into(),
             space: group.space.into(),
             metric,
             n_seeds: values.len(),
             mean: mean(&values),
-            std: several.then(|| deviation(&values)),
+            std: (values.len() > 1).then(|| deviation(&values)),
+            lowest,
+            highest,
             iqm: iqm(&values),
             ci_low: ci.map(|ci| ci[0]),
             ci_high: ci.map(|ci| ci[1]),
@@ -119,7 +135,8 @@ pub fn comparison(groups: &[Group]) -> Vec<ComparisonRow> {
         for other in groups.iter().filter(|group| group.task == reference.task && group.space != reference.space) {
             let mut compare = |quantity: String, of: fn(&RunSummary) -> f64, statistic: fn(&[f64], &[f64]) -> f64| {
                 let (a, b) = (reference.values(of), other.values(of));
-                let ci = (a.len() > 1 && b.len() > 1).then(|| interval(&[&a, &b], |s| statistic(&s[0], &s[1])));
+                let enough = a.len().min(b.len()) >= FEWEST_FOR_INTERVAL;
+                let ci = enough.then(|| interval(&[&a, &b], |s| statistic(&s[0], &s[1])));
                 rows.push(ComparisonRow {
                     task: other.task.into(),
                     space: other.space.into(),
@@ -142,22 +159,24 @@ pub fn comparison(groups: &[Group]) -> Vec<ComparisonRow> {
 /// The paper's Table I and a safety table for every task, in Markdown, with what others published beside it.
 pub fn markdown(groups: &[Group]) -> String {
     let mut out = String::new();
-    let mut tasks: Vec<&str> = groups.iter().map(|group| group.task).collect();
-    tasks.dedup();
-    for task in tasks {
+    for task in tasks(groups) {
         let groups: Vec<&Group> = groups.iter().filter(|group| group.task == task).collect();
         let few = groups.iter().map(|group| group.runs.len()).min().unwrap_or(0);
         writeln!(out, "## {}{}\n", task[..1].to_uppercase(), &task[1..]).unwrap();
-        if few < 5 {
-            writeln!(out, "Fewer than five seeds (the fewest: {few}): read the intervals with care.\n").unwrap();
+        if few < FEWEST_FOR_INTERVAL {
+            writeln!(out, "Fewer than five seeds: ranges instead of intervals.\n").unwrap();
         }
-        writeln!(out, "| space | seeds | final return | IQM, 95 % interval | best | sampled | success at the end | published | J per action, training | at the end | published |").unwrap();
+        writeln!(out, "| space | seeds | final return | IQM, 95 % interval or range | best | sampled | success at the end | published | J per action, training | at the end | published |").unwrap();
         writeln!(out, "|---|---|---|---|---|---|---|---|---|---|---|").unwrap();
         for group in &groups {
             let value = |of: fn(&RunSummary) -> f64, digits: usize| spread(&group.values(of), digits);
             let finals = group.values(|run| run.final_return);
             let centre = match finals.len() {
                 1 => String::new(),
+                few if few < FEWEST_FOR_INTERVAL => {
+                    let [low, high] = range(&finals);
+                    format!("{:.0}, range {low:.0} to {high:.0}", iqm(&finals))
+                }
                 _ => {
                     let [low, high] = interval(&[&finals], |sample| iqm(&sample[0]));
                     format!("{:.0}, {low:.0} to {high:.0}", iqm(&finals))

@@ -9,7 +9,6 @@ use sac::{Act, Actor};
 use tasks::{Env, Step};
 
 use crate::rows::{Episode, EvaluationKey, Outcome, RunId, SCHEMA};
-use crate::seeds::evaluation_seed;
 use crate::table::Table;
 
 /// Whoever chooses the actions.
@@ -90,21 +89,20 @@ pub fn episode(
     }
 }
 
-/// Plays the fixed evaluation episodes and writes a row for each; returns the outcomes.
+/// Plays an episode from each of `starts` and writes a row for it; returns the outcomes.
 ///
 /// # Errors
 /// If the table cannot be written.
 pub fn evaluate(
     env: &mut Env,
     policy: &mut Policy,
-    episodes: u32,
+    starts: impl Iterator<Item = u64>,
     step: u64,
     id: &RunId,
     table: &mut Table,
 ) -> Result<Vec<Outcome>> {
     let mut outcomes = Vec::new();
-    for index in 0..episodes {
-        let seed = evaluation_seed(index);
+    for (index, seed) in (0..).zip(starts) {
         let outcome = episode(env, policy, seed, |_, _| ControlFlow::Continue(())).outcome();
         let key = EvaluationKey {
             schema: SCHEMA,

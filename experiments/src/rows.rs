@@ -7,7 +7,7 @@ use tasks::Step;
 use crate::config::RunConfig;
 
 /// Version of the columns below.
-pub const SCHEMA: u32 = 1;
+pub const SCHEMA: u32 = 2;
 
 /// What identifies a run in every row.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,11 +39,6 @@ impl Episode {
     pub fn add(&mut self, step: Step) {
         self.total += step.reward;
         self.steps.push(step);
-    }
-
-    /// Sum of rewards so far.
-    pub fn total(&self) -> f64 {
-        self.total
     }
 
     /// Whether the task stood fulfilled after the last action.
@@ -88,7 +83,6 @@ impl Episode {
             contact_time_s: sum(|s| s.interval.contact_time),
             mean_stiffness: sum(|s| s.interval.mean_stiffness()) / n,
             saturated_fraction: sum(|s| s.interval.saturated()) / n,
-            clipped_fraction: sum(|s| s.interval.clipped) / n,
         }
     }
 }
@@ -120,7 +114,6 @@ pub struct Outcome {
     pub contact_time_s: f64,
     pub mean_stiffness: f64,
     pub saturated_fraction: f64,
-    pub clipped_fraction: f64,
 }
 
 /// Columns before the outcome in `episodes.csv`.

@@ -8,8 +8,14 @@ pub fn sub_seed(seed: u64, stream: &str, index: u64) -> u64 {
     u64::from_le_bytes(bytes)
 }
 
-/// Seed of the `index`-th evaluation episode: the same for every run, task and action
-/// space, so that differences are paired.
+/// Seed of the `index`-th episode of the `evaluation`-th evaluation while a run learns: the same for every run and action
+/// space, so that differences are paired, and other ones each time, so that a mean over evaluations is one over starts.
+pub fn training_evaluation_seed(evaluation: u64, index: u32) -> u64 {
+    sub_seed(evaluation, "evaluation while learning", u64::from(index))
+}
+
+/// Seed of the `index`-th evaluation episode of programs that do not train: the same for every policy and action space,
+/// and none by which a checkpoint was chosen.
 pub fn evaluation_seed(index: u32) -> u64 {
     sub_seed(0, "evaluation", u64::from(index))
 }

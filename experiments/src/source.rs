@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use aforce::ActionSpace;
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use sac::{Act, Actor};
 use serde::{Deserialize, Serialize};
 use tasks::Env;
 
 use crate::cli::ConfigArgs;
-use crate::config::RunConfig;
+use crate::config::{RunConfig, bad};
 use crate::folder::RunFolder;
 use crate::rollout::Policy;
 
@@ -71,10 +71,11 @@ impl SourceArgs {
     pub fn beside(&self, what: &str) -> Result<SourceArgs> {
         let mut other = self.clone();
         if let Ok(space) = what.parse::<ActionSpace>() {
-            ensure!(
-                self.run.is_none(),
-                "--beside {what}: a trained policy plays in one action space; name another run"
-            );
+            if self.run.is_some() {
+                return Err(bad(format!(
+                    "--beside {what}: a trained policy plays in one action space; name another run"
+                )));
+            }
             other.config.space = Some(space);
         } else {
             RunFolder::open(Path::new(what)).with_context(|| format!("--beside {what}: not an action space either"))?;

@@ -126,7 +126,7 @@ impl RunSummary {
             excess_impulse_per_episode_ns: mean(&training.values("excess_impulse_ns")),
             diverged_episodes: training.values("diverged").iter().filter(|&&d| d > 0.0).count(),
             wall_s: manifest.wall_s,
-            commit: manifest.commit,
+            commit: manifest.commits(),
         })
     }
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use clap::Args;
 use rand_chacha::ChaCha8Rng;
 use sac::{Act, Checkpoint, Losses, Replay, Sac, Transition};
@@ -15,10 +15,10 @@ use crate::cli;
 use crate::config::RunConfig;
 use crate::curves;
 use crate::display::Display;
-use crate::folder::{Manifest, RunFolder};
+use crate::folder::RunFolder;
 use crate::rollout::{Policy, evaluate, learner_view, mean};
 use crate::rows::{Episode, Progress, RunId, SCHEMA, TrainingKey};
-use crate::seeds::sub_seed;
+use crate::seeds::{sub_seed, training_evaluation_seed};
 use crate::source::Purpose;
 use crate::stop::Stop;
 use crate::table::{Table, cut_after};
@@ -127,9 +127,7 @@ pub fn train(
     display: &mut Display,
 ) -> Result<Ending> {
     let mut run = Run::start(config, folder, tensorboard)?;
-    let mut manifest = folder.manifest().unwrap_or_else(|_| Manifest::start(config));
-    manifest.status = "running".into();
-    folder.write_manifest(&manifest)?;
+    let mut manifest = folder.begin_manifest(config, run.counters.step)?;
 
     let ending = run.train(stop, display)?;
     manifest.status = if ending == Ending::Done { "done" } else { "stopped" }.into();
@@ -213,7 +211,9 @@ impl<'a> Run<'a> {
                 episode.add(step);
 
                 for _ in 0..config.learner.updates_after(self.counters.step) {
-                    self.log.add(&self.sac.update(&self.replay));
+                    let losses = self.sac.update(&self.replay);
+                    ensure!(losses.is_finite(), "the learner diverged at action {}: {losses:?}", self.counters.step);
+                    self.log.add(&losses);
                 }
                 if self.counters.step.is_multiple_of(LOG_EVERY) {
                     self.write_progress()?;
@@ -267,9 +267,11 @@ impl<'a> Run<'a> {
             act: Act::Mean,
             scaled: self.config.learner.scaled_observations,
         };
-        let (episodes, step) = (self.config.evaluation_episodes, self.counters.step);
+        let step = self.counters.step;
+        let evaluation = step / self.config.evaluate_every;
+        let starts = (0..self.config.evaluation_episodes).map(|index| training_evaluation_seed(evaluation, index));
         let table = &mut self.tables.eval;
-        let outcomes = evaluate(&mut self.evaluation_env, &mut policy, episodes, step, &self.id, table)?;
+        let outcomes = evaluate(&mut self.evaluation_env, &mut policy, starts, step, &self.id, table)?;
         let score = mean(&outcomes, |o| o.total);
         display.evaluation(step, &outcomes);
         if let Some(board) = &mut self.board {

@@ -62,7 +62,7 @@ fn bad_input_is_named() {
         command.args(["--expert", "--actions", "3", "--html"]).arg(out.join("page.html"));
         command
     };
-    expect(&error(program("replay").arg("--expert"), 1), &["--html", "--png"]);
+    expect(&error(program("replay").arg("--expert"), 2), &["--html", "--png"]);
     expect(&error(program("replay").args(["--expert", "--png", "x.png", "--beside", "osc"]), 2), &["--html"]);
     expect(&error(replay().args(["--beside", "aforc"]), 1), &["aforc", "not an action space", "not a run folder"]);
     assert!(!out.join("page.html").exists());
@@ -93,6 +93,11 @@ fn a_killed_run_goes_on_to_the_same_bytes() {
         &["another configuration", "gamma"],
     );
     train(&killed).arg("--resume").assert().success();
+    let manifest = std::fs::read_to_string(run.join("manifest.json")).unwrap();
+    assert!(manifest.contains("continued") && manifest.contains("--resume"), "{manifest}");
+    let shorter =
+        train(&killed).get_args().map(|a| if a == "2000" { "1500".into() } else { a.to_owned() }).collect::<Vec<_>>();
+    expect(&error(program("train").args(shorter).arg("--resume"), 1), &["2000", "not to 1500"]);
 
     let same = |name: &str| {
         let read = |root: &Path| std::fs::read(root.join("lift/aforce/seed_7").join(name)).unwrap();
@@ -150,10 +155,10 @@ fn a_trained_run_is_evaluated_and_checked() {
     };
     replay(run.to_str().unwrap()).assert().success();
     assert_eq!(std::fs::read_to_string(&page).unwrap().matches(r#""title":"lift aforce""#).count(), 2);
-    expect(&error(&mut replay("variable"), 1), &["variable", "one action space"]);
+    expect(&error(&mut replay("variable"), 2), &["variable", "one action space"]);
     let mut wipe = program("replay");
     wipe.args(["--expert", "--task", "wipe", "--actions", "3", "--beside"]).arg(&run).arg("--html").arg(&page);
-    expect(&error(&mut wipe, 1), &["--beside", "plays lift, not wipe"]);
+    expect(&error(&mut wipe, 2), &["--beside", "plays lift, not wipe"]);
 
     // The same sizes, another action space: the sizes alone would not tell.
     expect(&error(evaluate().args(["--space", "osc"]), 1), &["trained for lift with aforce", "osc"]);
@@ -235,7 +240,6 @@ fn a_sweep_hides_no_run_and_repeats_none() {
     expect(&error(program("report").arg(&out), 1), &["again", "position_step = 0.02", "0.05"]);
 }
 
-/// Two processes in one folder would mix their rows.
 #[test]
 fn output_may_be_cut_short() {
     let list = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/lift.toml");
@@ -246,6 +250,7 @@ fn output_may_be_cut_short() {
     assert!(output.unwrap().wait_with_output().unwrap().stderr.is_empty());
 }
 
+/// Two processes in one folder would mix their rows.
 #[test]
 fn a_folder_belongs_to_one_process() {
     let folder = tempfile::tempdir().unwrap();
@@ -258,4 +263,18 @@ fn a_folder_belongs_to_one_process() {
     first.kill().unwrap();
     first.wait().unwrap();
     train(folder.path()).arg("--resume").assert().success();
+}
+
+/// Where the table goes need not exist, and no flag is taken and then ignored.
+#[test]
+fn baselines_make_their_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("new/folder/table.csv");
+    let mut command = program("baselines");
+    command.args(["random", "--space", "osc", "--episodes", "1", "--set", "env.horizon=2", "--out"]).arg(&table);
+    command.assert().success();
+    let text = std::fs::read_to_string(&table).unwrap();
+    assert!(text.lines().count() == 2 && text.contains("lift,osc,random") && !text.contains("NaN"), "{text}");
+    expect(&error(&mut command, 1), &["table.csv", "nothing was overwritten"]);
+    expect(&error(command.args(["--spaces", "aforce"]), 2), &["--space"]);
 }

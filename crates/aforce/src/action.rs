@@ -13,8 +13,6 @@ pub(crate) struct Command {
     pub(crate) delta: Vector6,
     /// Normal force (N).
     pub(crate) force: Option<f64>,
-    /// Entries that lay outside [-1, 1], or were no numbers.
-    pub(crate) clipped: u32,
 }
 
 /// Decodes an action; entries are clipped to [-1, 1], and one that is not a number counts as 0.
@@ -23,11 +21,7 @@ pub(crate) struct Command {
 /// If the action has not the length of its space.
 pub(crate) fn decode(space: ActionSpace, config: &ControllerConfig, action: &[f64]) -> Command {
     assert_eq!(action.len(), space.dim(), "length of an action of `{space}`");
-    let mut clipped = 0;
-    let mut entries = action.iter().map(|&a| {
-        clipped += u32::from(!(-1.0..=1.0).contains(&a));
-        if a.is_nan() { 0.0 } else { a.clamp(-1.0, 1.0) }
-    });
+    let mut entries = action.iter().map(|&a| if a.is_nan() { 0.0 } else { a.clamp(-1.0, 1.0) });
     let mut next = || entries.next().expect("the length was checked");
     let between = |a: f64, [low, high]: [f64; 2]| low + 0.5 * (a + 1.0) * (high - low);
 
@@ -35,7 +29,7 @@ pub(crate) fn decode(space: ActionSpace, config: &ControllerConfig, action: &[f6
         .then(|| Vector6::from_fn(|axis, _| between(next(), config.impedance.variable.range(axis))));
     let delta = Vector6::from_fn(|axis, _| next() * if axis < 3 { config.position_step } else { config.rotation_step });
     let force = space.force.then(|| between(next(), [0.0, config.force.force_max]));
-    Command { stiffness, delta, force, clipped }
+    Command { stiffness, delta, force }
 }
 
 #[cfg(test)]
@@ -51,13 +45,12 @@ mod tests {
         assert_eq!(command.stiffness, Some(Vector6::new(0.0, 150.0, 300.0, 225.0, 75.0, 300.0)));
         assert_eq!(command.delta, Vector6::new(0.05, -0.025, 0.0, 0.05, 0.0, -0.5));
         assert_eq!(command.force, Some(30.0));
-        assert_eq!(command.clipped, 3);
     }
 
     #[test]
     fn plain_spaces_command_a_pose_only() {
         let command = decode("osc".parse().unwrap(), &ControllerConfig::default(), &[1.0; 6]);
-        assert_eq!((command.stiffness, command.force, command.clipped), (None, None, 0));
+        assert_eq!((command.stiffness, command.force), (None, None));
     }
 
     #[test]

@@ -37,8 +37,6 @@ pub struct Controller {
     feedforward: Wrench,
     /// diag(Lambda) of the latest sample.
     inertia: Vector6,
-    entries: u64,
-    clipped: u64,
 }
 
 impl Controller {
@@ -79,8 +77,6 @@ impl Controller {
             stiffness: Vector6::zeros(),
             feedforward: Wrench::zeros(),
             inertia: Vector6::repeat(1.0),
-            entries: 0,
-            clipped: 0,
         })
     }
 
@@ -93,7 +89,6 @@ impl Controller {
         self.exit.reset(&y.bias);
         self.error = Vector6::zeros();
         self.feedforward = Wrench::zeros();
-        (self.entries, self.clipped) = (0, 0);
         let settings = &self.config.impedance;
         self.stiffness = match (&mut self.law, self.space.impedance) {
             (Some(law), _) => {
@@ -108,15 +103,13 @@ impl Controller {
             OperationalSpace::new(&y.mass, &y.jacobian).map_or(Vector6::repeat(1.0), |space| space.diagonal());
     }
 
-    /// One policy action, entries in [-1, 1] (others are clipped and counted): a new goal, counted from the reference;
+    /// One policy action, entries in [-1, 1] (others are clipped): a new goal, counted from the reference;
     /// stiffness and force, if commanded, take effect at once.
     ///
     /// # Panics
     /// If `action` has not the length [`ActionSpace::dim`].
     pub fn set_goal(&mut self, action: &[f64], y: &Measurement) {
         let command = decode(self.space, &self.config, action);
-        self.entries += action.len() as u64;
-        self.clipped += u64::from(command.clipped);
         if let Some(stiffness) = command.stiffness {
             self.stiffness = stiffness;
         }

@@ -23,7 +23,8 @@ pub struct ForceConfig {
     pub integral_max: f64,
     /// Largest rate of the command (N/s).
     pub command_rate_max: f64,
-    /// Time in which the desired force ramps to a new value (s).
+    /// Time in which the desired force ramps to a request (s). Every request starts the ramp anew, the same one too: asked
+    /// at 20 Hz for a constant force, 62 % of the way are done after one action and 86 % after two.
     pub ramp_time: f64,
     /// Force above which contact begins (N).
     pub contact_on: f64,

@@ -58,7 +58,7 @@ mod tests {
         }
     }
 
-    /// The table of control-facts, section 3.
+    /// Worked out by hand from the closed form.
     #[test]
     fn limits_of_the_published_table() {
         let table = [

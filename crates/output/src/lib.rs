@@ -3,6 +3,7 @@
 //!
 //! Apart from the programs, so that those which learn nothing need no libtorch.
 
+pub mod file;
 pub mod parallel;
 pub mod picture;
 pub mod plot;

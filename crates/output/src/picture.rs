@@ -1,13 +1,14 @@
 //! Pictures and films of the simulation: PNG, GIF, and a caption drawn into them.
 
 use std::collections::HashMap;
-use std::ffi::OsString;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 use fs_err as fs;
 use physics::camera::Image;
+
+use crate::file::{replace, unfinished};
 
 /// Writes the picture as an 8-bit RGB PNG.
 pub fn write_png(image: &Image, path: &Path) -> Result<()> {
@@ -19,25 +20,6 @@ pub fn write_png(image: &Image, path: &Path) -> Result<()> {
     writer.write_image_data(&image.rgb).with_context(describe)?;
     writer.finish().with_context(describe)?;
     replace(path, &bytes)
-}
-
-/// Writes a file whole or not at all: whoever looks meanwhile sees the old one.
-pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
-    ensure!(!path.is_dir(), "{} is a folder", path.display());
-    fs::write(unfinished(path), bytes)?;
-    fs::rename(unfinished(path), path)?;
-    Ok(())
-}
-
-fn unfinished(path: &Path) -> PathBuf {
-    with_suffix(path, ".tmp")
-}
-
-/// `Path::with_extension` would cut "seed_0.5" at its dot.
-pub(crate) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
-    let mut name = OsString::from(path);
-    name.push(suffix);
-    PathBuf::from(name)
 }
 
 /// An endless film. Nothing appears under its name before [`GifWriter::finish`].

@@ -19,7 +19,7 @@ use kuva::render::render::{Primitive, Scene, TextAnchor};
 use kuva::render::theme::Theme;
 use physics::camera::Image;
 
-use crate::picture;
+use crate::{file, picture};
 
 /// One curve.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -80,12 +80,12 @@ const MARKS: [(&str, LineStyle); 2] = [("#c0c0c0", LineStyle::Solid), ("#808080"
 
 /// Writes `PATH.svg` and `PATH.png`: the panels in two columns, one legend below them if any panel has several curves.
 pub fn write(panels: &[Panel], path_without_extension: &Path) -> Result<()> {
-    let svg_path = picture::with_suffix(path_without_extension, ".svg");
-    let png_path = picture::with_suffix(path_without_extension, ".png");
+    let svg_path = file::with_suffix(path_without_extension, ".svg");
+    let png_path = file::with_suffix(path_without_extension, ".png");
     ensure!(!panels.is_empty(), "no panels to draw in {}", svg_path.display());
 
     let scene = draw(panels);
-    picture::replace(&svg_path, SvgBackend::new().render_scene(&scene).as_bytes())?;
+    file::replace(&svg_path, SvgBackend::new().render_scene(&scene).as_bytes())?;
     let png = RasterBackend::new().with_scale(2.0 * PNG_SCALE).render_scene(&scene);
     let png = png.map_err(|reason| anyhow!("cannot draw {}: {reason}", png_path.display()))?;
     picture::write_png(&halved(&png)?, &png_path)

@@ -286,8 +286,7 @@ impl Engine {
 /// The changing part of a world.
 pub(crate) struct EngineState(PhysicsWorld);
 
-/// Field by field: the engine's world as a whole cannot be cloned. `clone_from` keeps
-/// allocations, which makes a reset about five times cheaper than a fresh copy.
+/// Field by field: the engine's world as a whole cannot be cloned. `clone_from` keeps allocations.
 fn copy_world(from: &PhysicsWorld, to: &mut PhysicsWorld) {
     to.gravity = from.gravity;
     to.integration_parameters = from.integration_parameters;

@@ -91,7 +91,6 @@ fn write_axis(w: &mut String, axis: &Axis, kind: &str, pad: &str) {
 fn write_geom(w: &mut String, geom: &Geom, pad: &str) {
     let (kind, size) = match geom.shape {
         Shape::Box(h) => ("box", format!("{} {} {}", h.x, h.y, h.z)),
-        Shape::Sphere(r) => ("sphere", format!("{r}")),
         Shape::Capsule { half_length, radius } => ("capsule", format!("{radius} {half_length}")),
         Shape::Cylinder { half_length, radius } => ("cylinder", format!("{radius} {half_length}")),
     };

@@ -194,8 +194,6 @@ pub struct Geom {
 pub enum Shape {
     /// Half extents along x, y, z.
     Box(Vector3),
-    /// Radius.
-    Sphere(f64),
     /// Half length of the segment along local z, radius.
     Capsule {
         /// Half length of the segment.
@@ -272,7 +270,7 @@ impl Scene {
         self.bodies.len() - 1
     }
 
-    /// Adds a static body (child of the world, welded) made of one geom each.
+    /// Adds a static body (child of the world, welded) with `geoms`.
     pub fn add_static(&mut self, name: &str, geoms: Vec<Geom>) -> usize {
         self.add(Body {
             name: name.into(),

@@ -131,7 +131,7 @@ impl Actor {
     ///
     /// As [`Checkpoint::load`].
     pub fn load(folder: &Path, observation_dim: usize, action_dim: usize, seed: u64) -> Result<(Self, Value), Error> {
-        crate::threads::default_to_one();
+        crate::threads::use_one();
         let state = read_state(folder, observation_dim, action_dim)?;
         let rng = ChaCha8Rng::seed_from_u64(seed);
         let mut actor = Self::zeros(&state.config, observation_dim, action_dim, rng);

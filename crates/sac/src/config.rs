@@ -54,9 +54,9 @@ pub struct Config {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Preset {
-    /// The learner of the AFORCE paper: pytorch_sac with two layers of 1024. Hours per run on one core.
+    /// The learner of the AFORCE paper: pytorch_sac with two layers of 1024. Days per run on one core.
     Paper,
-    /// Small and fast: made for Lift in about ten minutes on one core. The reasons stand beside the differences.
+    /// Small and fast: made for runs of about twenty minutes on one core. The reasons stand beside the differences.
     Desktop,
 }
 

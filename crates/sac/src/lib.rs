@@ -59,4 +59,3 @@ pub use losses::Losses;
 pub use n_step::Transition;
 pub use replay::Replay;
 pub use sac::Sac;
-pub use threads::init_threads;

@@ -72,7 +72,7 @@ impl Sac {
 
     /// A learner of the right sizes whose weights and generators are yet to be set.
     pub(crate) fn zeros(config: &Config, observation_dim: usize, action_dim: usize) -> Self {
-        crate::threads::default_to_one();
+        crate::threads::use_one();
         let rng = ChaCha8Rng::seed_from_u64(0);
         let actor = Actor::zeros(config, observation_dim, action_dim, rng.clone());
         let sizes = [&[observation_dim + action_dim], config.hidden.as_slice(), &[1]].concat();

@@ -26,7 +26,7 @@ const CLEAR: f64 = 1.25;
 /// The task, with the scene of the running episode.
 pub struct Door {
     /// Factor on the force penalty: a newton costs what it costs in Wipe, where all is normalised to
-    /// rewards of about 1. As it stands one action at 400 N would cost what 20 with an open door earn,
+    /// rewards of about 1. Unscaled, one action at 400 N would cost what 20 with an open door earn,
     /// and the learner keeps away from the door.
     penalty_scale: f64,
     scene: Option<door::Door>,

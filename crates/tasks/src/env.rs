@@ -171,17 +171,19 @@ impl Env {
         let grip = grip.first().copied().unwrap_or(0.0);
 
         self.controller.set_goal(motion, &self.y);
-        let mut interval = Interval { clipped: self.controller.clipped_fraction(), ..Interval::default() };
+        let mut interval = Interval::default();
         let mut diverged = false;
         for _ in 0..self.config.controller.samples_per_action() {
             let tau = self.controller.update(&self.y);
-            diverged = self.simulation.step(&tau, grip).is_err();
+            diverged = self.simulation.step(&tau, grip).is_err() || self.controller.faults() > 0;
             if diverged {
                 break;
             }
-            let limit = self.config.force_penalty.limit;
-            interval.add(&self.y, &tau, self.simulation.contact(), &self.controller, limit, self.plant.dt);
+            let before = self.y.qd;
             self.y = self.simulation.measure();
+            let qd = (before + self.y.qd) / 2.0;
+            let limit = self.config.force_penalty.limit;
+            interval.add(&tau, &qd, self.simulation.contact(), &self.controller, limit, self.plant.dt);
         }
         self.elapsed += 1;
         self.outcome(interval, diverged)

@@ -1,6 +1,6 @@
-//! What happened during one action: energy, force, stiffness, clipping.
+//! What happened during one action: energy, force, stiffness.
 
-use aforce::{Controller, EnergyLedger, JointVector, Measurement};
+use aforce::{Controller, EnergyLedger, JointVector};
 use physics::ContactReading;
 
 /// Record of one 20 Hz action, summed or averaged over its control samples.
@@ -29,17 +29,15 @@ pub struct Interval {
     pub sum_stiffness: f64,
     /// Sum over samples of the share of joints whose torque was limited.
     pub sum_saturated: f64,
-    /// Share of action components that lay outside [-1, 1].
-    pub clipped: f64,
 }
 
 impl Interval {
-    /// Takes in one control sample of `dt` seconds: what was measured before it, the
-    /// torque that acted, and the contact after it.
+    /// Takes in one control sample of `dt` seconds: the torque that acted, the mean joint velocity meanwhile (the work of a
+    /// torque that acts over the whole sample goes with it), and the contact after it.
     pub fn add(
         &mut self,
-        y: &Measurement,
         tau: &JointVector,
+        qd: &JointVector,
         contact: &ContactReading,
         controller: &Controller,
         force_limit: f64,
@@ -47,9 +45,9 @@ impl Interval {
     ) {
         let force = contact.sustained.fixed_rows::<3>(0).norm();
         self.samples += 1;
-        self.energy.add(tau, &y.qd, dt);
+        self.energy.add(tau, qd, dt);
         self.sum_torque += tau;
-        self.joint_work += tau.component_mul(&y.qd) * dt;
+        self.joint_work += tau.component_mul(qd) * dt;
         self.max_force = self.max_force.max(force);
         self.sum_force += force;
         self.max_raw_force = self.max_raw_force.max(contact.raw.fixed_rows::<3>(0).norm());

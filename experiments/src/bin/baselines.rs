@@ -4,13 +4,14 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use clap::{Parser, ValueEnum};
 use experiments::cli::{self, ConfigArgs};
 use experiments::config::RunConfig;
 use experiments::rollout::{Policy, episode};
 use experiments::rows::Outcome;
 use experiments::seeds::evaluation_seed;
+use output::{file, statistics};
 use serde::Serialize;
 use tasks::{Env, TaskName};
 
@@ -27,8 +28,8 @@ struct Arguments {
     /// Tasks (default: the configuration's)
     #[arg(long, value_delimiter = ',', conflicts_with = "task", value_parser = parse_task)]
     tasks: Vec<TaskName>,
-    /// Action spaces (default: all)
-    #[arg(long, value_delimiter = ',')]
+    /// Action spaces (default: that of --space, or all)
+    #[arg(long, value_delimiter = ',', conflicts_with = "space")]
     spaces: Vec<aforce::ActionSpace>,
     /// Episodes per action space
     #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..))]
@@ -55,7 +56,7 @@ struct Row {
     success: f64,
     success_any: f64,
     return_mean: f64,
-    return_std: f64,
+    return_std: Option<f64>,
     energy_per_action_j: f64,
     energy_net_absolute_per_action_j: f64,
     penalised_episode_share: f64,
@@ -74,23 +75,25 @@ fn main() -> ExitCode {
 fn run(arguments: &Arguments) -> Result<ExitCode> {
     let out = arguments.out.display();
     ensure!(!arguments.out.exists(), "{out}: exists; nothing was overwritten");
-    let spaces = if arguments.spaces.is_empty() { aforce::ActionSpace::ALL.to_vec() } else { arguments.spaces.clone() };
     let config = arguments.config.resolve()?;
+    let spaces = match (&arguments.spaces[..], arguments.config.space) {
+        ([], Some(space)) => vec![space],
+        ([], None) => aforce::ActionSpace::ALL.to_vec(),
+        (spaces, _) => spaces.to_vec(),
+    };
     let tasks = if arguments.tasks.is_empty() { vec![config.env.task] } else { arguments.tasks.clone() };
     let pairs: Vec<_> = tasks.iter().flat_map(|&task| spaces.iter().map(move |&space| (task, space))).collect();
+    if let Some(folder) = arguments.out.parent() {
+        fs_err::create_dir_all(folder)?;
+    }
     let rows = output::parallel::map(&pairs, |&(task, space)| {
         let mut config = config.clone();
         (config.env.task, config.env.space) = (task, space);
         let row = play(&config, arguments.policy, arguments.episodes)?;
-        let (success, mean, deviation) = (row.success, row.return_mean, row.return_std);
-        println!("{} {space}: success {success:.2}, return {mean:.1} +- {deviation:.1}", row.task);
+        println!("{} {space}: success {:.2}, return {:.1}", row.task, row.success, row.return_mean);
         Ok::<_, anyhow::Error>(row)
     })?;
-    let mut table = csv::Writer::from_path(&arguments.out).with_context(|| out.to_string())?;
-    for row in rows {
-        table.serialize(row)?;
-    }
-    table.flush()?;
+    file::write_table(&arguments.out, &rows)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -116,8 +119,7 @@ fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
     let mean = |of: fn(&Outcome) -> f64| sum(of) / f64::from(episodes);
     let actions = sum(|o| o.length as f64);
     let penalised = sum(|o| o.penalised_steps as f64);
-    let return_mean = mean(|o| o.total);
-    let variance = outcomes.iter().map(|o| (o.total - return_mean).powi(2)).sum::<f64>() / f64::from(episodes);
+    let returns: Vec<f64> = outcomes.iter().map(|o| o.total).collect();
     // The penalty is weight x force: the force above the limit follows from it.
     let law = config.env.force_penalty;
     let mean_excess = sum(|o| o.penalty) / law.weight / penalised - law.limit;
@@ -131,8 +133,8 @@ fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
         episodes,
         success: mean(|o| f64::from(u8::from(o.success))),
         success_any: mean(|o| f64::from(u8::from(o.success_any))),
-        return_mean,
-        return_std: variance.sqrt(),
+        return_mean: statistics::mean(&returns),
+        return_std: (episodes > 1).then(|| statistics::deviation(&returns)),
         energy_per_action_j: sum(|o| o.energy_j) / actions,
         energy_net_absolute_per_action_j: net_absolute / actions,
         penalised_episode_share: mean(|o| f64::from(u8::from(o.penalised_steps > 0))),

@@ -8,12 +8,14 @@ use clap::Parser;
 use experiments::cli;
 use experiments::rollout::evaluate;
 use experiments::rows::{Outcome, RunId};
+use experiments::seeds::evaluation_seed;
 use experiments::source::SourceArgs;
 use experiments::table::Table;
+use output::statistics::{deviation, mean};
 
 /// Evaluate a trained policy, a scripted expert or random actions.
 ///
-/// The episodes are the same for every policy and action space.
+/// The episodes are the same for every policy and action space; none of them chose a run's best checkpoint.
 #[derive(Parser)]
 #[command(version)]
 struct Arguments {
@@ -39,14 +41,14 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         None => Table::discard(),
     };
     let id = RunId::of(&config);
-    let outcomes = evaluate(&mut env, &mut policy, arguments.episodes, 0, &id, &mut table)?;
+    let starts = (0..arguments.episodes).map(evaluation_seed);
+    let outcomes = evaluate(&mut env, &mut policy, starts, 0, &id, &mut table)?;
     println!("{} with {}, {} policy, {} episodes", id.task, id.space, policy.name(), arguments.episodes);
     for (name, column) in COLUMNS {
         let values: Vec<f64> = outcomes.iter().map(column).collect();
-        let mean = values.iter().sum::<f64>() / values.len() as f64;
-        let deviation = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt();
+        let (mean, spread) = (mean(&values), if values.len() > 1 { deviation(&values) } else { 0.0 });
         let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(l, h), &v| (l.min(v), h.max(v)));
-        println!("  {name:<28} {mean:10.3} +- {deviation:<9.3} {low:10.3} .. {high:.3}");
+        println!("  {name:<28} {mean:10.3} +- {spread:<9.3} {low:10.3} .. {high:.3}");
     }
     Ok(ExitCode::SUCCESS)
 }

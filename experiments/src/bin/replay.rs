@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::{Result, ensure};
+use anyhow::Result;
 use clap::Parser;
+use experiments::config::bad;
 use experiments::seeds::evaluation_seed;
 use experiments::source::SourceArgs;
 use experiments::take::Take;
@@ -66,10 +67,9 @@ fn main() -> ExitCode {
 
 fn run(arguments: &Arguments) -> Result<ExitCode> {
     let Arguments { html, png, sheet, gif, plot, .. } = arguments;
-    ensure!(
-        [html, png, sheet, gif, plot].iter().any(|file| file.is_some()),
-        "nothing to draw: name at least one of --html, --png, --sheet, --gif, --plot"
-    );
+    if [html, png, sheet, gif, plot].iter().all(|file| file.is_none()) {
+        return Err(bad("nothing to draw: name at least one of --html, --png, --sheet, --gif, --plot".into()));
+    }
     let mut pictures = Pictures { arguments, tiles: vec![], film: None };
     let take = play(arguments, &arguments.source, |env, step, take| pictures.add(env, step, take))?;
     pictures.finish()?;
@@ -82,7 +82,9 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         if let Some(what) = &arguments.beside {
             let other = play(arguments, &arguments.source.beside(what)?, |_, _, _| Ok(()))?;
             let (here, there) = (takes[0].task, other.task);
-            ensure!(here == there, "--beside {what}: plays {there}, not {here}");
+            if here != there {
+                return Err(bad(format!("--beside {what}: plays {there}, not {here}")));
+            }
             takes.push(other);
         }
         page::write(path, &takes)?;

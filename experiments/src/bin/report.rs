@@ -1,18 +1,17 @@
 //! Run folders to tables and pictures.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Result, bail, ensure};
 use clap::Parser;
 use experiments::cli;
 use experiments::config::RunConfig;
 use experiments::curves;
 use experiments::folder::RunFolder;
-use experiments::report::{comparison, groups, markdown, summary};
+use experiments::report::{comparison, groups, markdown, summary, tasks};
 use experiments::summary::{RunSummary, find_runs};
-use output::plot;
-use serde::Serialize;
+use output::{file, plot};
 
 /// Summarise all runs below a folder.
 ///
@@ -37,8 +36,8 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let folders = find_runs(&arguments.runs)?;
     ensure!(!folders.is_empty(), "{}: no run folder below it", arguments.runs.display());
     let out = arguments.out.as_ref().unwrap_or(&arguments.runs);
-    fs_err::create_dir_all(out)?;
 
+    fs_err::create_dir_all(out)?;
     let (mut runs, mut rows) = (vec![], vec![]);
     for folder in folders {
         match RunSummary::of(&folder) {
@@ -56,15 +55,13 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     differ_in_seed_alone(&runs)?;
     let groups = groups(&rows);
     let tables = markdown(&groups);
-    write(&out.join("runs.csv"), &rows)?;
-    write(&out.join("summary.csv"), &summary(&groups))?;
-    write(&out.join("comparison.csv"), &comparison(&groups))?;
-    fs_err::write(out.join("tables.md"), &tables)?;
+    file::write_table(&out.join("runs.csv"), &rows)?;
+    file::write_table(&out.join("summary.csv"), &summary(&groups))?;
+    file::write_table(&out.join("comparison.csv"), &comparison(&groups))?;
+    file::replace(&out.join("tables.md"), tables.as_bytes())?;
     print!("{tables}");
 
-    let mut tasks: Vec<&str> = rows.iter().map(|row| row.task.as_str()).collect();
-    tasks.dedup();
-    for task in tasks {
+    for task in tasks(&groups) {
         let of_task: Vec<_> = runs.iter().zip(&rows).filter(|(_, row)| row.task == task).collect();
         plot::write(&curves::of_task(&of_task)?, &out.join(format!("curves_{task}")))?;
     }
@@ -86,17 +83,14 @@ fn differ_in_seed_alone(runs: &[RunFolder]) -> Result<()> {
             if let Some(difference) = theirs.difference(&settings) {
                 bail!("{there} and {here} differ in more than their seed ({difference}): report them apart");
             }
+            ensure!(
+                theirs.steps == config.steps,
+                "{there} is a run of {} actions, {here} one of {}: take the shorter one on",
+                theirs.steps,
+                config.steps
+            );
         }
         seen.push((run, config));
     }
-    Ok(())
-}
-
-fn write(path: &Path, rows: &[impl Serialize]) -> Result<()> {
-    let mut table = csv::Writer::from_path(path).with_context(|| path.display().to_string())?;
-    for row in rows {
-        table.serialize(row)?;
-    }
-    table.flush()?;
     Ok(())
 }

@@ -71,15 +71,20 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let stop = Stop::on_signals()?;
     let ended = pool::run(jobs, parallel, &stop)?;
 
-    let stopped = Some(i32::from(cli::STOPPED));
-    let failed: Vec<&Ended> = ended.iter().filter(|job| job.code != Some(0) && job.code != stopped).collect();
+    let stopped = |job: &Ended| job.code == Some(cli::STOPPED.into());
+    let failed: Vec<&Ended> = ended.iter().filter(|job| job.code != Some(0) && !stopped(job)).collect();
     for job in &failed {
         eprintln!("failed: {}: {} ({})", job.name, last_line(&job.log), job.log.display());
     }
-    Ok(match (failed.is_empty(), stop.requested()) {
-        (_, true) => ExitCode::from(cli::STOPPED),
-        (false, _) => ExitCode::from(cli::SOME_FAILED),
-        (true, _) => ExitCode::SUCCESS,
+    Ok(if stop.requested() {
+        ExitCode::from(cli::STOPPED)
+    } else if !failed.is_empty() {
+        ExitCode::from(cli::SOME_FAILED)
+    } else if ended.iter().any(stopped) {
+        // Somebody stopped a run, not the sweep.
+        ExitCode::from(cli::STOPPED)
+    } else {
+        ExitCode::SUCCESS
     })
 }
 

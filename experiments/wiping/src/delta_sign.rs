@@ -12,6 +12,7 @@ use aforce::{
 };
 use anyhow::Result;
 use nalgebra::Matrix3;
+use output::file;
 use output::parallel;
 use output::plot::{self, Panel, Series};
 use physics::scenes::wipe::Wipe;
@@ -176,11 +177,7 @@ fn growth(simulation: &mut Simulation, controller: &mut Controller, direction: &
 /// # Errors
 /// If the disk does not take them.
 pub fn write(points: &[Point], out: &Path) -> Result<()> {
-    let mut table = csv::Writer::from_path(out.join("delta_sign.csv"))?;
-    for point in points {
-        table.serialize(point)?;
-    }
-    table.flush()?;
+    file::write_table(&out.join("delta_sign.csv"), points)?;
     let panels: Vec<Panel> = DAMPINGS.iter().map(|(_, damping)| panel(points, damping)).collect();
     plot::write(&panels, &out.join("delta_sign"))
 }

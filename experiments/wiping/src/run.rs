@@ -119,14 +119,15 @@ impl<'a> Wiping<'a> {
     /// One control sample.
     fn step(&mut self) -> Result<(), physics::Diverged> {
         let dt = self.simulation.dt();
-        self.late.push_back(self.controller.update(&self.y));
+        let commanded = self.controller.update(&self.y);
+        self.late.push_back(commanded);
         let tau = self.late.pop_front().expect("one was pushed");
         let before = self.y.clone();
         self.simulation.step(&tau, 0.0)?;
 
         let (q, qd) = self.simulation.joints();
         self.y = self.model.measure(q, qd, Wrench::zeros());
-        let estimated = self.estimator.update(&tau, &self.y, dt);
+        let estimated = self.estimator.update(&commanded, &self.y, dt);
         let contact = *self.simulation.contact();
         self.y.wrench = match self.run.setup.sensing.source {
             WrenchSource::Estimated => estimated,

@@ -96,7 +96,7 @@ fn loaded_axis(sign: DeltaSign, load: f64) -> (f64, f64, f64, f64) {
     (e, law.stiffness()[0], law.feedforward()[0], high - low)
 }
 
-/// control-facts, section 3: at rest |e| = gamma/beta and K = F beta/gamma - alpha/mu inside the bounds, and
+/// At rest |e| = gamma/beta and K = F beta/gamma - alpha/mu inside the bounds, and
 /// e = F/(K + alpha/mu) at a bound.
 #[test]
 fn rest_under_a_constant_load() {
@@ -132,7 +132,7 @@ fn the_certificate_refuses_the_literal_law_at_the_floor() {
         config
     };
     let error = literal(Convention::Physical).check_stability().unwrap_err();
-    // control-facts, section 4: the limit is 81 at 12 kg.
+    // The closed form gives 81 at 12 kg.
     let ConfigError::Unstable { group: "translation", alpha, alpha_max, stiffness, inertia, .. } = error else {
         panic!("{error}")
     };

@@ -4,7 +4,7 @@ use super::Controller;
 use crate::action_space::ActionSpace;
 use crate::impedance::Convention;
 use crate::reference::Reference;
-use crate::spatial::{Pose, Twist, Vector6, Wrench};
+use crate::spatial::{Pose, Vector6, Wrench};
 
 impl Controller {
     /// The action space that this controller decodes.
@@ -77,12 +77,6 @@ impl Controller {
         self.interpolator.pose()
     }
 
-    /// The set-point's velocity (m/s, rad/s; world axes).
-    #[must_use]
-    pub fn set_point_velocity(&self) -> &Twist {
-        self.interpolator.twist()
-    }
-
     /// e = x - x_d of the latest sample (m, rad; world axes), contact axis included.
     #[must_use]
     pub fn error(&self) -> &Vector6 {
@@ -93,12 +87,6 @@ impl Controller {
     #[must_use]
     pub fn saturated(&self) -> [bool; 7] {
         self.exit.saturated()
-    }
-
-    /// Share of the action entries since reset that lay outside [-1, 1].
-    #[must_use]
-    pub fn clipped_fraction(&self) -> f64 {
-        if self.entries == 0 { 0.0 } else { self.clipped as f64 / self.entries as f64 }
     }
 
     /// Samples since reset whose measurement or torque was not finite: the episode has diverged.

@@ -195,18 +195,6 @@ fn a_broken_measurement_is_a_fault_and_leaves_no_trace() {
 }
 
 #[test]
-fn clipped_entries_are_counted() {
-    let y = gantry(INERTIA);
-    let mut control = controller("osc", &ControllerConfig::default(), UNLIMITED);
-    control.reset(&y);
-    assert_eq!(control.clipped_fraction(), 0.0);
-    control.set_goal(&[2.0, 0.0, -1.5, 0.0, 0.0, 1.0], &y);
-    control.set_goal(&[0.0; 6], &y);
-    assert_relative_eq!(control.clipped_fraction(), 2.0 / 12.0);
-    assert_relative_eq!(control.goal().translation.x, 0.0); // re-based on the measured pose by the second action
-}
-
-#[test]
 fn reset_restores_the_beginning() {
     let config = ControllerConfig::default();
     for space in ActionSpace::ALL {

@@ -16,7 +16,6 @@ pub(super) fn groups(role: Role) -> InteractionGroups {
 pub(super) fn shared_shape(shape: &Shape) -> SharedShape {
     match *shape {
         Shape::Box(h) => SharedShape::cuboid(h.x, h.y, h.z),
-        Shape::Sphere(radius) => SharedShape::ball(radius),
         Shape::Capsule { half_length, radius } => SharedShape::capsule_z(half_length, radius),
         // The engine's cylinders stand along y.
         Shape::Cylinder { half_length, radius } => {

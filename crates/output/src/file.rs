@@ -1,0 +1,36 @@
+//! Files that appear whole or not at all.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, ensure};
+use fs_err as fs;
+use serde::Serialize;
+
+/// Writes a file; whoever looks meanwhile sees the old one.
+pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
+    ensure!(!path.is_dir(), "{} is a folder", path.display());
+    fs::write(unfinished(path), bytes)?;
+    fs::rename(unfinished(path), path)?;
+    Ok(())
+}
+
+/// Writes a CSV table, its header from the names of the rows' fields.
+pub fn write_table(path: &Path, rows: &[impl Serialize]) -> Result<()> {
+    let mut table = csv::Writer::from_writer(vec![]);
+    for row in rows {
+        table.serialize(row)?;
+    }
+    replace(path, &table.into_inner()?)
+}
+
+pub(crate) fn unfinished(path: &Path) -> PathBuf {
+    with_suffix(path, ".tmp")
+}
+
+/// `Path::with_extension` would cut "seed_0.5" at its dot.
+pub(crate) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+    let mut name = OsString::from(path);
+    name.push(suffix);
+    PathBuf::from(name)
+}
