@@ -30,14 +30,16 @@ check: setup
 bench: setup
 	$(CARGO) bench --workspace
 
-# What is in results/, below runs/: experts and random actions (10 minutes on two cores), the runs (about 20 minutes each on
-# one core) and their tables; the wiping experiment (a minute) in its place.
+# What is in results/, below runs/: experts and random actions (10 minutes on two cores), the runs (20 to 35 minutes each
+# on one core) and their tables; the wiping experiment (a minute) in its place.
 reproduce: setup runs/experts.csv runs/random_lift.csv runs/random_door.csv runs/random_wipe.csv
 	$(RUN) wiping
 	$(RUN) sweep -- experiments/configs/lift.toml
 	$(RUN) report -- runs/lift
 	$(RUN) sweep -- experiments/configs/door.toml
 	$(RUN) report -- runs/door
+	$(RUN) sweep -- experiments/configs/wipe.toml
+	$(RUN) report -- runs/wipe
 
 runs/experts.csv: | setup
 	$(RUN) baselines -- expert --tasks lift,door,wipe --episodes 50 --out $@
