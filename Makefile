@@ -30,8 +30,8 @@ check: setup
 bench: setup
 	$(CARGO) bench --workspace
 
-# What is in results/, below runs/: experts and random actions (10 minutes on two cores), the runs (20 to 35 minutes each
-# on one core) and their tables; the wiping experiment (a minute) in its place.
+# What is in results/, below runs/: experts and random actions (10 minutes on two cores), the runs (16 of 20 to 50 minutes each
+# on one core, 7.8 hours in all, two at a time on two cores) and their tables; the wiping experiment (a minute) in its place.
 reproduce: setup runs/experts.csv runs/random_lift.csv runs/random_door.csv runs/random_wipe.csv
 	$(RUN) wiping
 	$(RUN) sweep -- experiments/configs/lift.toml
