@@ -40,12 +40,12 @@ pub fn draw(folder: &RunFolder) -> Result<()> {
     plot::write(&panels, &folder.curves())
 }
 
-/// The evaluations of one task's runs. For each action space: every seed, their interquartile mean as far as all of them
+/// The evaluations of the runs of one task. For each action space: every seed, their interquartile mean as far as all of them
 /// have come, and its 95 % interval, or the range of too few seeds.
 ///
 /// # Errors
 /// If a table cannot be read.
-pub fn of_task(runs: &[(&RunFolder, &RunSummary)]) -> Result<Vec<Panel>> {
+pub fn of_runs(runs: &[(&RunFolder, &RunSummary)]) -> Result<Vec<Panel>> {
     let mut spaces: Vec<&str> = vec![];
     for (_, run) in runs {
         if !spaces.contains(&run.space.as_str()) {

@@ -1,4 +1,4 @@
-//! Runs to groups (a task with an action space), and groups to tables.
+//! Runs to groups (a task with an action space and a size of action steps), and groups to tables.
 
 use std::fmt::Write;
 
@@ -10,10 +10,36 @@ use output::statistics::{
     FEWEST_FOR_INTERVAL, deviation, interval, iqm, mean, median, probability_of_improvement, range,
 };
 
-/// The runs of a task with an action space; seeds differ.
-pub struct Group<'a> {
+/// What is compared with each other: runs of one task, with action steps of one size, which changes every number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Section<'a> {
     /// Task name.
     pub task: &'a str,
+    /// Largest position delta of an action along an axis (m).
+    pub position_step_m: f64,
+}
+
+impl<'a> Section<'a> {
+    /// To which a run belongs.
+    pub fn of(run: &'a RunSummary) -> Self {
+        Section { task: &run.task, position_step_m: run.position_step_m }
+    }
+
+    /// For file names: `lift_2cm`.
+    pub fn name(&self) -> String {
+        format!("{}_{}cm", self.task, self.centimetres())
+    }
+
+    /// To the micrometre, so that no 1.9999999 is printed.
+    fn centimetres(&self) -> f64 {
+        (self.position_step_m * 1e6).round() / 1e4
+    }
+}
+
+/// The runs of a section with an action space; seeds differ.
+pub struct Group<'a> {
+    /// Task and steps.
+    pub section: Section<'a>,
     /// Action space name.
     pub space: &'a str,
     /// In the order of their seeds.
@@ -30,23 +56,23 @@ impl Group<'_> {
 pub fn groups(rows: &[RunSummary]) -> Vec<Group<'_>> {
     let mut groups: Vec<Group> = vec![];
     for run in rows {
-        match groups.iter_mut().find(|group| group.task == run.task && group.space == run.space) {
+        match groups.iter_mut().find(|group| group.section == Section::of(run) && group.space == run.space) {
             Some(group) => group.runs.push(run),
-            None => groups.push(Group { task: &run.task, space: &run.space, runs: vec![run] }),
+            None => groups.push(Group { section: Section::of(run), space: &run.space, runs: vec![run] }),
         }
     }
     groups
 }
 
-/// Every task once, in the order of its first group.
-pub fn tasks<'a>(groups: &[Group<'a>]) -> Vec<&'a str> {
-    let mut tasks = vec![];
+/// Every section once, in the order of its first group.
+pub fn sections<'a>(groups: &[Group<'a>]) -> Vec<Section<'a>> {
+    let mut sections = vec![];
     for group in groups {
-        if !tasks.contains(&group.task) {
-            tasks.push(group.task);
+        if !sections.contains(&group.section) {
+            sections.push(group.section);
         }
     }
-    tasks
+    sections
 }
 
 type Metric = (&'static str, fn(&RunSummary) -> f64);
@@ -78,6 +104,7 @@ const ENERGIES: [Metric; 4] = [
 #[allow(missing_docs, reason = "documented once, in results/README.md")]
 pub struct SummaryRow {
     pub task: String,
+    pub position_step_m: f64,
     pub space: String,
     pub metric: &'static str,
     pub n_seeds: usize,
@@ -98,7 +125,8 @@ pub fn summary(groups: &[Group]) -> Vec<SummaryRow> {
         let ci = (values.len() >= FEWEST_FOR_INTERVAL).then(|| interval(&[&values], |sample| iqm(&sample[0])));
         let [lowest, highest] = range(&values);
         SummaryRow {
-            task: group.task.into(),
+            task: group.section.task.into(),
+            position_step_m: group.section.position_step_m,
             space: group.space.into(),
             metric,
             n_seeds: values.len(),
@@ -115,11 +143,12 @@ pub fn summary(groups: &[Group]) -> Vec<SummaryRow> {
     groups.iter().flat_map(|group| METRICS.iter().map(move |metric| row(group, metric))).collect()
 }
 
-/// A row of `comparison.csv`: a space against `aforce` (with force where `aforce` has it) in the same task.
+/// A row of `comparison.csv`: a space against `aforce` (with force where `aforce` has it) in the same section.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "documented once, in results/README.md")]
 pub struct ComparisonRow {
     pub task: String,
+    pub position_step_m: f64,
     pub space: String,
     pub reference: String,
     pub quantity: String,
@@ -132,13 +161,15 @@ pub struct ComparisonRow {
 pub fn comparison(groups: &[Group]) -> Vec<ComparisonRow> {
     let mut rows = vec![];
     for reference in groups.iter().filter(|group| group.space.starts_with("aforce")) {
-        for other in groups.iter().filter(|group| group.task == reference.task && group.space != reference.space) {
+        for other in groups.iter().filter(|group| group.section == reference.section && group.space != reference.space)
+        {
             let mut compare = |quantity: String, of: fn(&RunSummary) -> f64, statistic: fn(&[f64], &[f64]) -> f64| {
                 let (a, b) = (reference.values(of), other.values(of));
                 let enough = a.len().min(b.len()) >= FEWEST_FOR_INTERVAL;
                 let ci = enough.then(|| interval(&[&a, &b], |s| statistic(&s[0], &s[1])));
                 rows.push(ComparisonRow {
-                    task: other.task.into(),
+                    task: other.section.task.into(),
+                    position_step_m: other.section.position_step_m,
                     space: other.space.into(),
                     reference: reference.space.into(),
                     quantity,
@@ -156,13 +187,15 @@ pub fn comparison(groups: &[Group]) -> Vec<ComparisonRow> {
     rows
 }
 
-/// The paper's Table I and a safety table for every task, in Markdown, with what others published beside it.
+/// The paper's Table I and a safety table for every section, in Markdown, with what others published beside it.
 pub fn markdown(groups: &[Group]) -> String {
     let mut out = String::new();
-    for task in tasks(groups) {
-        let groups: Vec<&Group> = groups.iter().filter(|group| group.task == task).collect();
+    for section in sections(groups) {
+        let task = section.task;
+        let groups: Vec<&Group> = groups.iter().filter(|group| group.section == section).collect();
         let few = groups.iter().map(|group| group.runs.len()).min().unwrap_or(0);
-        writeln!(out, "## {}{}\n", task[..1].to_uppercase(), &task[1..]).unwrap();
+        let title = task[..1].to_uppercase() + &task[1..];
+        writeln!(out, "## {title}, action steps of {} cm\n", section.centimetres()).unwrap();
         if few < FEWEST_FOR_INTERVAL {
             writeln!(out, "Fewer than five seeds: ranges instead of intervals.\n").unwrap();
         }

@@ -24,6 +24,8 @@ pub struct RunSummary {
     pub space: String,
     pub seed: u64,
     pub preset: String,
+    pub position_step_m: f64,
+    pub rotation_step_rad: f64,
     pub env_steps: u64,
     pub final_return: f64,
     pub best_return: f64,
@@ -47,14 +49,14 @@ pub struct RunSummary {
     pub commit: String,
 }
 
-/// All run folders below `root`, sorted by path.
+/// All run folders below `root` in which an episode has ended, sorted by path.
 ///
 /// # Errors
 /// If a folder cannot be read.
 pub fn find_runs(root: &Path) -> Result<Vec<RunFolder>> {
     let mut paths: Vec<PathBuf> = fs_err::read_dir(root)?.map(|entry| Ok(entry?.path())).collect::<Result<_>>()?;
     paths.sort();
-    if let Ok(folder) = RunFolder::open(root) {
+    if let Some(folder) = RunFolder::open(root).ok().filter(|folder| folder.episodes().is_file()) {
         return Ok(vec![folder]);
     }
     let mut runs = vec![];
@@ -101,11 +103,13 @@ impl RunSummary {
         let per_action = |column: &str| training.values(column).iter().sum::<f64>() / actions;
         let penalties = training.values("penalty");
         Ok(RunSummary {
-            schema: 1,
+            schema: 2,
             task: config.env.task.as_str().into(),
             space: config.env.space.name().into(),
             seed: config.seed,
             preset: format!("{:?}", config.preset).to_lowercase(),
+            position_step_m: config.env.controller.position_step,
+            rotation_step_rad: config.env.controller.rotation_step,
             env_steps: in_steps(last.0),
             final_return: at_end("return")?,
             best_return: returns.iter().map(|p| p.1).fold(f64::MIN, f64::max),

@@ -235,9 +235,9 @@ fn a_sweep_hides_no_run_and_repeats_none() {
     }
     std::fs::write(again.join("config.toml"), &config).unwrap();
     expect(&error(program("report").arg(&out), 1), &["again", "lift/aforce/seed_1", "same seed"]);
-    let other = config.replace("seed = 1\n", "seed = 2\n").replace("position_step = 0.02", "position_step = 0.05");
+    let other = config.replace("seed = 1\n", "seed = 2\n").replace("gamma = 0.97", "gamma = 0.9");
     std::fs::write(again.join("config.toml"), other).unwrap();
-    expect(&error(program("report").arg(&out), 1), &["again", "position_step = 0.02", "0.05"]);
+    expect(&error(program("report").arg(&out), 1), &["again", "gamma = 0.97", "0.9"]);
 }
 
 #[test]

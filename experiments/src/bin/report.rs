@@ -9,15 +9,15 @@ use experiments::cli;
 use experiments::config::RunConfig;
 use experiments::curves;
 use experiments::folder::RunFolder;
-use experiments::report::{comparison, groups, markdown, summary, tasks};
+use experiments::report::{Section, comparison, groups, markdown, sections, summary};
 use experiments::summary::{RunSummary, find_runs};
 use output::{file, plot};
 
 /// Summarise all runs below a folder.
 ///
 /// Writes runs.csv (a row per run), summary.csv (each metric over seeds), comparison.csv (every space against aforce),
-/// tables.md (the paper's table, beside what others published) and the learning curves of each task with every seed. A
-/// sweep that is still going on is reported as far as it has come.
+/// tables.md (the paper's table, beside what others published) and the learning curves of each task with every seed, runs
+/// with action steps of another size apart. A sweep that is still going on is reported as far as it has come.
 #[derive(Parser)]
 #[command(version)]
 struct Arguments {
@@ -61,20 +61,22 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     file::replace(&out.join("tables.md"), tables.as_bytes())?;
     print!("{tables}");
 
-    for task in tasks(&groups) {
-        let of_task: Vec<_> = runs.iter().zip(&rows).filter(|(_, row)| row.task == task).collect();
-        plot::write(&curves::of_task(&of_task)?, &out.join(format!("curves_{task}")))?;
+    for section in sections(&groups) {
+        let of_section: Vec<_> = runs.iter().zip(&rows).filter(|(_, row)| Section::of(row) == section).collect();
+        plot::write(&curves::of_runs(&of_section)?, &out.join(format!("curves_{}", section.name())))?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// Runs of a task with an action space stand for each other: they have to differ in their seed and in nothing else.
+/// Runs of a task with an action space and a size of steps stand for each other: they have to differ in their seed and in
+/// nothing else.
 fn differ_in_seed_alone(runs: &[RunFolder]) -> Result<()> {
     let mut seen: Vec<(&RunFolder, RunConfig)> = vec![];
     for run in runs {
         let config = RunConfig::resolve(Some(&run.config()), &[])?;
         for (other, theirs) in &seen {
-            if (theirs.env.task, theirs.env.space) != (config.env.task, config.env.space) {
+            let group = |config: &RunConfig| (config.env.task, config.env.space, config.env.controller.position_step);
+            if group(theirs) != group(&config) {
                 continue;
             }
             let (there, here) = (other.path().display(), run.path().display());
