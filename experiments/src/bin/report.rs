@@ -36,8 +36,8 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let folders = find_runs(&arguments.runs)?;
     ensure!(!folders.is_empty(), "{}: no run folder below it", arguments.runs.display());
     let out = arguments.out.as_ref().unwrap_or(&arguments.runs);
-
     fs_err::create_dir_all(out)?;
+
     let (mut runs, mut rows) = (vec![], vec![]);
     for folder in folders {
         match RunSummary::of(&folder) {
