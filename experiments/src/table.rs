@@ -3,9 +3,11 @@
 use std::io::Write;
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use fs_err::OpenOptions;
 use serde::Serialize;
+
+use crate::rows::SCHEMA;
 
 /// A CSV file open for appending; every row reaches the disk as it is written.
 pub struct Table {
@@ -43,7 +45,7 @@ impl Table {
 /// that a resumed run writes them anew. A missing file is left missing.
 ///
 /// # Errors
-/// If the file has no `step` column or cannot be rewritten.
+/// If the file has no `step` column, has rows of another schema, or cannot be rewritten.
 pub fn cut_after(path: &Path, step: u64) -> Result<()> {
     if !path.exists() {
         return Ok(());
@@ -56,10 +58,17 @@ pub fn cut_after(path: &Path, step: u64) -> Result<()> {
         anyhow::ensure!(headers.is_empty(), "{}: no column \"step\"", path.display());
         return Ok(fs_err::write(path, "")?);
     };
+    let schema = headers.iter().position(|h| h == "schema");
     let mut writer = csv::Writer::from_writer(vec![]);
     writer.write_record(&headers)?;
     for record in reader.records() {
         let record = record?;
+        if let Some(other) = schema.map(|i| &record[i]).filter(|schema| *schema != SCHEMA.to_string()) {
+            bail!(
+                "{}: has schema {other}, this program writes {SCHEMA}: go on with the one that began the run",
+                path.display()
+            );
+        }
         let at: u64 =
             record[column].parse().with_context(|| format!("{}: step {:?}", path.display(), &record[column]))?;
         if at <= step {
@@ -85,5 +94,14 @@ mod tests {
         assert_eq!(fs_err::read_to_string(&path).unwrap(), "step,x\n1,a\n2,b\n");
         Table::append(&path).unwrap().write((3, "d")).unwrap();
         assert_eq!(fs_err::read_to_string(&path).unwrap(), "step,x\n1,a\n2,b\n3,d\n");
+    }
+
+    #[test]
+    fn rows_of_another_schema_are_not_mixed_with_ours() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.csv");
+        fs_err::write(&path, "schema,step\n1,1\n").unwrap();
+        assert!(cut_after(&path, 2).unwrap_err().to_string().contains("schema 1"));
+        assert_eq!(fs_err::read_to_string(&path).unwrap(), "schema,step\n1,1\n");
     }
 }
