@@ -49,7 +49,7 @@ impl Traces {
         put("Contact force", "N", "largest", interval.max_force);
         put("Contact force", "N", "normal", normal);
         if controller.space().force {
-            put("Contact force", "N", "desired", controller.desired_force());
+            put("Contact force", "N", "desired", controller.requested_force());
         }
         let stiffness = controller.own_stiffness();
         let unit = |axis| controller.convention().stiffness_unit(axis);

@@ -33,7 +33,7 @@ impl AdaptiveLaw {
             let law = *self.axis(axis);
             let eps = e[axis] + sign * law.delta * e_dot[axis]; // eq. 6
             let k_dot = law.beta() * eps.abs() - law.gamma(); // eq. 4
-            let f_dot = law.alpha() * eps - law.mu() * self.feedforward[axis]; // eq. 5
+            let f_dot = law.feedforward_gain * eps - law.forgetting * self.feedforward[axis]; // eq. 5
             let k_dot = k_dot.clamp(-law.stiffness_rate_max, law.stiffness_rate_max);
             let f_dot = f_dot.clamp(-law.feedforward_rate_max, law.feedforward_rate_max);
             let k = self.stiffness[axis] + dt * k_dot;

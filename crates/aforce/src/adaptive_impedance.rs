@@ -65,12 +65,6 @@ pub struct AxisLaw {
 }
 
 impl AxisLaw {
-    /// Feed-forward gain alpha (N/m/s, Nm/rad/s).
-    #[must_use]
-    pub fn alpha(&self) -> f64 {
-        self.feedforward_gain
-    }
-
     /// Stiffness gain beta = gamma/tolerance (N/m^2/s, Nm/rad^2/s).
     #[must_use]
     pub fn beta(&self) -> f64 {
@@ -81,12 +75,6 @@ impl AxisLaw {
     #[must_use]
     pub fn gamma(&self) -> f64 {
         (self.stiffness_max - self.stiffness_min) / self.relaxation_time
-    }
-
-    /// Forgetting mu (1/s).
-    #[must_use]
-    pub fn mu(&self) -> f64 {
-        self.forgetting
     }
 
     fn validate(&self, group: &str, control_hz: u32) -> Result<(), ConfigError> {
@@ -234,7 +222,7 @@ impl AdaptiveImpedance {
         {
             if !margin.is_stable() && !self.allow_unstable {
                 return Err(ConfigError::Unstable {
-                    group,
+                    group: format!("impedance.aforce.{group}"),
                     alpha: margin.alpha,
                     alpha_max: margin.alpha_max,
                     stiffness: law.stiffness_min,

@@ -32,7 +32,7 @@ pub struct ControllerConfig {
 
 impl Default for ControllerConfig {
     /// 20 Hz over 500 Hz and linear interpolation as in the paper's simulations; smaller steps than robosuite's 5 cm and
-    /// 0.5 rad, with which every action space learns worse (docs/decisions.md).
+    /// 0.5 rad, with which random actions cost four times the energy (docs/decisions.md).
     fn default() -> Self {
         Self {
             policy_hz: 20,
@@ -40,7 +40,7 @@ impl Default for ControllerConfig {
             position_step: 0.02,
             rotation_step: 0.15,
             null_space_stiffness: 10.0,
-            // Differs from robosuite's 0.2: with the paper's e_dot the ramp's speed is damped against.
+            // Differs from robosuite's 0.2: where e_dot counts the reference's velocity, a short ramp is a kick.
             interpolation: Interpolation::Linear { ramp_ratio: 1.0 },
             force: ForceConfig::default(),
             impedance: ImpedanceSettings::default(),
@@ -59,7 +59,7 @@ impl ControllerConfig {
         within("policy_hz", f64::from(policy_hz), 1.0..=1000.0)?;
         within("control_hz", f64::from(control_hz), 1.0..=10_000.0)?;
         if !control_hz.is_multiple_of(policy_hz) {
-            return Err(ConfigError::Rates { control_hz, policy_hz });
+            return Err(ConfigError::Rates { section: String::new(), control_hz, policy_hz });
         }
         positive("position_step", self.position_step)?;
         positive("rotation_step", self.rotation_step)?;
@@ -147,9 +147,9 @@ mod tests {
 
     #[test]
     fn parts_can_be_overridden() {
-        let text = "position_step = 0.02\n[force]\nki = 2.0";
+        let text = "position_step = 0.03\n[force]\nki = 2.0";
         let config: ControllerConfig = toml::from_str(text).unwrap();
-        assert_eq!((config.position_step, config.force.ki, config.force.kp), (0.02, 2.0, 0.3));
+        assert_eq!((config.position_step, config.force.ki, config.force.kp), (0.03, 2.0, 0.3));
     }
 
     #[test]

@@ -31,7 +31,7 @@ impl ContactDetector {
         let opposite = if self.in_contact { force < self.off } else { force >= self.on };
         self.lasted = if opposite { self.lasted + dt } else { 0.0 };
         // Half a sample of slack: the sum of dt is not exact.
-        if self.lasted + 0.5 * dt > self.hold {
+        if opposite && self.lasted + 0.5 * dt > self.hold {
             self.in_contact = !self.in_contact;
             self.lasted = 0.0;
         }
@@ -47,6 +47,14 @@ mod tests {
             detector.update(force, 0.002);
         }
         detector.in_contact()
+    }
+
+    #[test]
+    fn without_a_hold_every_sample_decides() {
+        let mut detector = ContactDetector::new(4.0, 1.5, 0.0);
+        for (force, contact) in [(3.0, false), (3.0, false), (5.0, true), (5.0, true), (2.0, true), (1.0, false)] {
+            assert_eq!(feed(&mut detector, force, 1), contact, "{force} N");
+        }
     }
 
     #[test]

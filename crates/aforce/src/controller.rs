@@ -130,30 +130,29 @@ impl Controller {
         let (x_d, xd_dot) = self.interpolator.step();
         let axis = self.force.axis();
 
-        // Error e = x - x_d and its rate; the contact axis, while engaged, has none.
+        // Error e = x - x_d and its rate. Along the contact axis, while engaged, the set-point does not move.
         self.error = pose_error(&y.pose, &x_d);
-        let e = axis.release(&self.error);
         let reference = if self.form.reference_velocity { axis.release(&xd_dot) } else { Twist::zeros() };
         let e_dot = y.twist - reference;
-        let readable = all_finite(&e) && all_finite(&e_dot) && all_finite(&y.wrench);
+        let readable = all_finite(&self.error) && all_finite(&e_dot) && all_finite(&y.wrench);
         let Some(space) = OperationalSpace::new(&y.mass, &y.jacobian).filter(|_| readable) else {
             // The law's state stays clean; gravity compensation holds the arm if it can.
             return self.exit.pass(&JointVector::repeat(f64::NAN), &y.bias, self.dt);
         };
 
-        // K and F_ff (eqs. 4-6).
+        // K and F_ff (eqs. 4-6), from the errors that are not force control's.
         let mut f_ff = Vector6::zeros();
         if let Some(law) = &mut self.law {
-            law.update(&e, &axis.release(&e_dot), self.dt);
+            law.update(&axis.release(&self.error), &axis.release(&e_dot), self.dt);
             (self.stiffness, f_ff) = (*law.stiffness(), *law.feedforward());
             self.feedforward = self.form.to_wrench(&axis.release(&f_ff), &space);
         }
 
-        // F_d, by force control.
-        let f_d = if self.space.force { self.force.update(&y.wrench, self.dt) } else { Wrench::zeros() };
+        // F_cmd, with which force control holds F_d: it stands where the paper has F_d.
+        let f_cmd = if self.space.force { self.force.update(&y.wrench, self.dt) } else { Wrench::zeros() };
 
-        // Wrench -F_ff - F_d - K e - D e_dot.
-        let wrench = wrench(&self.form, &space, &axis, &e, &e_dot, &self.stiffness, &f_ff) - f_d;
+        // Wrench -F_ff - F_cmd - K e - D e_dot.
+        let wrench = wrench(&self.form, &space, &axis, &self.error, &e_dot, &self.stiffness, &f_ff) - f_cmd;
 
         // Joint torques, then the limits.
         let null_space = null_space_torque(y, &space, &self.q0, self.config.null_space_stiffness);

@@ -16,8 +16,10 @@ pub enum ConfigError {
         allowed: String,
     },
     /// The control rate is not a whole multiple of the policy rate.
-    #[error("control_hz = {control_hz} is not a whole multiple of policy_hz = {policy_hz}")]
+    #[error("{section}control_hz = {control_hz} is not a whole multiple of policy_hz = {policy_hz}")]
     Rates {
+        /// Where the two stand: empty, or a dotted path with its last dot.
+        section: String,
         /// Control rate (Hz).
         control_hz: u32,
         /// Policy rate (Hz).
@@ -25,12 +27,12 @@ pub enum ConfigError {
     },
     /// The adaptive law would grow oscillations at its lowest stiffness.
     #[error(
-        "impedance.aforce.{group}: feedforward_gain (alpha) = {alpha} is unstable at stiffness_min = {stiffness}: the limit is \
+        "{group}: feedforward_gain (alpha) = {alpha} is unstable at stiffness_min = {stiffness}: the limit is \
          {alpha_max:.1} (inertia {inertia}, damping {damping:.2}); lower it, raise stiffness_min, or set allow_unstable = true"
     )]
     Unstable {
-        /// `translation` or `rotation`.
-        group: &'static str,
+        /// Dotted path of the law of the translational or the rotational axes.
+        group: String,
         /// The feed-forward gain found.
         alpha: f64,
         /// The largest stable feed-forward gain.
@@ -42,6 +44,18 @@ pub enum ConfigError {
         /// Damping of the axis at that stiffness.
         damping: f64,
     },
+}
+
+impl ConfigError {
+    /// The same error of a configuration that stands at the dotted path `section` of a larger one.
+    #[must_use]
+    pub fn below(mut self, section: &str) -> Self {
+        let (Self::OutOfRange { field: path, .. }
+        | Self::Rates { section: path, .. }
+        | Self::Unstable { group: path, .. }) = &mut self;
+        path.insert_str(0, &format!("{section}."));
+        self
+    }
 }
 
 /// `value` must lie in `range`; `field` is its dotted path in the configuration file.

@@ -169,7 +169,7 @@ impl ForceControl {
         self.ramp = (self.target - self.desired).abs() / self.config.ramp_time;
     }
 
-    /// One sample of `dt` seconds: F_d as a wrench (N; world axes), given what the environment exerts on the tool.
+    /// One sample of `dt` seconds: F_cmd as a wrench (N; world axes), given what the environment exerts on the tool.
     pub fn update(&mut self, measured: &Wrench, dt: f64) -> Wrench {
         let force = linear(measured).dot(&self.direction);
         let was_in_contact = self.contact.in_contact();

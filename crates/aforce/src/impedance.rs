@@ -154,10 +154,10 @@ impl CommandedImpedance {
     }
 }
 
-/// -F_ff - K e - D e_dot (N, Nm; world axes): the wrench law without F_d.
+/// -F_ff - K e - D e_dot (N, Nm; world axes): the wrench law without force control's part.
 ///
-/// `stiffness` and `feedforward` are in the units of the form's convention. While `axis` is engaged, K and F_ff act no
-/// longer along it, and damping there is at least the force axis' own.
+/// `stiffness` and `feedforward` are in the units of the form's convention. Of K and F_ff along `axis` its engagement
+/// is taken away, and damping there grows to at least the force axis' own.
 ///
 /// What is given up is the acceleration along the axis, before it is shaped. The arm's inertia couples the axes: the
 /// wrench along n that remains cancels what an acceleration across n would add to the contact force, and it vanishes
@@ -244,6 +244,15 @@ mod tests {
         let (k, f_ff) = (Vector6::repeat(100.0), Vector6::zeros());
         let w = wrench(&form, &space, &engaged, &along_x(-0.01), &along_x(0.05), &k, &f_ff);
         assert_relative_eq!(w, Wrench::zeros(), epsilon = 1e-9);
+    }
+
+    #[test]
+    fn an_axis_engaged_by_half_has_half_of_the_stiffness() {
+        let half = ForceAxis { engagement: 0.5, ..free() };
+        let (e, k, f_ff) = (Vector6::repeat(0.01), Vector6::repeat(100.0), Vector6::repeat(2.0));
+        let form = ImpedanceForm::continued(Convention::Physical);
+        let w = wrench(&form, &space(), &half, &e, &Vector6::zeros(), &k, &f_ff);
+        assert_relative_eq!(w, Vector6::new(-3.0, -3.0, -1.5, -3.0, -3.0, -3.0), epsilon = 1e-12);
     }
 
     #[test]

@@ -37,9 +37,10 @@ pub fn stability_margin(law: &AxisLaw, sign: DeltaSign, inertia: f64, damping: f
     let s_delta = sign.factor() * law.delta;
     let t = d / inertia + mu;
     let no_divergence = if s_delta < 0.0 { (k + d * mu) / -s_delta } else { f64::INFINITY };
-    let slope = 1.0 / t - s_delta;
-    let no_oscillation = if slope > 0.0 { (k * d / inertia / t + d * mu) / slope } else { f64::INFINITY };
-    StabilityMargin { alpha: law.alpha(), alpha_max: no_divergence.min(no_oscillation), damping }
+    // Both sides times T, which is zero without damping and forgetting: then nothing but alpha = 0 is left.
+    let slope = 1.0 - s_delta * t;
+    let no_oscillation = if slope > 0.0 { (k * d / inertia + d * mu * t) / slope } else { f64::INFINITY };
+    StabilityMargin { alpha: law.feedforward_gain, alpha_max: no_divergence.min(no_oscillation), damping }
 }
 
 #[cfg(test)]
@@ -76,6 +77,14 @@ mod tests {
                 // The table is rounded to whole numbers.
                 assert!(found == limit || (found - limit).abs() < 0.6, "{mass} {k} {sign:?}: {found} not {limit}");
             }
+        }
+    }
+
+    #[test]
+    fn nothing_is_stable_without_damping_and_forgetting() {
+        for sign in [DeltaSign::Literal, DeltaSign::Off, DeltaSign::Damping] {
+            let law = AxisLaw { forgetting: 0.0, ..law(100.0, 1.0, 0.1) };
+            assert!(!stability_margin(&law, sign, 4.0, 0.0).is_stable(), "{sign:?}");
         }
     }
 

@@ -47,9 +47,9 @@ impl Controller {
         &self.feedforward
     }
 
-    /// F_d, the force along the contact axis that the latest action asks for (N); it acts while the axis is engaged.
+    /// The force along the contact axis that the latest action asks for (N). F_d ramps to it while the axis is engaged.
     #[must_use]
-    pub fn desired_force(&self) -> f64 {
+    pub fn requested_force(&self) -> f64 {
         self.force.target()
     }
 

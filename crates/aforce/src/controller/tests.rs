@@ -159,6 +159,23 @@ fn a_commanded_force_is_exerted_on_the_table_below() {
 }
 
 #[test]
+fn a_share_of_the_spring_acts_while_force_control_takes_over() {
+    let mut y = gantry(INERTIA);
+    let mut control = controller("low-force", &ControllerConfig::default(), UNLIMITED);
+    control.reset(&y);
+    y.wrench[2] = 10.0;
+    while control.engagement() < 0.5 {
+        control.update(&y);
+    }
+    let share = control.engagement();
+    assert!(share < 0.6, "{share}");
+    y.pose = Pose::new(Vector3::new(0.01, 0.0, 0.01), Vector3::zeros());
+    let tau = control.update(&y);
+    assert_relative_eq!(tau[0], -150.0 * 0.01, epsilon = 1e-9);
+    assert_relative_eq!(tau[2], -(1.0 - share) * 150.0 * 0.01 - control.force_command(), epsilon = 1e-9);
+}
+
+#[test]
 fn the_law_does_not_see_the_contact_axis_once_engaged() {
     let mut config = ControllerConfig::default();
     config.impedance.aforce = AdaptiveImpedance::physical();
