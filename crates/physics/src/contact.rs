@@ -16,7 +16,7 @@ pub struct ContactReading {
     /// Impulses of the last step divided by its length (N, Nm). Single-step peaks of an
     /// impact are an artefact of rigid contact.
     pub raw: Wrench,
-    /// Whether anything beyond the wrist touches the environment.
+    /// Whether anything beyond the wrist and the environment press on each other.
     pub touching: bool,
 }
 

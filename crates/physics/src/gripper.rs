@@ -2,7 +2,7 @@
 //! target is advanced by the sign of the command.
 
 use aforce::Vector3;
-use nalgebra::{Translation3, Vector3 as V3};
+use nalgebra::{Matrix3, Translation3, Vector3 as V3};
 
 use crate::panda::{Parameters, tool_rotation};
 use crate::scene::{Actuator, Axis, Body, Geom, Inertial, Joint, Role, Scene, Shape, Stop, at, pose};
@@ -47,7 +47,8 @@ pub fn add_gripper(scene: &mut Scene, parameters: &Parameters, right_hand: usize
 /// for the right one, whose coordinate falls.
 fn add_finger(scene: &mut Scene, gripper: usize, inertial: &Inertial, name: &str, side: f64) {
     const Q: f64 = std::f64::consts::FRAC_1_SQRT_2;
-    let com = Vector3::new(inertial.com.x, side * inertial.com.y, inertial.com.z);
+    let mirror = Matrix3::from_diagonal(&Vector3::new(1.0, side, 1.0));
+    let (com, inertia) = (mirror * inertial.com, mirror * inertial.inertia * mirror);
     scene.add(Body {
         name: format!("{name}_finger"),
         parent: Some(gripper),
@@ -62,7 +63,7 @@ fn add_finger(scene: &mut Scene, gripper: usize, inertial: &Inertial, name: &str
             spring: 0.0,
             stop: Stop { stiffness: 20_000.0, damping: 100.0 },
         }),
-        inertial: Inertial { com, ..*inertial },
+        inertial: Inertial { com, inertia, ..*inertial },
         geoms: vec![
             Geom {
                 name: format!("{name}_shell"),

@@ -160,7 +160,8 @@ impl Simulation {
     /// of `grip` (-1 opens, +1 closes).
     ///
     /// # Errors
-    /// If the state stops being finite; the simulation must then be reset.
+    /// If the state stops being finite. The engine may have taken bodies out: build the simulation anew, or restore a
+    /// snapshot.
     pub fn step(&mut self, tau: &JointVector, grip: f64) -> Result<(), Diverged> {
         self.efforts.fill(0.0);
         self.efforts[..7].copy_from_slice(tau.as_slice());

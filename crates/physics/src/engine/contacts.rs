@@ -15,7 +15,8 @@ impl Engine {
         for pair in self.world.narrow_phase.contact_pairs() {
             let beyond = |collider| self.role(collider).is_some_and(Role::is_beyond_wrist);
             let (first, second) = (beyond(pair.collider1), beyond(pair.collider2));
-            if first != second && pair.has_any_active_contact() {
+            // The engine lists pairs that are merely near as well: those carry no impulse.
+            if first != second && pair.total_impulse_magnitude() > 0.0 {
                 let on_first = self.contact_wrench(pair, point);
                 *wrench.get_or_insert_with(Wrench::zeros) += if first { on_first } else { -on_first };
             }
