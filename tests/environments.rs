@@ -2,9 +2,10 @@
 //! that solves it.
 
 use aforce::{ActionSpace, ControllerConfig};
+use approx::assert_relative_eq;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use tasks::{Env, EnvConfig, ForcePenalty, TaskName};
+use tasks::{Env, EnvConfig, ForcePenalty, REWARD_TERMS, Step, TaskName};
 
 fn env(task: TaskName, space: ActionSpace) -> Env {
     Env::new(EnvConfig { task, space, ..EnvConfig::default() }, 1).unwrap()
@@ -36,16 +37,52 @@ fn random_actions_stay_finite_and_repeat() {
     }
 }
 
+/// The script earns something of every kind, and only what it presses too hard takes off.
 #[test]
-fn every_term_of_a_reward_has_a_name() {
+fn every_term_of_a_reward_is_earned_by_the_expert() {
     for task in TaskName::ALL {
         let mut env = env(task, "aforce".parse().unwrap());
+        let mut sums = [0.0; REWARD_TERMS];
         for _ in 0..250 {
             let step = env.step(&env.expert_action());
-            let nameless = &step.reward_terms[env.task().reward_terms().len()..];
-            assert!(nameless.iter().all(|&term| term == 0.0), "{}", task.as_str());
+            sums.iter_mut().zip(step.reward_terms).for_each(|(sum, term)| *sum += term);
+        }
+        let names = env.task().reward_terms();
+        for (i, sum) in sums.into_iter().enumerate() {
+            let name = names.get(i).copied();
+            let expected = if matches!(name, None | Some("penalty")) { sum <= 0.0 } else { sum > 0.0 };
+            assert!(expected, "{} {name:?}: {sum}", task.as_str());
         }
     }
+}
+
+/// With one control sample to an action, everything in the record of an action can be checked from outside.
+#[test]
+fn an_action_is_recorded_as_it_acted() {
+    let mut config = EnvConfig { task: TaskName::Door, ..EnvConfig::default() };
+    config.controller.policy_hz = 500;
+    config.force_penalty.limit = 5.0;
+    let dt = config.controller.dt();
+    let mut env = Env::new(config, 1).unwrap();
+    env.reset(Some(1));
+    let (mut touched, mut over) = (0, 0);
+    for _ in 0..2500 {
+        let before = env.measurement().qd;
+        let Step { interval, over_limit, .. } = env.step(&env.expert_action());
+        // A torque that acts over the whole sample works along the mean velocity.
+        let work = interval.mean_torque().component_mul(&((before + env.measurement().qd) / 2.0)) * dt;
+        assert_relative_eq!(interval.energy.net, work.sum(), epsilon = 1e-12);
+        assert_relative_eq!(interval.energy.absolute, work.abs().sum(), epsilon = 1e-12);
+        let contact = env.simulation().contact();
+        let force = contact.sustained.fixed_rows::<3>(0).norm();
+        assert_eq!((interval.samples, interval.max_force), (1, force));
+        assert_eq!(over_limit, force > 5.0);
+        assert_relative_eq!(interval.excess_impulse, (force - 5.0).max(0.0) * dt);
+        assert_eq!(interval.contact_time > 0.0, contact.raw.norm() > 0.0, "near is not in contact");
+        touched += usize::from(interval.contact_time > 0.0);
+        over += usize::from(over_limit);
+    }
+    assert!(touched > 100 && touched < 2500 && over > 100, "{touched} {over}");
 }
 
 /// Door and Wipe take off 0.05 F in Wipe's normalisation, 500 / (5000 + 500 x 25.51); the paper has no penalty in Lift.

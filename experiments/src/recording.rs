@@ -52,7 +52,7 @@ pub struct Recording {
     force: Packed,
     stiffness: Packed,
     decals: Vec<DecalTrack>,
-    /// Frames after actions that earned a force penalty.
+    /// Frames after actions whose force exceeded the limit.
     penalised: Vec<usize>,
 }
 
@@ -88,7 +88,7 @@ impl Recording {
                 }
             }
         }
-        if step.penalty > 0.0 {
+        if step.over_limit {
             self.penalised.push(self.frames);
         }
         self.frames += 1;

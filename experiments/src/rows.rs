@@ -75,7 +75,7 @@ impl Episode {
             squared_torque_nm2s: sum(|s| s.interval.energy.squared_torque),
             copper_loss_j: sum(|s| s.interval.energy.copper_loss),
             penalty: sum(|s| s.penalty),
-            penalised_steps: self.steps.iter().filter(|s| s.penalty > 0.0).count(),
+            penalised_steps: self.steps.iter().filter(|s| s.over_limit).count(),
             excess_impulse_ns: sum(|s| s.interval.excess_impulse),
             max_contact_force_n: max(|s| s.interval.max_force),
             p99_contact_force_n: self.force_percentile(0.99),
@@ -178,6 +178,7 @@ mod tests {
                 truncated: false,
                 success: false,
                 diverged: false,
+                over_limit: false,
                 penalty: 0.0,
                 interval,
             });

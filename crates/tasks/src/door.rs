@@ -85,8 +85,8 @@ impl Task for Door {
         &["reach", "handle", "open", "penalty"]
     }
 
-    fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: f64) -> Reward {
-        let (scene, penalty) = (self.scene(), self.penalty_scale * penalty);
+    fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: Option<f64>) -> Reward {
+        let (scene, penalty) = (self.scene(), self.penalty_scale * penalty.unwrap_or(0.0));
         if scene.opening(simulation) > OPEN {
             return Reward { terms: [0.0, 0.0, 1.0, -penalty], success: true };
         }

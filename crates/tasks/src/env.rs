@@ -51,11 +51,12 @@ impl EnvConfig {
         within("env.simulation.substeps", substeps as f64, 1.0..=64.0)?;
         within("env.simulation.force_cutoff_hz", force_cutoff_hz, 0.1..=1e4)?;
         within("env.simulation.sustained_cutoff_hz", sustained_cutoff_hz, 0.1..=1e4)?;
-        self.controller.validate()?;
-        if self.space.impedance == Impedance::Adaptive {
-            self.controller.impedance.aforce.check_stability()?;
-        }
-        Ok(())
+        let controller = &self.controller;
+        let stable = || match self.space.impedance {
+            Impedance::Adaptive => controller.impedance.aforce.check_stability(),
+            _ => Ok(()),
+        };
+        controller.validate().and_then(|()| stable()).map_err(|error| error.below("env.controller"))
     }
 }
 
@@ -107,6 +108,8 @@ pub struct Step {
     pub success: bool,
     /// The simulation diverged.
     pub diverged: bool,
+    /// The largest sustained force exceeded the limit.
+    pub over_limit: bool,
     /// Force penalty of this action, unscaled, whether or not the task takes it off.
     pub penalty: f64,
     /// Energy, force, stiffness, clipping during this action.
@@ -205,7 +208,8 @@ impl Env {
             truncated: !diverged && self.elapsed >= self.config.horizon,
             success: reward.success,
             diverged,
-            penalty,
+            over_limit: penalty.is_some(),
+            penalty: penalty.unwrap_or(0.0),
             interval,
         }
     }

@@ -78,7 +78,7 @@ impl Task for Lift {
     }
 
     /// The force penalty is not taken off: the paper has it in Door and Wipe only.
-    fn reward(&mut self, simulation: &Simulation, y: &Measurement, _penalty: f64) -> Reward {
+    fn reward(&mut self, simulation: &Simulation, y: &Measurement, _penalty: Option<f64>) -> Reward {
         let cube = self.scene().cube_pose(simulation).translation.vector;
         if cube.z > LIFTED {
             return Reward { terms: [0.0, 0.0, 1.0, 0.0], success: true };

@@ -19,9 +19,9 @@ impl Default for ForcePenalty {
 }
 
 impl ForcePenalty {
-    /// Penalty (reward units, at least 0) of an action whose largest force was `force` N.
-    pub fn of(&self, force: f64) -> f64 {
-        if force > self.limit { self.weight * force } else { 0.0 }
+    /// Penalty (reward units, at least 0) of an action whose largest force was `force` N; `None` within the limit.
+    pub fn of(&self, force: f64) -> Option<f64> {
+        (force > self.limit).then_some(self.weight * force)
     }
 }
 
@@ -32,7 +32,9 @@ mod tests {
     #[test]
     fn whole_force_counts_once_above_the_limit() {
         let penalty = ForcePenalty::default();
-        assert_eq!(penalty.of(60.0), 0.0);
-        assert_eq!(penalty.of(80.0), 4.0);
+        assert_eq!(penalty.of(60.0), None);
+        assert_eq!(penalty.of(80.0), Some(4.0));
+        // Forces are judged even if they cost nothing.
+        assert_eq!(ForcePenalty { weight: 0.0, ..penalty }.of(80.0), Some(0.0));
     }
 }

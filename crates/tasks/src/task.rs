@@ -70,9 +70,9 @@ pub trait Task: Send {
     /// What the terms of a [`Reward`] are for, in their order; at most [`REWARD_TERMS`].
     fn reward_terms(&self) -> &'static [&'static str];
 
-    /// Reward of one action; called once after each. `penalty` is the action's force
-    /// penalty (at least 0), which a task takes off in its own scale or ignores.
-    fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: f64) -> Reward;
+    /// Reward of one action; called once after each. `penalty` is the action's force penalty (at least 0), which a task
+    /// takes off in its own scale or ignores; `None` if the force stayed within its limit.
+    fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: Option<f64>) -> Reward;
 
     /// What a scripted expert wants next.
     fn expert(&self, simulation: &Simulation, y: &Measurement) -> Waypoint;
@@ -92,8 +92,8 @@ pub const REWARD_TERMS: usize = 4;
 /// What one action earned.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reward {
-    /// The terms that add up to the reward, 0 beyond those the task has. In Door and Lift their
-    /// sum is at most 1; in Wipe an action earns several for every marker.
+    /// The terms that add up to the reward, 0 beyond those the task has. In Door and Lift their sum is at most 1; in
+    /// Wipe an action earns 1.4 for every marker, with 500 actions to an episode.
     pub terms: [f64; REWARD_TERMS],
     /// Whether the task stands fulfilled now.
     pub success: bool,

@@ -55,11 +55,11 @@ struct Touch {
     force: f64,
     /// The whole face is in contact.
     flat: bool,
-    /// Force penalty of the action.
-    penalty: f64,
+    /// Force penalty of the action, if it pressed too hard.
+    penalty: Option<f64>,
 }
 
-/// robosuite's factor on every reward in an episode of `horizon` actions. With 500 an action earns at most 0.733 once
+/// robosuite's factor on every reward in an episode of `horizon` actions. With 500 an action earns at most 0.738 once
 /// everything is wiped.
 pub fn normalisation(horizon: u32) -> f64 {
     let horizon = f64::from(horizon);
@@ -97,10 +97,10 @@ fn reward_terms(markers: &mut Markers, tool: &Pose, touch: &Touch) -> [f64; REWA
         None => (0.0, COMPLETION_REWARD),
     };
     let mut press = if touch.contact { CONTACT_REWARD } else { 0.0 };
-    if touch.penalty == 0.0 && touch.contact && touch.force > PRESSING_FORCE {
+    if touch.penalty.is_none() && touch.contact && touch.force > PRESSING_FORCE {
         press += CONTACT_REWARD + FORCE_REWARD * touch.force + if touch.flat { FLAT_REWARD } else { 0.0 };
     }
-    [reach, wiped + complete, press, -touch.penalty]
+    [reach, wiped + complete, press, -touch.penalty.unwrap_or(0.0)]
 }
 
 impl Task for Wipe {
@@ -140,7 +140,7 @@ impl Task for Wipe {
         &["reach", "wiped", "press", "penalty"]
     }
 
-    fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: f64) -> Reward {
+    fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: Option<f64>) -> Reward {
         let at_limit = |(&q, &[low, high]): (&f64, &[f64; 2])| q < low + JOINT_MARGIN || q > high - JOINT_MARGIN;
         let touch = Touch {
             arm: simulation.arm_touches() || y.q.iter().zip(&RANGE).any(at_limit),
@@ -196,7 +196,7 @@ mod tests {
     use super::*;
     use rand::SeedableRng;
 
-    const AIR: Touch = Touch { arm: false, contact: false, force: 0.0, flat: false, penalty: 0.0 };
+    const AIR: Touch = Touch { arm: false, contact: false, force: 0.0, flat: false, penalty: None };
     const PRESSING: Touch = Touch { contact: true, force: 30.0, flat: true, ..AIR };
 
     fn markers() -> Markers {
@@ -267,7 +267,9 @@ mod tests {
         // Contact 0.01; pressing 0.01 and 0.01 per newton; flat 0.1.
         close(reward(PRESSING), 25.5 + 0.01 + 0.01 + 0.3 + 0.1);
         close(reward(Touch { flat: false, ..PRESSING }), 25.5 + 0.01 + 0.01 + 0.3);
-        close(reward(Touch { penalty: 4.0, force: 80.0, ..PRESSING }), 25.5 + 0.01 - 4.0);
+        close(reward(Touch { penalty: Some(4.0), force: 80.0, ..PRESSING }), 25.5 + 0.01 - 4.0);
+        // Pressing too hard earns nothing, even where it costs nothing.
+        close(reward(Touch { penalty: Some(0.0), force: 80.0, ..PRESSING }), 25.5 + 0.01);
     }
 
     #[test]

@@ -104,12 +104,14 @@ fn parse_task(name: &str) -> Result<TaskName, String> {
 
 fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
     let mut env = Env::new(config.env.clone(), 0)?;
+    let limit = config.env.force_penalty.limit;
     let mut policy = if who == Who::Expert { Policy::Expert } else { Policy::random(config.seed) };
-    let mut net_absolute = 0.0;
+    let (mut net_absolute, mut excess) = (0.0, 0.0);
     let outcomes: Vec<Outcome> = (0..episodes)
         .map(|index| {
             let watch = |_: &Env, step: &tasks::Step| {
                 net_absolute += step.interval.energy.net_absolute;
+                excess += (step.interval.max_force - limit).max(0.0);
                 ControlFlow::Continue(())
             };
             episode(&mut env, &mut policy, evaluation_seed(index), watch).outcome()
@@ -120,9 +122,6 @@ fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
     let actions = sum(|o| o.length as f64);
     let penalised = sum(|o| o.penalised_steps as f64);
     let returns: Vec<f64> = outcomes.iter().map(|o| o.total).collect();
-    // The penalty is weight x force: the force above the limit follows from it.
-    let law = config.env.force_penalty;
-    let mean_excess = sum(|o| o.penalty) / law.weight / penalised - law.limit;
     Ok(Row {
         schema: 1,
         task: config.env.task.as_str(),
@@ -139,7 +138,7 @@ fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
         energy_net_absolute_per_action_j: net_absolute / actions,
         penalised_episode_share: mean(|o| f64::from(u8::from(o.penalised_steps > 0))),
         penalised_action_share: penalised / actions,
-        mean_excess_n: (penalised > 0.0).then_some(mean_excess),
+        mean_excess_n: (penalised > 0.0).then_some(excess / penalised),
         penalty: mean(|o| o.penalty),
         saturated_fraction: mean(|o| o.saturated_fraction),
         diverged_episodes: outcomes.iter().filter(|o| o.diverged).count(),
