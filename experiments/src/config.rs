@@ -82,13 +82,20 @@ impl RunConfig {
     /// # Errors
     /// As [`RunConfig::resolve`].
     pub fn from_layers(layers: Vec<(String, Table)>) -> Result<Self> {
-        let preset = layers.iter().rev().find_map(|(_, table)| table.get("preset"));
-        let preset = match preset {
-            Some(value) => {
-                value.clone().try_into().map_err(|_| bad(format!("preset = {value}: known are paper, desktop")))?
+        let mut named: Option<(&str, sac::Preset)> = None;
+        for (source, table) in &layers {
+            let Some(value) = table.get("preset") else { continue };
+            let preset =
+                value.clone().try_into().map_err(|_| bad(format!("preset = {value}: known are paper, desktop")))?;
+            match named {
+                // One of them would give its name to the other's settings.
+                Some((earlier, other)) if other != preset => {
+                    return Err(bad(format!("preset = {value} ({source}) contradicts {earlier}: take it out of one")));
+                }
+                _ => named = Some((source, preset)),
             }
-            None => sac::Preset::Desktop,
-        };
+        }
+        let preset = named.map_or(sac::Preset::Desktop, |(_, preset)| preset);
         let mut merged = Table::try_from(Self::preset(preset)).expect("a configuration is a table");
         for (source, table) in layers {
             merge(&mut merged, table);
@@ -112,7 +119,7 @@ impl RunConfig {
             ensure!(value > 0, "{name} = 0: must be at least 1");
         }
         self.env.validate()?;
-        self.learner.validate()?;
+        self.learner.validate().map_err(|error| bad(format!("learner.{error}")))?;
         Ok(())
     }
 
@@ -213,6 +220,16 @@ mod tests {
         let paper = RunConfig::resolve(None, &[set("preset=paper")]).unwrap();
         assert_eq!(paper.learner, sac::Config::preset(sac::Preset::Paper));
         assert_eq!(paper.env, RunConfig::preset(sac::Preset::Desktop).env);
+    }
+
+    #[test]
+    fn a_preset_does_not_change_under_another_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("run.toml");
+        fs_err::write(&file, RunConfig::preset(sac::Preset::Desktop).to_toml()).unwrap();
+        assert!(RunConfig::resolve(Some(&file), &[set("preset=desktop")]).is_ok());
+        let error = RunConfig::resolve(Some(&file), &[set("preset=paper")]).unwrap_err().to_string();
+        assert!(error.contains("paper") && error.contains("run.toml"), "{error}");
     }
 
     #[test]

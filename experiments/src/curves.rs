@@ -12,12 +12,15 @@ use crate::summary::RunSummary;
 const WINDOW: usize = 20;
 
 /// What is drawn: title, unit, column.
-const PANELS: [[&str; 3]; 4] = [
+const PANELS: [[&str; 3]; 3] = [
     ["Return", "return", "return"],
     ["Success at the end of an episode", "share of episodes", "success"],
     ["Mechanical energy", "J per action", "energy_per_action_j"],
-    ["Stiffness, mean over time and axes", "1/s2 or N/m", "mean_stiffness"],
 ];
+/// Of one run only: action spaces have stiffness in different units.
+const STIFFNESS: [&str; 3] = ["Stiffness, mean over time and axes", "1/s2 or N/m", "mean_stiffness"];
+/// Of several runs.
+const FORCE: [&str; 3] = ["Contact force that 99 % of the actions stay below", "N", "p99_contact_force_n"];
 
 /// Draws `curves.svg` and `curves.png` of a run.
 ///
@@ -26,7 +29,7 @@ const PANELS: [[&str; 3]; 4] = [
 pub fn draw(folder: &RunFolder) -> Result<()> {
     let training = Columns::read(&folder.episodes())?;
     let eval = Columns::read(&folder.eval())?;
-    let panels = PANELS.map(|[title, unit, column]| {
+    let panels = PANELS.iter().chain([&STIFFNESS]).map(|&[title, unit, column]| {
         let training = training.running_mean(column, WINDOW);
         panel(
             title,
@@ -37,30 +40,30 @@ pub fn draw(folder: &RunFolder) -> Result<()> {
             ],
         )
     });
-    plot::write(&panels, &folder.curves())
+    plot::write(&panels.collect::<Vec<_>>(), &folder.curves())
 }
 
-/// The evaluations of the runs of one task. For each action space: every seed, their interquartile mean as far as all of them
+/// The evaluations of runs that are compared. For each action space and preset: every seed, their interquartile mean as far as all of them
 /// have come, and its 95 % interval, or the range of too few seeds.
 ///
 /// # Errors
 /// If a table cannot be read.
 pub fn of_runs(runs: &[(&RunFolder, &RunSummary)]) -> Result<Vec<Panel>> {
-    let mut spaces: Vec<&str> = vec![];
+    let mut labels: Vec<String> = vec![];
     for (_, run) in runs {
-        if !spaces.contains(&run.space.as_str()) {
-            spaces.push(&run.space);
+        if !labels.contains(&run.label()) {
+            labels.push(run.label());
         }
     }
     let tables = runs.iter().map(|(folder, _)| Columns::read(&folder.eval())).collect::<Result<Vec<_>>>()?;
     let series = |&[title, unit, column]: &[&str; 3]| {
-        let of_space = |space: &&str| {
-            let seeds = runs.iter().zip(&tables).filter(|((_, run), _)| run.space == **space);
-            over_seeds(space, seeds.map(|(_, table)| table.mean_by_step(column)).collect())
+        let of_group = |label: &String| {
+            let seeds = runs.iter().zip(&tables).filter(|((_, run), _)| run.label() == *label);
+            over_seeds(label, seeds.map(|(_, table)| table.mean_by_step(column)).collect())
         };
-        panel(title, unit, spaces.iter().map(of_space).collect())
+        panel(title, unit, labels.iter().map(of_group).collect())
     };
-    Ok(PANELS.iter().map(series).collect())
+    Ok(PANELS.iter().chain([&FORCE]).map(series).collect())
 }
 
 /// One curve for the curves of several seeds.

@@ -145,10 +145,11 @@ impl RunFolder {
         }
     }
 
-    /// Whether the run ended after at least the steps of `config`.
+    /// Whether this run, and no other, ended after at least the steps of `config`.
     fn is_done(&self, config: &RunConfig) -> bool {
         let stored = RunConfig::resolve(Some(&self.config()), &[]);
-        self.done().exists() && stored.is_ok_and(|stored| stored.steps >= config.steps)
+        self.done().exists()
+            && stored.is_ok_and(|stored| stored.steps >= config.steps && stored.hash() == config.hash())
     }
 
     /// Locked by the process at work.

@@ -27,7 +27,7 @@ pub struct Job {
 pub struct Ended {
     /// The job's name.
     pub name: String,
-    /// Its exit code; `None` if a signal killed it.
+    /// Its exit code; `None` if a signal killed it or it could not be started.
     pub code: Option<i32>,
     /// Where its output is.
     pub log: PathBuf,
@@ -44,11 +44,8 @@ struct Running {
 const POLL: Duration = Duration::from_millis(200);
 
 /// Runs all jobs, at most `parallel` at once, and returns how each ended. When a stop is asked for,
-/// those running are asked to stop and no other is begun.
-///
-/// # Errors
-/// If a job cannot be started.
-pub fn run(jobs: Vec<Job>, parallel: usize, stop: &Stop) -> Result<Vec<Ended>> {
+/// those running are asked to stop and no other is begun. One that cannot be started hides no other.
+pub fn run(jobs: Vec<Job>, parallel: usize, stop: &Stop) -> Vec<Ended> {
     let display = Display::new(jobs.len());
     let mut waiting = jobs.into_iter();
     let (mut running, mut ended) = (vec![], vec![]);
@@ -56,10 +53,17 @@ pub fn run(jobs: Vec<Job>, parallel: usize, stop: &Stop) -> Result<Vec<Ended>> {
     loop {
         while running.len() < parallel && !stop.requested() {
             let Some(job) = waiting.next() else { break };
-            running.push(start(job, &display)?);
+            let (name, log) = (job.name.clone(), job.log.clone());
+            match start(job, &display) {
+                Ok(job) => running.push(job),
+                Err(reason) => {
+                    display.line(&format!("ENDED  {name}  {reason:#}"));
+                    ended.push(Ended { name, code: None, log });
+                }
+            }
         }
         if running.is_empty() {
-            return Ok(ended);
+            return ended;
         }
         if stop.requested() && !asked {
             asked = true;
@@ -71,7 +75,7 @@ pub fn run(jobs: Vec<Job>, parallel: usize, stop: &Stop) -> Result<Vec<Ended>> {
         }
         std::thread::sleep(POLL);
         for mut job in std::mem::take(&mut running) {
-            match job.child.try_wait().with_context(|| job.name.clone())? {
+            match job.child.try_wait().expect("a child that nobody else waits for") {
                 None => {
                     job.bar.set_message(last_line(&job.log));
                     running.push(job);

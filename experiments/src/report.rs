@@ -1,4 +1,4 @@
-//! Runs to groups (a task with an action space and a size of action steps), and groups to tables.
+//! Runs to groups (an experiment's task with an action space), and groups to tables.
 
 use std::fmt::Write;
 
@@ -10,38 +10,30 @@ use output::statistics::{
     FEWEST_FOR_INTERVAL, deviation, interval, iqm, mean, median, probability_of_improvement, range,
 };
 
-/// What is compared with each other: runs of one task, with action steps of one size, which changes every number.
+/// What is compared with each other: the runs of one task in one experiment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Section<'a> {
+    /// Folder of the experiment, relative to what is reported; empty if that is it.
+    pub experiment: &'a str,
     /// Task name.
     pub task: &'a str,
-    /// Largest position delta of an action along an axis (m).
-    pub position_step_m: f64,
 }
 
 impl<'a> Section<'a> {
     /// To which a run belongs.
     pub fn of(run: &'a RunSummary) -> Self {
-        Section { task: &run.task, position_step_m: run.position_step_m }
-    }
-
-    /// For file names: `lift_2cm`.
-    pub fn name(&self) -> String {
-        format!("{}_{}cm", self.task, self.centimetres())
-    }
-
-    /// To the micrometre, so that no 1.9999999 is printed.
-    fn centimetres(&self) -> f64 {
-        (self.position_step_m * 1e6).round() / 1e4
+        Section { experiment: &run.experiment, task: &run.task }
     }
 }
 
-/// The runs of a section with an action space; seeds differ.
+/// The runs of a section with an action space and a preset; seeds differ.
 pub struct Group<'a> {
-    /// Task and steps.
+    /// Experiment and task.
     pub section: Section<'a>,
     /// Action space name.
     pub space: &'a str,
+    /// The learner's preset.
+    pub preset: &'a str,
     /// In the order of their seeds.
     pub runs: Vec<&'a RunSummary>,
 }
@@ -56,9 +48,10 @@ impl Group<'_> {
 pub fn groups(rows: &[RunSummary]) -> Vec<Group<'_>> {
     let mut groups: Vec<Group> = vec![];
     for run in rows {
-        match groups.iter_mut().find(|group| group.section == Section::of(run) && group.space == run.space) {
+        let (section, space, preset) = (Section::of(run), run.space.as_str(), run.preset.as_str());
+        match groups.iter_mut().find(|group| (group.section, group.space, group.preset) == (section, space, preset)) {
             Some(group) => group.runs.push(run),
-            None => groups.push(Group { section: Section::of(run), space: &run.space, runs: vec![run] }),
+            None => groups.push(Group { section, space, preset, runs: vec![run] }),
         }
     }
     groups
@@ -103,9 +96,10 @@ const ENERGIES: [Metric; 4] = [
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "documented once, in results/README.md")]
 pub struct SummaryRow {
+    pub experiment: String,
     pub task: String,
-    pub position_step_m: f64,
     pub space: String,
+    pub preset: String,
     pub metric: &'static str,
     pub n_seeds: usize,
     pub mean: f64,
@@ -125,9 +119,10 @@ pub fn summary(groups: &[Group]) -> Vec<SummaryRow> {
         let ci = (values.len() >= FEWEST_FOR_INTERVAL).then(|| interval(&[&values], |sample| iqm(&sample[0])));
         let [lowest, highest] = range(&values);
         SummaryRow {
+            experiment: group.section.experiment.into(),
             task: group.section.task.into(),
-            position_step_m: group.section.position_step_m,
             space: group.space.into(),
+            preset: group.preset.into(),
             metric,
             n_seeds: values.len(),
             mean: mean(&values),
@@ -143,14 +138,16 @@ pub fn summary(groups: &[Group]) -> Vec<SummaryRow> {
     groups.iter().flat_map(|group| METRICS.iter().map(move |metric| row(group, metric))).collect()
 }
 
-/// A row of `comparison.csv`: a space against `aforce` (with force where `aforce` has it) in the same section.
+/// A row of `comparison.csv`: a space against `aforce` (with force where `aforce` has it) in the same section, with the same preset.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "documented once, in results/README.md")]
 pub struct ComparisonRow {
+    pub experiment: String,
     pub task: String,
-    pub position_step_m: f64,
     pub space: String,
+    pub n_space: usize,
     pub reference: String,
+    pub n_reference: usize,
     pub quantity: String,
     pub value: f64,
     pub ci_low: Option<f64>,
@@ -161,17 +158,19 @@ pub struct ComparisonRow {
 pub fn comparison(groups: &[Group]) -> Vec<ComparisonRow> {
     let mut rows = vec![];
     for reference in groups.iter().filter(|group| group.space.starts_with("aforce")) {
-        for other in groups.iter().filter(|group| group.section == reference.section && group.space != reference.space)
-        {
+        let same = |group: &&Group| group.section == reference.section && group.preset == reference.preset;
+        for other in groups.iter().filter(same).filter(|group| group.space != reference.space) {
             let mut compare = |quantity: String, of: fn(&RunSummary) -> f64, statistic: fn(&[f64], &[f64]) -> f64| {
                 let (a, b) = (reference.values(of), other.values(of));
                 let enough = a.len().min(b.len()) >= FEWEST_FOR_INTERVAL;
                 let ci = enough.then(|| interval(&[&a, &b], |s| statistic(&s[0], &s[1])));
                 rows.push(ComparisonRow {
+                    experiment: other.section.experiment.into(),
                     task: other.section.task.into(),
-                    position_step_m: other.section.position_step_m,
                     space: other.space.into(),
+                    n_space: b.len(),
                     reference: reference.space.into(),
+                    n_reference: a.len(),
                     quantity,
                     value: statistic(&a, &b),
                     ci_low: ci.map(|ci| ci[0]),
@@ -195,7 +194,10 @@ pub fn markdown(groups: &[Group]) -> String {
         let groups: Vec<&Group> = groups.iter().filter(|group| group.section == section).collect();
         let few = groups.iter().map(|group| group.runs.len()).min().unwrap_or(0);
         let title = task[..1].to_uppercase() + &task[1..];
-        writeln!(out, "## {title}, action steps of {} cm\n", section.centimetres()).unwrap();
+        let of = if section.experiment.is_empty() { String::new() } else { format!(", {}", section.experiment) };
+        let run = groups[0].runs[0];
+        let steps = format!("{} m and {} rad", run.position_step_m, run.rotation_step_rad);
+        writeln!(out, "## {title}{of}: action steps of {steps}\n").unwrap();
         if few < FEWEST_FOR_INTERVAL {
             writeln!(out, "Fewer than five seeds: ranges instead of intervals.\n").unwrap();
         }
@@ -223,8 +225,8 @@ pub fn markdown(groups: &[Group]) -> String {
                 published.and_then(|(_, row)| row.energy_per_action_j).map_or(String::new(), |j| j.to_string());
             writeln!(
                 out,
-                "| `{}` | {} | {} | {centre} | {} | {} | {} | {theirs} | {} | {} | {energy} |",
-                group.space,
+                "| {} | {} | {} | {centre} | {} | {} | {} | {theirs} | {} | {} | {energy} |",
+                group.runs[0].label(),
                 group.runs.len(),
                 value(|run| run.final_return, 1),
                 value(|run| run.best_return, 1),
@@ -241,8 +243,8 @@ pub fn markdown(groups: &[Group]) -> String {
             let value = |of: fn(&RunSummary) -> f64, digits: usize| spread(&group.values(of), digits);
             writeln!(
                 out,
-                "| `{}` | {} | {} | {} | {} |",
-                group.space,
+                "| {} | {} | {} | {} | {} |",
+                group.runs[0].label(),
                 value(|run| run.penalised_episode_share, 2),
                 value(|run| run.mean_penalty_per_episode, 1),
                 value(|run| run.excess_impulse_per_episode_ns, 1),

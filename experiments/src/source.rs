@@ -46,6 +46,26 @@ pub enum Which {
     Last,
 }
 
+/// Who plays, and where.
+pub struct Player {
+    /// Environment and learner.
+    pub config: RunConfig,
+    /// The environment.
+    pub env: Env,
+    /// Who chooses the actions.
+    pub policy: Policy,
+    /// Training actions that the policy has seen.
+    pub step: u64,
+}
+
+/// What a checkpoint says of itself, as far as a player needs it.
+#[derive(Deserialize)]
+struct Note {
+    #[serde(flatten)]
+    purpose: Purpose,
+    step: u64,
+}
+
 /// What a checkpoint was trained for, stored in it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Purpose {
@@ -100,12 +120,12 @@ impl SourceArgs {
     ///
     /// # Errors
     /// If the run or its checkpoint is missing, damaged or made for something else.
-    pub fn open(&self) -> Result<(RunConfig, Env, Policy)> {
+    pub fn open(&self) -> Result<Player> {
         let Some(path) = &self.run else {
             let config = self.config.resolve()?;
             let env = Env::new(config.env.clone(), 0)?;
             let policy = if self.expert { Policy::Expert } else { Policy::random(config.seed) };
-            return Ok((config, env, policy));
+            return Ok(Player { config, env, policy, step: 0 });
         };
         let folder = RunFolder::open(path)?;
         let config = self.config.on_top_of(&folder)?;
@@ -116,7 +136,7 @@ impl SourceArgs {
         let env = Env::new(config.env.clone(), 0)?;
         let (actor, note) =
             Actor::load(&checkpoint, env.observation_components().len(), env.action_dim(), config.seed)?;
-        let made_for: Purpose = serde_json::from_value(note)
+        let Note { purpose: made_for, step } = serde_json::from_value(note)
             .with_context(|| format!("{}: does not say what it was trained for", checkpoint.display()))?;
         let wanted = Purpose::of(&config);
         if made_for != wanted {
@@ -134,6 +154,6 @@ impl SourceArgs {
             act: if self.sample { Act::Sample } else { Act::Mean },
             scaled: config.learner.scaled_observations,
         };
-        Ok((config, env, policy))
+        Ok(Player { config, env, policy, step })
     }
 }

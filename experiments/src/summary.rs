@@ -20,6 +20,7 @@ const SOLVED: f64 = 450.0;
 #[allow(missing_docs, reason = "documented once, in results/README.md")]
 pub struct RunSummary {
     pub schema: u32,
+    pub experiment: String,
     pub task: String,
     pub space: String,
     pub seed: u64,
@@ -75,11 +76,16 @@ fn evaluations(run: &RunFolder, column: &str) -> Result<Vec<(f64, f64)>> {
 }
 
 impl RunSummary {
-    /// From the tables of a run.
+    /// What tables and legends call it: the action space, and the preset where it is not the usual one.
+    pub fn label(&self) -> String {
+        if self.preset == "desktop" { self.space.clone() } else { format!("{} ({})", self.space, self.preset) }
+    }
+
+    /// From the tables of a run found below `root`.
     ///
     /// # Errors
     /// If one is missing or damaged, or the run was never evaluated.
-    pub fn of(run: &RunFolder) -> Result<Self> {
+    pub fn of(run: &RunFolder, root: &Path) -> Result<Self> {
         let config = RunConfig::resolve(Some(&run.config()), &[])?;
         let manifest = run.manifest()?;
         let training = Columns::read(&run.episodes())?;
@@ -101,9 +107,13 @@ impl RunSummary {
         let clock = Columns::read(&run.progress())?.points("wall_s");
         let actions: f64 = training.values("length").iter().sum();
         let per_action = |column: &str| training.values(column).iter().sum::<f64>() / actions;
-        let penalties = training.values("penalty");
+        let share = |column: &str| {
+            let values = training.values(column);
+            values.iter().filter(|&&v| v > 0.0).count() as f64 / values.len() as f64
+        };
         Ok(RunSummary {
-            schema: 2,
+            schema: training.values("schema").first().map_or(0, |&schema| schema as u32),
+            experiment: experiment(run.path(), root),
             task: config.env.task.as_str().into(),
             space: config.env.space.name().into(),
             seed: config.seed,
@@ -119,14 +129,14 @@ impl RunSummary {
             sampled_success: sampled("success"),
             steps_to_450: solved.map(in_steps),
             wall_min_to_450: solved.and_then(|at| clock.iter().find(|p| p.0 >= at)).map(|p| p.1 / 60.0),
-            energy_per_action_j: mean(&training.values("energy_per_action_j")),
+            energy_per_action_j: per_action("energy_j"),
             final_energy_per_action_j: at_end("energy_per_action_j")?,
             energy_positive_per_action_j: per_action("energy_positive_j"),
             energy_net_per_action_j: per_action("energy_net_j"),
             squared_torque_per_action_nm2s: per_action("squared_torque_nm2s"),
             copper_loss_per_action_j: per_action("copper_loss_j"),
-            penalised_episode_share: mean(&penalties.iter().map(|&p| f64::from(u8::from(p > 0.0))).collect::<Vec<_>>()),
-            mean_penalty_per_episode: mean(&penalties),
+            penalised_episode_share: share("penalised_steps"),
+            mean_penalty_per_episode: mean(&training.values("penalty")),
             excess_impulse_per_episode_ns: mean(&training.values("excess_impulse_ns")),
             diverged_episodes: training.values("diverged").iter().filter(|&&d| d > 0.0).count(),
             wall_s: manifest.wall_s,
@@ -135,6 +145,96 @@ impl RunSummary {
     }
 }
 
+/// What lies between `root` and the TASK/SPACE/seed_N of a run.
+fn experiment(run: &Path, root: &Path) -> String {
+    let folders: Vec<_> = run.strip_prefix(root).unwrap_or(run).iter().map(|name| name.to_string_lossy()).collect();
+    folders[..folders.len().saturating_sub(3)].join("/")
+}
+
 fn in_steps(thousands: f64) -> u64 {
     (thousands * 1000.0).round() as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::{comparison, groups};
+
+    /// A run of 8 evaluations with returns from 10 to 80, each after 10 000 actions in two episodes, and a minute of work.
+    fn run(root: &Path, folder: &str, energy: f64, offset: f64) -> RunSummary {
+        let path = root.join(folder);
+        fs_err::create_dir_all(&path).unwrap();
+        let write = |name: &str, header: &str, rows: Vec<String>| {
+            fs_err::write(path.join(name), format!("{header}\n{}\n", rows.join("\n"))).unwrap();
+        };
+        let space = folder.rsplit('/').nth(1).unwrap();
+        let text = format!("preset = \"desktop\"\nsteps = 80000\n[env]\nspace = \"{space}\"\n");
+        fs_err::write(path.join("config.toml"), text).unwrap();
+        let folder = RunFolder::open(&path).unwrap();
+        let config = RunConfig::resolve(Some(&folder.config()), &[]).unwrap();
+        folder.begin_manifest(&config, 0).unwrap();
+        let columns = "return,success,success_any,energy_j,energy_per_action_j";
+        let eval = (1..=8).flat_map(|k| {
+            // Two episodes, one better than the other.
+            [-5.0, 5.0].map(|d| {
+                format!("2,{},{},{},true,1,{}", 10_000 * k, 10.0 * f64::from(k) + d + offset, k % 2 == 0, energy)
+            })
+        });
+        write("eval.csv", &format!("schema,step,{columns}"), eval.collect());
+        let training = (1..=16).map(|k| {
+            let long = if k == 1 { 1 } else { 5000 };
+            format!(
+                "2,{},{k},true,true,{},{energy},{long},{},{},0,false",
+                5000 * k,
+                energy * f64::from(long),
+                k % 4 / 3,
+                k
+            )
+        });
+        let header = format!("schema,step,{columns},length,penalised_steps,penalty,excess_impulse_ns,diverged");
+        write("episodes.csv", &header, training.collect());
+        write("progress.csv", "step,wall_s", (1..=40).map(|k| format!("{},{}", 2000 * k, 12 * k)).collect());
+        RunSummary::of(&folder, root).unwrap()
+    }
+
+    #[test]
+    fn a_run_is_summed_up() {
+        let root = tempfile::tempdir().unwrap();
+        let row = run(root.path(), "steps/large/lift/osc/seed_1", 2.0, 0.0);
+        assert_eq!((row.schema, row.experiment.as_str(), row.space.as_str()), (2, "steps/large", "osc"));
+        assert_eq!((row.env_steps, row.final_return, row.best_return), (80_000, 60.0, 80.0), "the last five of eight");
+        assert_eq!((row.final_success, row.final_success_any), (0.6, 1.0), "evaluations 4, 6, 8 of 4 to 8");
+        // Episodes after the third evaluation: 7 to 16.
+        assert_eq!((row.sampled_return, row.sampled_success), (11.5, 1.0));
+        assert_eq!((row.steps_to_450, row.wall_min_to_450), (None, None));
+        // Per action, not per episode: the first episode is one action long.
+        assert!((row.energy_per_action_j - 2.0).abs() < 1e-12);
+        assert_eq!((row.penalised_episode_share, row.mean_penalty_per_episode), (0.25, 8.5));
+        assert_eq!(row.diverged_episodes, 0);
+        let solved = run(root.path(), "lift/osc/seed_1", 2.0, 400.0);
+        assert_eq!((solved.steps_to_450, solved.wall_min_to_450), (Some(50_000), Some(5.0)));
+        assert_eq!(solved.experiment, "");
+    }
+
+    #[test]
+    fn spaces_are_compared_within_their_experiment() {
+        let root = tempfile::tempdir().unwrap();
+        let runs = [
+            run(root.path(), "a/lift/aforce/seed_1", 2.0, 0.0),
+            run(root.path(), "a/lift/osc/seed_1", 3.0, 5.0),
+            run(root.path(), "b/lift/osc/seed_1", 9.0, -5.0),
+            run(root.path(), "b/lift/aforce/seed_1", 3.0, 0.0),
+        ];
+        let rows = comparison(&groups(&runs));
+        let value = |experiment: &str, quantity: &str| {
+            let mut found = rows.iter().filter(|row| row.experiment == experiment && row.quantity == quantity);
+            let row = found.next().unwrap();
+            assert!(found.next().is_none() && (row.space.as_str(), row.n_space, row.n_reference) == ("osc", 1, 1));
+            row.value
+        };
+        for (experiment, improvement, ratio) in [("a", 0.0, 1.5), ("b", 1.0, 3.0)] {
+            assert_eq!(value(experiment, "probability of improvement"), improvement);
+            assert!((value(experiment, "ratio of energy_per_action_j") - ratio).abs() < 1e-12);
+        }
+    }
 }

@@ -20,6 +20,16 @@ fn train(out: &Path) -> Command {
     command
 }
 
+/// Waits until `path` is there; `child` is to write it.
+fn wait_for(path: &Path, child: &mut std::process::Child) {
+    let deadline = Instant::now() + Duration::from_secs(300);
+    while !path.exists() {
+        assert!(child.try_wait().unwrap().is_none(), "ended before there was {}", path.display());
+        assert!(Instant::now() < deadline, "no {}", path.display());
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
 /// Standard error of a command that must fail with `code`, as one line.
 fn error(command: &mut Command, code: i32) -> String {
     let output = command.output().unwrap();
@@ -80,10 +90,7 @@ fn a_killed_run_goes_on_to_the_same_bytes() {
         .spawn()
         .unwrap();
     let run = killed.join("lift/aforce/seed_7");
-    let deadline = Instant::now() + Duration::from_secs(300);
-    while !run.join("checkpoints/last/state.json").exists() && Instant::now() < deadline {
-        std::thread::sleep(Duration::from_millis(2));
-    }
+    wait_for(&run.join("checkpoints/last/state.json"), &mut child);
     child.kill().unwrap();
     child.wait().unwrap();
     assert!(!run.join("DONE").exists(), "killed before its end");
@@ -121,9 +128,7 @@ fn sigterm_saves_and_exits_with_75() {
     let args: Vec<_> = command.get_args().map(ToOwned::to_owned).filter(|a| a != "2000" && a != "--steps").collect();
     let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin("train")).args(args).spawn().unwrap();
     let run = folder.path().join("lift/aforce/seed_7");
-    while !run.join("episodes.csv").exists() {
-        std::thread::sleep(Duration::from_millis(2));
-    }
+    wait_for(&run.join("episodes.csv"), &mut child);
     std::thread::sleep(Duration::from_millis(300));
     let pid = child.id().to_string();
     // Twice, as a scheduler and the sweep that started it would.
@@ -145,7 +150,12 @@ fn a_trained_run_is_evaluated_and_checked() {
         command
     };
     evaluate().arg("--csv").arg(&table).assert().success();
-    assert_eq!(std::fs::read_to_string(&table).unwrap().lines().count(), 3);
+    let rows = std::fs::read_to_string(&table).unwrap();
+    assert_eq!(rows.lines().count(), 3);
+    assert!(
+        rows.contains("lift,aforce,7,1000,") || rows.contains("lift,aforce,7,2000,"),
+        "an evaluation's step: {rows}"
+    );
     expect(&error(evaluate().arg("--csv").arg(&table), 1), &["table.csv", "nothing was overwritten"]);
     let page = folder.path().join("page.html");
     let replay = |beside: &str| {
@@ -256,9 +266,7 @@ fn a_folder_belongs_to_one_process() {
     let folder = tempfile::tempdir().unwrap();
     let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("train"));
     let mut first = command.args(train(folder.path()).get_args()).spawn().unwrap();
-    while !folder.path().join("lift/aforce/seed_7/episodes.csv").exists() {
-        std::thread::sleep(Duration::from_millis(2));
-    }
+    wait_for(&folder.path().join("lift/aforce/seed_7/episodes.csv"), &mut first);
     expect(&error(train(folder.path()).arg("--resume"), 1), &["another process is at work"]);
     first.kill().unwrap();
     first.wait().unwrap();

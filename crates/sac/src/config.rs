@@ -168,6 +168,12 @@ impl Config {
             &self.updates_per_step,
             "0 to 100",
         )?;
+        check(
+            self.random_steps >= self.n_step as u64,
+            "random_steps",
+            &self.random_steps,
+            "at least n_step: the first update needs a transition",
+        )?;
         let capacity = self.replay_capacity;
         check(
             capacity >= self.batch_size && capacity <= u32::MAX as usize,
@@ -213,10 +219,10 @@ mod tests {
             change(&mut config);
             config.validate().unwrap_err().to_string()
         };
-        assert_eq!(message(|c| c.gamma = 1.0), "sac.gamma = 1 is out of range: at least 0, below 1");
+        assert_eq!(message(|c| c.gamma = 1.0), "gamma = 1 is out of range: at least 0, below 1");
         assert_eq!(
             message(|c| c.hidden = vec![256, 0]),
-            "sac.hidden = [256, 0] is out of range: one or more sizes above 0"
+            "hidden = [256, 0] is out of range: one or more sizes above 0"
         );
         for (change, field) in [
             ((|c| c.batch_size = 0) as fn(&mut Config), "batch_size"),
@@ -233,9 +239,10 @@ mod tests {
             (|c| c.log_std_min = 3.0, "log_std_min"),
             (|c| c.log_std_max = 11.0, "log_std_max"),
             (|c| c.updates_per_step = -0.5, "updates_per_step"),
+            (|c| c.random_steps = 2, "random_steps"),
             (|c| c.replay_capacity = 64, "replay_capacity"),
         ] {
-            assert!(message(change).starts_with(&format!("sac.{field} = ")), "{field}: {}", message(change));
+            assert!(message(change).starts_with(&format!("{field} = ")), "{field}: {}", message(change));
         }
     }
 

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A setting is outside its range.
-    #[error("sac.{field} = {value} is out of range: {allowed}")]
+    #[error("{field} = {value} is out of range: {allowed}")]
     Config {
         /// Name of the field in [`Config`](crate::Config).
         field: &'static str,

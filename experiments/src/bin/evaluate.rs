@@ -9,7 +9,7 @@ use experiments::cli;
 use experiments::rollout::evaluate;
 use experiments::rows::{Outcome, RunId};
 use experiments::seeds::evaluation_seed;
-use experiments::source::SourceArgs;
+use experiments::source::{Player, SourceArgs};
 use experiments::table::Table;
 use output::statistics::{deviation, mean};
 
@@ -34,7 +34,7 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<ExitCode> {
-    let (config, mut env, mut policy) = arguments.source.open()?;
+    let Player { config, mut env, mut policy, step } = arguments.source.open()?;
     let mut table = match &arguments.csv {
         Some(path) if path.exists() => bail!("{}: exists; nothing was overwritten", path.display()),
         Some(path) => Table::append(path)?,
@@ -42,7 +42,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     };
     let id = RunId::of(&config);
     let starts = (0..arguments.episodes).map(evaluation_seed);
-    let outcomes = evaluate(&mut env, &mut policy, starts, 0, &id, &mut table)?;
+    let outcomes = evaluate(&mut env, &mut policy, starts, step, &id, &mut table)?;
     println!("{} with {}, {} policy, {} episodes", id.task, id.space, policy.name(), arguments.episodes);
     for (name, column) in COLUMNS {
         let values: Vec<f64> = outcomes.iter().map(column).collect();

@@ -7,7 +7,7 @@ use anyhow::Result;
 use clap::Parser;
 use experiments::config::bad;
 use experiments::seeds::evaluation_seed;
-use experiments::source::SourceArgs;
+use experiments::source::{Player, SourceArgs};
 use experiments::take::Take;
 use experiments::view::View;
 use experiments::{cli, page, sheet};
@@ -98,7 +98,7 @@ fn play(
     source: &SourceArgs,
     watch: impl FnMut(&Env, &Step, &Take) -> Result<()>,
 ) -> Result<Take> {
-    let (_, mut env, mut policy) = source.open()?;
+    let Player { mut env, mut policy, .. } = source.open()?;
     let seed = evaluation_seed(arguments.episode);
     Take::play(&mut env, &mut policy, seed, arguments.actions, &source.describe(), watch)
 }

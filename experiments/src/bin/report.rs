@@ -1,5 +1,6 @@
 //! Run folders to tables and pictures.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -16,8 +17,9 @@ use output::{file, plot};
 /// Summarise all runs below a folder.
 ///
 /// Writes runs.csv (a row per run), summary.csv (each metric over seeds), comparison.csv (every space against aforce),
-/// tables.md (the paper's table, beside what others published) and the learning curves of each task with every seed, runs
-/// with action steps of another size apart. A sweep that is still going on is reported as far as it has come.
+/// tables.md (the paper's table, beside what others published) and the learning curves of each task with every seed. Runs
+/// are compared within the folder that holds their tasks: an experiment. A sweep that is still going on is reported as far
+/// as it has come.
 #[derive(Parser)]
 #[command(version)]
 struct Arguments {
@@ -40,7 +42,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
 
     let (mut runs, mut rows) = (vec![], vec![]);
     for folder in folders {
-        match RunSummary::of(&folder) {
+        match RunSummary::of(&folder, &arguments.runs) {
             Ok(row) => {
                 if !folder.done().exists() {
                     eprintln!("{}: not done, {} steps so far", folder.path().display(), row.env_steps);
@@ -52,7 +54,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
     }
     ensure!(!rows.is_empty(), "{}: no run has been evaluated yet", arguments.runs.display());
-    differ_in_seed_alone(&runs)?;
+    differ_in_seed_alone(&runs, &rows)?;
     let groups = groups(&rows);
     let tables = markdown(&groups);
     file::write_table(&out.join("runs.csv"), &rows)?;
@@ -63,27 +65,48 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
 
     for section in sections(&groups) {
         let of_section: Vec<_> = runs.iter().zip(&rows).filter(|(_, row)| Section::of(row) == section).collect();
-        plot::write(&curves::of_runs(&of_section)?, &out.join(format!("curves_{}", section.name())))?;
+        let commits: BTreeSet<&str> = of_section.iter().map(|(_, row)| row.commit.as_str()).collect();
+        if commits.len() > 1 {
+            let list = commits.into_iter().collect::<Vec<_>>().join(", ");
+            eprintln!("{} {}: runs of programs of several commits: {list}", section.experiment, section.task);
+        }
+        let out = out.join(section.experiment);
+        fs_err::create_dir_all(&out)?;
+        plot::write(&curves::of_runs(&of_section)?, &out.join(format!("curves_{}", section.task)))?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// Runs of a task with an action space and a size of steps stand for each other: they have to differ in their seed and in
-/// nothing else.
-fn differ_in_seed_alone(runs: &[RunFolder]) -> Result<()> {
-    let mut seen: Vec<(&RunFolder, RunConfig)> = vec![];
-    for run in runs {
+/// Runs of a group stand for each other: they have to differ in their seed and in nothing else. Runs that are compared have
+/// action steps of one size, which changes every number.
+fn differ_in_seed_alone(runs: &[RunFolder], rows: &[RunSummary]) -> Result<()> {
+    let mut seen: Vec<(&RunFolder, &RunSummary, RunConfig)> = vec![];
+    for (run, row) in runs.iter().zip(rows) {
         let config = RunConfig::resolve(Some(&run.config()), &[])?;
-        for (other, theirs) in &seen {
-            let group = |config: &RunConfig| (config.env.task, config.env.space, config.env.controller.position_step);
-            if group(theirs) != group(&config) {
+        for (other, their_row, theirs) in &seen {
+            if Section::of(row) != Section::of(their_row) {
                 continue;
             }
             let (there, here) = (other.path().display(), run.path().display());
-            ensure!(theirs.seed != config.seed, "{there} and {here} have the same seed: report them apart");
+            let steps = |row: &RunSummary| (row.position_step_m, row.rotation_step_rad);
+            ensure!(
+                steps(row) == steps(their_row),
+                "{there} and {here} have action steps of {:?} and {:?} (m, rad): keep them in different folders",
+                steps(their_row),
+                steps(row)
+            );
+            if row.label() != their_row.label() {
+                continue;
+            }
+            ensure!(
+                theirs.seed != config.seed,
+                "{there} and {here} have the same seed: keep them in different folders"
+            );
             let settings = RunConfig { seed: theirs.seed, ..config.clone() };
             if let Some(difference) = theirs.difference(&settings) {
-                bail!("{there} and {here} differ in more than their seed ({difference}): report them apart");
+                bail!(
+                    "{there} and {here} differ in more than their seed ({difference}): keep them in different folders"
+                );
             }
             ensure!(
                 theirs.steps == config.steps,
@@ -92,7 +115,7 @@ fn differ_in_seed_alone(runs: &[RunFolder]) -> Result<()> {
                 config.steps
             );
         }
-        seen.push((run, config));
+        seen.push((run, row, config));
     }
     Ok(())
 }

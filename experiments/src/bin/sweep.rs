@@ -1,5 +1,6 @@
 //! Many runs from one file: `sweep experiments/configs/lift.toml`.
 
+use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
 
@@ -60,8 +61,9 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let program = std::env::current_exe().context("the path of this program")?;
     let jobs = runs.iter().enumerate().map(|(index, run)| (index, run, RunFolder::below(&out, run)));
     let jobs = jobs.filter(|(_, run, folder)| folder.state(run) != State::Done).map(|(index, run, folder)| {
-        let mut command = Command::new(&program);
-        command.arg(&arguments.file).arg("--out").arg(&out).args(["--index", &index.to_string()]);
+        // This very program: a build in the meantime changes the file, not this sweep.
+        let mut command = Command::new("/proc/self/exe");
+        command.arg0(&program).arg(&arguments.file).arg("--out").arg(&out).args(["--index", &index.to_string()]);
         Job { name: name(run), command, log: folder.path().join("log.txt") }
     });
     let jobs: Vec<Job> = jobs.collect();
@@ -69,7 +71,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let parallel =
         arguments.jobs.map_or_else(|| std::thread::available_parallelism().map_or(1, Into::into), usize::from);
     let stop = Stop::on_signals()?;
-    let ended = pool::run(jobs, parallel, &stop)?;
+    let ended = pool::run(jobs, parallel, &stop);
 
     let stopped = |job: &Ended| job.code == Some(cli::STOPPED.into());
     let failed: Vec<&Ended> = ended.iter().filter(|job| job.code != Some(0) && !stopped(job)).collect();
