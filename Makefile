@@ -30,19 +30,19 @@ check: setup
 bench: setup
 	$(CARGO) bench --workspace
 
-# What is in results/, below runs/: experts and random actions (10 minutes on two cores), the runs (16 of 20 to 50 minutes each
-# on one core, 7.8 hours in all, two at a time on two cores) and their tables; the wiping experiment (a minute) in its place.
-reproduce: setup runs/experts.csv runs/random_lift.csv runs/random_door.csv runs/random_wipe.csv
+# What is in results/, below runs/: experts and random actions (an hour), 88 runs of 20 to 50 minutes on one core, two at a
+# time on two cores, and their tables; the wiping experiment (a minute) in its place.
+reproduce: setup runs/experts.csv runs/random_robosuite_steps.csv runs/random_1000.csv
 	$(RUN) wiping
-	$(RUN) sweep -- experiments/configs/lift.toml
-	$(RUN) report -- runs/lift
-	$(RUN) sweep -- experiments/configs/door.toml
-	$(RUN) report -- runs/door
-	$(RUN) sweep -- experiments/configs/wipe.toml
-	$(RUN) report -- runs/wipe
+	$(RUN) sweep -- experiments/configs/small-steps.toml
+	$(RUN) sweep -- experiments/configs/table-1.toml
+	$(RUN) report -- runs
 
 runs/experts.csv: | setup
 	$(RUN) baselines -- expert --tasks lift,door,wipe --episodes 50 --out $@
 
-runs/random_%.csv: | setup
-	$(RUN) baselines -- random --tasks $* --spaces variable,osc --config experiments/configs/robosuite-steps.toml --episodes 30 --out $@
+runs/random_robosuite_steps.csv: | setup
+	$(RUN) baselines -- random --tasks lift,door,wipe --spaces variable,osc --config experiments/configs/robosuite-steps.toml --episodes 30 --out $@
+
+runs/random_1000.csv: | setup
+	$(RUN) baselines -- random --tasks lift,door,wipe --episodes 1000 --out $@

@@ -225,7 +225,7 @@ pub fn markdown(groups: &[Group]) -> String {
                 published.and_then(|(_, row)| row.energy_per_action_j).map_or(String::new(), |j| j.to_string());
             writeln!(
                 out,
-                "| {} | {} | {} | {centre} | {} | {} | {} | {theirs} | {} | {} | {energy} |",
+                "| `{}` | {} | {} | {centre} | {} | {} | {} | {theirs} | {} | {} | {energy} |",
                 group.runs[0].label(),
                 group.runs.len(),
                 value(|run| run.final_return, 1),
@@ -243,7 +243,7 @@ pub fn markdown(groups: &[Group]) -> String {
             let value = |of: fn(&RunSummary) -> f64, digits: usize| spread(&group.values(of), digits);
             writeln!(
                 out,
-                "| {} | {} | {} | {} | {} |",
+                "| `{}` | {} | {} | {} | {} |",
                 group.runs[0].label(),
                 value(|run| run.penalised_episode_share, 2),
                 value(|run| run.mean_penalty_per_episode, 1),

@@ -252,7 +252,7 @@ fn a_sweep_hides_no_run_and_repeats_none() {
 
 #[test]
 fn output_may_be_cut_short() {
-    let list = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/lift.toml");
+    let list = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/table-1.toml");
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);
     let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("sweep"));
