@@ -1,4 +1,4 @@
-//! Experiments on contact tasks: what the programs `train`, `evaluate` and `replay` share.
+//! Experiments on contact tasks: what the programs of this package share.
 
 pub mod arrow;
 pub mod cli;

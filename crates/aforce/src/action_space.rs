@@ -10,7 +10,7 @@ use crate::config::ControllerConfig;
 /// Where the stiffness comes from, and whether the policy also commands a force.
 ///
 /// An action lies in [-1, 1] and reads `[kp (6) if commanded] [delta position (3), delta rotation (3)]
-/// [normal force (1) if force]`; [`ActionSpace::components`] describes each entry.
+/// [normal force (1) if force]`; [`ActionSpace::entries`] describes each entry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct ActionSpace {
@@ -46,7 +46,7 @@ pub enum Level {
 
 /// One entry of an action.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Component {
+pub struct ActionEntry {
     /// Name of the entry.
     pub name: &'static str,
     /// Unit of `low` and `high`.
@@ -98,26 +98,26 @@ impl ActionSpace {
 
     /// What each entry of an action means under `config`, in order.
     #[must_use]
-    pub fn components(&self, config: &ControllerConfig) -> Vec<Component> {
+    pub fn entries(&self, config: &ControllerConfig) -> Vec<ActionEntry> {
         const STIFFNESS: [&str; 6] = ["kp_x", "kp_y", "kp_z", "kp_rx", "kp_ry", "kp_rz"];
         const DELTA: [&str; 6] = ["delta_x", "delta_y", "delta_z", "delta_rx", "delta_ry", "delta_rz"];
         const WORLD: &str = "world axes, at the tool point";
-        let mut components = Vec::with_capacity(self.dim());
+        let mut entries = Vec::with_capacity(self.dim());
         if self.impedance == Impedance::Commanded {
             let variable = &config.impedance.variable;
             for (axis, name) in STIFFNESS.into_iter().enumerate() {
                 let [low, high] = variable.range(axis);
                 let unit = variable.form.convention.stiffness_unit(axis);
-                components.push(Component { name, unit, frame: WORLD, low, high });
+                entries.push(ActionEntry { name, unit, frame: WORLD, low, high });
             }
         }
         for (axis, name) in DELTA.into_iter().enumerate() {
             let (unit, step) = if axis < 3 { ("m", config.position_step) } else { ("rad", config.rotation_step) };
-            components.push(Component { name, unit, frame: WORLD, low: -step, high: step });
+            entries.push(ActionEntry { name, unit, frame: WORLD, low: -step, high: step });
         }
         if self.force {
             let frame = "along the task's contact axis, environment on tool";
-            components.push(Component {
+            entries.push(ActionEntry {
                 name: "normal_force",
                 unit: "N",
                 frame,
@@ -125,7 +125,7 @@ impl ActionSpace {
                 high: config.force.force_max,
             });
         }
-        components
+        entries
     }
 }
 
@@ -217,14 +217,14 @@ mod tests {
     }
 
     #[test]
-    fn dimensions_and_components_agree() {
+    fn dimensions_and_entries_agree() {
         let config = crate::testing::robosuite_steps();
         let dims = [6, 12, 6, 6, 6, 6, 7, 13, 7, 7, 7, 7];
         for (space, dim) in ActionSpace::ALL.into_iter().zip(dims) {
             assert_eq!(space.dim(), dim, "{space}");
-            assert_eq!(space.components(&config).len(), dim, "{space}");
+            assert_eq!(space.entries(&config).len(), dim, "{space}");
         }
-        let described = "variable-force".parse::<ActionSpace>().unwrap().components(&config);
+        let described = "variable-force".parse::<ActionSpace>().unwrap().entries(&config);
         assert_eq!(
             (described[0].name, described[0].unit, described[0].low, described[0].high),
             ("kp_x", "1/s^2", 0.0, 300.0)

@@ -40,7 +40,7 @@ mod reference;
 mod spatial;
 mod stability;
 
-pub use action_space::{ActionSpace, Component, Impedance, Level, UnknownActionSpace};
+pub use action_space::{ActionEntry, ActionSpace, Impedance, Level, UnknownActionSpace};
 pub use adaptation::AdaptiveLaw;
 pub use adaptive_impedance::{AdaptiveImpedance, AxisLaw, DeltaSign};
 pub use config::{ControllerConfig, ImpedanceSettings};

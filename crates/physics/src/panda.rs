@@ -1,7 +1,7 @@
 //! The Franka Emika Panda: kinematics, inertia, joints and shapes of its seven links.
 
 use aforce::{JointVector, Pose, Vector3};
-use nalgebra::{Matrix3, SVector, UnitQuaternion, Vector3 as V3};
+use nalgebra::{Matrix3, Rotation3, SVector, UnitQuaternion, Vector3 as V3};
 use serde::{Deserialize, Serialize};
 
 use crate::scene::{Actuator, Axis, Body, Geom, Inertial, Joint, Role, Scene, Shape, Stop, at, between, pose};
@@ -289,4 +289,10 @@ pub fn pedestal(base: &Pose) -> Vec<Geom> {
 /// Rotation from the frame `right_hand` to the tool frame that hangs below it.
 pub fn tool_rotation() -> UnitQuaternion<f64> {
     pose([0.0; 3], [std::f64::consts::FRAC_1_SQRT_2, 0.0, 0.0, -std::f64::consts::FRAC_1_SQRT_2]).rotation
+}
+
+/// Rotation of a tool that faces straight down, its x axis (the wiping tool's long side) along y (world).
+pub fn facing_down() -> UnitQuaternion<f64> {
+    let axes = [V3::y(), V3::x(), -V3::z()];
+    UnitQuaternion::from_rotation_matrix(&Rotation3::from_basis_unchecked(&axes))
 }

@@ -6,10 +6,10 @@ mod mujoco_reference;
 use aforce::{JointVector, Pose, Vector3, Vector6};
 use approx::assert_relative_eq;
 use mujoco_reference::reference;
-use nalgebra::{Rotation3, SVector, Translation3, UnitQuaternion};
+use nalgebra::{SVector, Translation3};
 use physics::gripper::GRIP_SITE;
 use physics::model::GRAVITY;
-use physics::panda::{HOME, ParameterSet, Parameters};
+use physics::panda::{HOME, ParameterSet, Parameters, facing_down};
 use physics::scene::{Axis, Body, Geom, Inertial, Joint, Role, Scene, Shape, Stop, at};
 use physics::scenes::lift::{self, Lift, TABLE_HEIGHT};
 use physics::{Plant, Simulation, SimulationConfig};
@@ -203,8 +203,7 @@ fn a_sliding_link_reads_coulomb_friction() {
 /// as much moment as the support allows, but their mean is right.
 #[test]
 fn wrench_beyond_the_wrist_balances_the_joint_torques() {
-    let down = [Vector3::y(), Vector3::x(), -Vector3::z()];
-    let down = UnitQuaternion::from_rotation_matrix(&Rotation3::from_basis_unchecked(&down));
+    let down = facing_down();
     let stiffness = Vector6::new(800.0, 800.0, 800.0, 60.0, 60.0, 60.0);
     let damping = Vector6::new(40.0, 40.0, 40.0, 2.0, 2.0, 2.0);
     for ((name, set), substeps, pressed) in

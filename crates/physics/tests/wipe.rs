@@ -3,10 +3,10 @@
 
 use std::path::Path;
 
-use aforce::{JointVector, Pose, Vector3, Vector6, Wrench};
+use aforce::{JointVector, Pose, Vector6, Wrench};
 use approx::assert_relative_eq;
-use nalgebra::{Rotation3, SVector, Translation3, UnitQuaternion};
-use physics::panda::{HOME, ParameterSet, Parameters};
+use nalgebra::{SVector, Translation3};
+use physics::panda::{HOME, ParameterSet, Parameters, facing_down};
 use physics::scenes::wipe::{TABLE_FRICTION, TABLE_HEIGHT, Wipe};
 use physics::{Plant, Simulation, SimulationConfig};
 
@@ -35,11 +35,6 @@ impl Bench {
         Bench { simulation, scene, step: 0 }
     }
 
-    fn level() -> UnitQuaternion<f64> {
-        let axes = [Vector3::y(), Vector3::x(), -Vector3::z()];
-        UnitQuaternion::from_rotation_matrix(&Rotation3::from_basis_unchecked(&axes))
-    }
-
     /// Runs to step `end`, pressing with `force` (N) from step 2200 on and sliding from step
     /// 4000 on; returns mean and scatter of the raw reading over the last 500 steps.
     fn run(&mut self, end: usize, force: f64) -> (Wrench, Wrench) {
@@ -48,7 +43,7 @@ impl Bench {
             let y = self.simulation.measure();
             let slid = SPEED * 0.002 * self.step.saturating_sub(4000) as f64;
             let height = (1.07 - 1e-4 * self.step as f64).max(TABLE_HEIGHT + 0.002);
-            let target = Pose::from_parts(Translation3::new(0.15, slid, height), Self::level());
+            let target = Pose::from_parts(Translation3::new(0.15, slid, height), facing_down());
             let error = aforce::pose_error(&y.pose, &target);
             let mut wrench =
                 -Vector6::from(STIFFNESS).component_mul(&error) - Vector6::from(DAMPING).component_mul(&y.twist);

@@ -2,9 +2,9 @@
 //! condition on the force).
 
 use aforce::{Measurement, Pose, Vector3};
-use nalgebra::{Rotation3, Translation3, UnitQuaternion, UnitVector3};
+use nalgebra::{Translation3, UnitVector3};
 use physics::camera::{Camera, Decal};
-use physics::panda::RANGE;
+use physics::panda::{RANGE, facing_down};
 use physics::scenes::wipe::{self, TABLE_CENTRE, TABLE_FRICTION, TABLE_HEIGHT};
 use physics::{Plant, Simulation};
 use rand_chacha::ChaCha8Rng;
@@ -160,7 +160,7 @@ impl Task for Wipe {
         let distance = |marker: &Vector3| (marker - tool).xy().norm();
         let ends = [self.markers().remaining().next(), self.markers().remaining().last()].into_iter().flatten();
         let target = ends.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(tool);
-        let level = level();
+        let level = facing_down();
         let down = in_contact(y) || (distance(&target) < 0.02 && tool.z < TABLE_HEIGHT + 0.025);
         let press = down && y.pose.rotation.angle_to(&level) < 0.15;
         Waypoint {
@@ -185,12 +185,6 @@ impl Task for Wipe {
     }
 }
 
-/// The tool's rotation at home without its tilt: facing down, its long side along y.
-fn level() -> UnitQuaternion<f64> {
-    let axes = [Vector3::y(), Vector3::x(), -Vector3::z()];
-    UnitQuaternion::from_rotation_matrix(&Rotation3::from_basis_unchecked(&axes))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -210,7 +204,7 @@ mod tests {
     /// A level tool on the table at the middle of the remaining markers, `height` above them.
     fn over(markers: &Markers, height: f64) -> Pose {
         let centroid = markers.centroid_and_radius().expect("markers remain").0;
-        Pose::from_parts(Translation3::from(centroid + height * Vector3::z()), level())
+        Pose::from_parts(Translation3::from(centroid + height * Vector3::z()), facing_down())
     }
 
     /// Over all markers in turn.
@@ -218,7 +212,7 @@ mod tests {
         let mut pose = Pose::identity();
         let line: Vec<Vector3> = markers.remaining().collect();
         for marker in line {
-            pose = Pose::from_parts(Translation3::from(marker), level());
+            pose = Pose::from_parts(Translation3::from(marker), facing_down());
             reward(markers, &pose, &PRESSING);
         }
         pose
@@ -238,7 +232,7 @@ mod tests {
     fn markers_are_wiped_between_15_and_60_newtons() {
         for (force, wipes) in [(15.0, false), (15.1, true), (60.0, true), (60.1, false)] {
             let mut markers = markers();
-            let tool = Pose::from_parts(Translation3::from(markers.remaining().next().unwrap()), level());
+            let tool = Pose::from_parts(Translation3::from(markers.remaining().next().unwrap()), facing_down());
             reward(&mut markers, &tool, &Touch { force, ..PRESSING });
             assert_eq!(markers.wiped_count() > 0, wipes, "{force} N");
         }
@@ -251,7 +245,7 @@ mod tests {
     #[test]
     fn each_marker_earns_50_once() {
         let mut markers = markers();
-        let tool = Pose::from_parts(Translation3::from(markers.remaining().next().unwrap()), level());
+        let tool = Pose::from_parts(Translation3::from(markers.remaining().next().unwrap()), facing_down());
         let first = reward(&mut markers, &tool, &PRESSING);
         let second = reward(&mut markers, &tool, &PRESSING);
         assert!((first - second - 50.0 * markers.wiped_count() as f64).abs() < 1e-9);

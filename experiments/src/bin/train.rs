@@ -44,7 +44,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
 
 fn describe(env: &Env) {
     println!("action, all entries in [-1, 1]:");
-    for c in env.config().space.components(&env.config().controller) {
+    for c in env.config().space.entries(&env.config().controller) {
         println!("  {:<28} {:>9.3} .. {:<9.3} {:<8} {}", c.name, c.low, c.high, c.unit, c.frame);
     }
     if env.task().has_gripper() {

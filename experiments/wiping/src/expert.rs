@@ -1,7 +1,8 @@
 //! The script: above the spot, down to contact, press, circle. One action per 50 ms.
 
 use aforce::{Controller, Measurement, Pose, Vector3, pose_error};
-use nalgebra::{Rotation3, Translation3, UnitQuaternion};
+use nalgebra::Translation3;
+use physics::panda::facing_down;
 
 use crate::record::Phase;
 use crate::setup::Setup;
@@ -41,7 +42,7 @@ impl Expert {
             (self.phase, self.actions) = (self.phase.next()?, 0);
         }
         let config = &self.setup.controller;
-        let goal = Pose::from_parts(Translation3::from(self.target(controller, y)), level());
+        let goal = Pose::from_parts(Translation3::from(self.target(controller, y)), facing_down());
         let delta = pose_error(&goal, controller.goal());
         let entry = |axis: usize| delta[axis] / if axis < 3 { config.position_step } else { config.rotation_step };
         let mut action = std::array::from_fn(|axis| if axis < 6 { entry(axis).clamp(-1.0, 1.0) } else { 0.0 });
@@ -54,7 +55,7 @@ impl Expert {
         match self.phase {
             Phase::Approach => {
                 let distance = (y.pose.translation.vector - self.spot).xy().norm();
-                let arrived = distance < ARRIVED.0 && y.pose.rotation.angle_to(&level()) < ARRIVED.1;
+                let arrived = distance < ARRIVED.0 && y.pose.rotation.angle_to(&facing_down()) < ARRIVED.1;
                 arrived && y.pose.translation.z < self.spot.z + 1.5 * CLEARANCE || controller.engagement() > 0.0
             }
             Phase::Lower => controller.engagement() >= 1.0,
@@ -87,10 +88,4 @@ impl Expert {
     fn rotations(&self) -> f64 {
         f64::from(self.actions) / (f64::from(self.setup.controller.policy_hz) * self.setup.period)
     }
-}
-
-/// The tool faces down, its long side along y.
-fn level() -> UnitQuaternion<f64> {
-    let axes = [Vector3::y(), Vector3::x(), -Vector3::z()];
-    UnitQuaternion::from_rotation_matrix(&Rotation3::from_basis_unchecked(&axes))
 }
