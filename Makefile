@@ -30,8 +30,8 @@ check: setup
 bench: setup
 	$(CARGO) bench --workspace
 
-# What is in results/, below runs/: experts and random actions (an hour), 88 runs of 20 to 50 minutes on one core, two at a
-# time on two cores, and their tables; the wiping experiment (a minute) in its place.
+# What is in results/, below runs/, on two cores: experts and random actions (2.5 hours), 88 runs of 20 to 50 minutes, two at a
+# time, and their tables; the wiping experiment (a minute) in its place.
 reproduce: setup runs/experts.csv runs/random_robosuite_steps.csv runs/random_1000.csv
 	$(RUN) wiping
 	$(RUN) sweep -- experiments/configs/small-steps.toml

@@ -50,7 +50,11 @@ fn every_term_of_a_reward_is_earned_by_the_expert() {
         let names = env.task().reward_terms();
         for (i, sum) in sums.into_iter().enumerate() {
             let name = names.get(i).copied();
-            let expected = if matches!(name, None | Some("penalty")) { sum <= 0.0 } else { sum > 0.0 };
+            let expected = match name {
+                None => sum == 0.0,
+                Some("penalty") => sum <= 0.0,
+                Some(_) => sum > 0.0,
+            };
             assert!(expected, "{} {name:?}: {sum}", task.as_str());
         }
     }

@@ -43,8 +43,8 @@ pub fn draw(folder: &RunFolder) -> Result<()> {
     plot::write(&panels.collect::<Vec<_>>(), &folder.curves())
 }
 
-/// The evaluations of runs that are compared. For each action space and preset: every seed, their interquartile mean as far as all of them
-/// have come, and its 95 % interval, or the range of too few seeds.
+/// The evaluations of runs that are compared. For each action space and preset: every seed, their interquartile mean as
+/// far as all of them have come, and its 95 % interval, or the range of too few seeds.
 ///
 /// # Errors
 /// If a table cannot be read.

@@ -138,7 +138,8 @@ pub fn summary(groups: &[Group]) -> Vec<SummaryRow> {
     groups.iter().flat_map(|group| METRICS.iter().map(move |metric| row(group, metric))).collect()
 }
 
-/// A row of `comparison.csv`: a space against `aforce` (with force where `aforce` has it) in the same section, with the same preset.
+/// A row of `comparison.csv`: a space against `aforce` (with force where `aforce` has it) in the same section, with the
+/// same preset.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "documented once, in results/README.md")]
 pub struct ComparisonRow {

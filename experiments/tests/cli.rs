@@ -248,6 +248,9 @@ fn a_sweep_hides_no_run_and_repeats_none() {
     let other = config.replace("seed = 1\n", "seed = 2\n").replace("gamma = 0.97", "gamma = 0.9");
     std::fs::write(again.join("config.toml"), other).unwrap();
     expect(&error(program("report").arg(&out), 1), &["again", "gamma = 0.97", "0.9"]);
+    let larger = config.replace("seed = 1\n", "seed = 2\n").replace("position_step = 0.02", "position_step = 0.05");
+    std::fs::write(again.join("config.toml"), larger).unwrap();
+    expect(&error(program("report").arg(&out), 1), &["again", "action steps", "0.02", "0.05"]);
 }
 
 #[test]

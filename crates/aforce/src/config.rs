@@ -32,7 +32,7 @@ pub struct ControllerConfig {
 
 impl Default for ControllerConfig {
     /// 20 Hz over 500 Hz and linear interpolation as in the paper's simulations; smaller steps than robosuite's 5 cm and
-    /// 0.5 rad, with which random actions cost four times the energy (docs/decisions.md).
+    /// 0.5 rad, with which random actions cost two to five times the energy (docs/decisions.md).
     fn default() -> Self {
         Self {
             policy_hz: 20,
