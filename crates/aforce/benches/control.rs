@@ -5,7 +5,7 @@ use std::hint::black_box;
 use aforce::{
     AdaptiveImpedance, AdaptiveLaw, Controller, ControllerConfig, ForceConfig, ForceControl, Interpolation, Jacobian,
     JointMatrix, JointVector, Measurement, OperationalSpace, Pose, TorqueLimits, Twist, Vector3, Vector6, Wrench,
-    pose_error, wrench,
+    impedance_wrench, pose_error,
 };
 use criterion::{Criterion, criterion_group, criterion_main};
 
@@ -66,7 +66,8 @@ fn control(c: &mut Criterion) {
             let e: Vector6 = pose_error(black_box(&y.pose), &x_d);
             law.update(&e, &y.twist, 0.002);
             let f_d = force.update(&y.wrench, 0.002);
-            wrench(&config.form, &space, &force.axis(), &e, &y.twist, law.stiffness(), law.feedforward()) - f_d
+            impedance_wrench(&config.form, &space, &force.axis(), &e, &y.twist, law.stiffness(), law.feedforward())
+                - f_d
         });
     });
 }

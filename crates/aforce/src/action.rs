@@ -1,4 +1,4 @@
-//! From the entries of an action to physical quantities.
+//! From the entries of an action to physical quantities, and back.
 
 use crate::action_space::{ActionSpace, Impedance};
 use crate::config::ControllerConfig;
@@ -32,10 +32,44 @@ pub(crate) fn decode(space: ActionSpace, config: &ControllerConfig, action: &[f6
     Command { stiffness, delta, force }
 }
 
+/// The action with which a script moves the goal by `delta` (m, rad; world axes), as far as one action can, and asks for a
+/// normal `force` (N) where the space commands one. Commanded stiffness is the middle of its range.
+#[must_use]
+pub fn encode(space: ActionSpace, config: &ControllerConfig, delta: &Vector6, force: f64) -> Vec<f64> {
+    let mut action = Vec::with_capacity(space.dim());
+    if space.impedance == Impedance::Commanded {
+        action.extend([0.0; 6]);
+    }
+    for axis in 0..6 {
+        let step = if axis < 3 { config.position_step } else { config.rotation_step };
+        action.push((delta[axis] / step).clamp(-1.0, 1.0));
+    }
+    if space.force {
+        action.push((2.0 * force / config.force.force_max - 1.0).clamp(-1.0, 1.0));
+    }
+    action
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::testing::robosuite_steps;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn what_is_encoded_is_decoded() {
+        let delta = Vector6::new(0.02, -0.05, 0.0, 0.1, -0.3, 0.5);
+        for space in ActionSpace::ALL {
+            let action = encode(space, &robosuite_steps(), &delta, 30.0);
+            let command = decode(space, &robosuite_steps(), &action);
+            assert_relative_eq!(command.delta, delta, epsilon = 1e-12);
+            assert_eq!(command.force.is_some(), space.force);
+            assert!(command.force.is_none_or(|force| (force - 30.0).abs() < 1e-12));
+            assert!(command.stiffness.is_none_or(|stiffness| stiffness == Vector6::repeat(150.0)));
+        }
+        let far = encode("osc".parse().unwrap(), &robosuite_steps(), &Vector6::repeat(-9.0), 0.0);
+        assert_eq!(far, [-1.0; 6]);
+    }
 
     #[test]
     fn layout_and_scaling() {

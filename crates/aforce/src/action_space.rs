@@ -27,7 +27,7 @@ pub enum Impedance {
     Adaptive,
     /// From the policy: `variable`, robosuite's `variable_kp`.
     Commanded,
-    /// From the configuration, for good.
+    /// From the configuration, and constant.
     Fixed(Level),
 }
 

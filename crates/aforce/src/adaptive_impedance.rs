@@ -1,4 +1,4 @@
-//! Parameters of the adaptive law, in words that can be chosen: a tolerance and times instead of bare gains.
+//! Parameters of the adaptive law: a tolerance and times instead of the paper's bare gains.
 
 use serde::{Deserialize, Serialize};
 
@@ -95,7 +95,14 @@ impl AxisLaw {
         within(&field("forgetting"), self.forgetting, 0.0..=f64::from(control_hz))?;
         not_negative(&field("delta"), self.delta)?;
         not_negative(&field("feedforward_max"), self.feedforward_max)?;
-        positive(&field("stiffness_rate_max"), self.stiffness_rate_max)?;
+        // A lower one would make relaxation slower than `relaxation_time` says.
+        positive(&field("stiffness_rate_max"), self.stiffness_rate_max - self.gamma()).map_err(|_| {
+            ConfigError::OutOfRange {
+                field: field("stiffness_rate_max"),
+                value: self.stiffness_rate_max,
+                allowed: format!("above (stiffness_max - stiffness_min)/relaxation_time = {}", self.gamma()),
+            }
+        })?;
         positive(&field("feedforward_rate_max"), self.feedforward_rate_max)?;
         positive(&field("nominal_inertia"), self.nominal_inertia)
     }

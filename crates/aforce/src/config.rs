@@ -14,7 +14,8 @@ use crate::interpolator::Interpolation;
 pub struct ControllerConfig {
     /// Actions per second (Hz).
     pub policy_hz: u32,
-    /// Control samples per second (Hz); a whole multiple of `policy_hz`.
+    /// Control samples per second (Hz); a whole multiple of `policy_hz`. The simulation advances by one sample at a time: a
+    /// slower controller makes the physics coarser too, unless it is given more substeps.
     pub control_hz: u32,
     /// Position delta of an action entry of 1 (m).
     pub position_step: f64,

@@ -8,7 +8,7 @@ use crate::adaptation::AdaptiveLaw;
 use crate::config::ControllerConfig;
 use crate::error::ConfigError;
 use crate::force::ForceControl;
-use crate::impedance::{ImpedanceForm, wrench};
+use crate::impedance::{ImpedanceForm, impedance_wrench};
 use crate::interpolator::Interpolator;
 use crate::limits::{TorqueExit, TorqueLimits};
 use crate::null_space::null_space_torque;
@@ -99,8 +99,8 @@ impl Controller {
             // Until the policy speaks: the middle of its range.
             (None, _) => Vector6::from_fn(|axis, _| settings.variable.range(axis).iter().sum::<f64>() / 2.0),
         };
-        self.inertia =
-            OperationalSpace::new(&y.mass, &y.jacobian).map_or(Vector6::repeat(1.0), |space| space.diagonal());
+        self.inertia = OperationalSpace::new(&y.mass, &y.jacobian)
+            .map_or(Vector6::repeat(1.0), |operational| operational.diagonal());
     }
 
     /// One policy action, entries in [-1, 1] (others are clipped): a new goal, counted from the reference;
@@ -135,7 +135,7 @@ impl Controller {
         let reference = if self.form.reference_velocity { axis.release(&xd_dot) } else { Twist::zeros() };
         let e_dot = y.twist - reference;
         let readable = all_finite(&self.error) && all_finite(&e_dot) && all_finite(&y.wrench);
-        let Some(space) = OperationalSpace::new(&y.mass, &y.jacobian).filter(|_| readable) else {
+        let Some(operational) = OperationalSpace::new(&y.mass, &y.jacobian).filter(|_| readable) else {
             // The law's state stays clean; gravity compensation holds the arm if it can.
             return self.exit.pass(&JointVector::repeat(f64::NAN), &y.bias, self.dt);
         };
@@ -145,19 +145,20 @@ impl Controller {
         if let Some(law) = &mut self.law {
             law.update(&axis.release(&self.error), &axis.release(&e_dot), self.dt);
             (self.stiffness, f_ff) = (*law.stiffness(), *law.feedforward());
-            self.feedforward = self.form.to_wrench(&axis.release(&f_ff), &space);
+            self.feedforward = self.form.to_wrench(&axis.release(&f_ff), &operational);
         }
 
         // F_cmd, with which force control holds F_d: it stands where the paper has F_d.
         let f_cmd = if self.space.force { self.force.update(&y.wrench, self.dt) } else { Wrench::zeros() };
 
         // Wrench -F_ff - F_cmd - K e - D e_dot.
-        let wrench = wrench(&self.form, &space, &axis, &self.error, &e_dot, &self.stiffness, &f_ff) - f_cmd;
+        let impedance = impedance_wrench(&self.form, &operational, &axis, &self.error, &e_dot, &self.stiffness, &f_ff);
+        let wrench = impedance - f_cmd;
 
         // Joint torques, then the limits.
-        let null_space = null_space_torque(y, &space, &self.q0, self.config.null_space_stiffness);
+        let null_space = null_space_torque(y, &operational, &self.q0, self.config.null_space_stiffness);
         let tau = y.jacobian.tr_mul(&wrench) + y.bias + null_space;
-        self.inertia = space.diagonal();
+        self.inertia = operational.diagonal();
         self.exit.pass(&tau, &y.bias, self.dt)
     }
 }

@@ -222,6 +222,12 @@ impl ForceControl {
         self.target
     }
 
+    /// F_d (N along n): the ramped target.
+    #[must_use]
+    pub fn desired(&self) -> f64 {
+        self.desired
+    }
+
     /// F_cmd (N along n): what the environment should exert; the tool pushes with its opposite.
     #[must_use]
     pub fn command(&self) -> f64 {

@@ -9,7 +9,7 @@ use crate::operational_space::OperationalSpace;
 use crate::reference::Reference;
 use crate::spatial::{Vector6, Wrench, linear};
 
-/// What a stiffness number means. kp = 150 shaped is 0.5 to 6 kN/m on this arm, not 150 N/m.
+/// What a stiffness number means. kp = 150 shaped is 2 to 6 kN/m on this arm, not 150 N/m.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Convention {
@@ -163,7 +163,7 @@ impl CommandedImpedance {
 /// wrench along n that remains cancels what an acceleration across n would add to the contact force, and it vanishes
 /// in steady sliding, where spring and damper are balanced.
 #[must_use]
-pub fn wrench(
+pub fn impedance_wrench(
     form: &ImpedanceForm,
     space: &OperationalSpace,
     axis: &ForceAxis,
@@ -201,7 +201,8 @@ mod tests {
         // z: K = 100, m = 10: D = 2 sqrt(1000); e = 2 cm, e_dot = 0.1 m/s, F_ff = 3 N.
         let form = ImpedanceForm::continued(Convention::Physical);
         let axis = |v: f64| Vector6::new(0.0, 0.0, v, 0.0, 0.0, 0.0);
-        let w = wrench(&form, &space(), &free(), &axis(0.02), &axis(0.1), &Vector6::repeat(100.0), &axis(3.0));
+        let w =
+            impedance_wrench(&form, &space(), &free(), &axis(0.02), &axis(0.1), &Vector6::repeat(100.0), &axis(3.0));
         assert_relative_eq!(w, axis(-3.0 - 2.0 - 0.2 * 1000f64.sqrt()), epsilon = 1e-9);
     }
 
@@ -210,7 +211,8 @@ mod tests {
         // The same numbers are accelerations: D = 2 sqrt(100) = 20 1/s, and everything is multiplied by 10 kg.
         let form = ImpedanceForm::continued(Convention::Shaped);
         let axis = |v: f64| Vector6::new(0.0, 0.0, v, 0.0, 0.0, 0.0);
-        let w = wrench(&form, &space(), &free(), &axis(0.02), &axis(0.1), &Vector6::repeat(100.0), &axis(3.0));
+        let w =
+            impedance_wrench(&form, &space(), &free(), &axis(0.02), &axis(0.1), &Vector6::repeat(100.0), &axis(3.0));
         assert_relative_eq!(w, axis(-10.0 * (3.0 + 2.0 + 2.0)), epsilon = 1e-9);
     }
 
@@ -221,11 +223,25 @@ mod tests {
             for axis in 0..6 {
                 let mut e = Vector6::zeros();
                 e[axis] = 0.01;
-                let w =
-                    wrench(&form, &space(), &free(), &e, &Vector6::zeros(), &Vector6::repeat(50.0), &Vector6::zeros());
+                let w = impedance_wrench(
+                    &form,
+                    &space(),
+                    &free(),
+                    &e,
+                    &Vector6::zeros(),
+                    &Vector6::repeat(50.0),
+                    &Vector6::zeros(),
+                );
                 assert!(w[axis] < 0.0 && w.dot(&e) == w[axis] * e[axis] && w.amax() == -w[axis]);
-                let w =
-                    wrench(&form, &space(), &free(), &Vector6::zeros(), &e, &Vector6::repeat(50.0), &Vector6::zeros());
+                let w = impedance_wrench(
+                    &form,
+                    &space(),
+                    &free(),
+                    &Vector6::zeros(),
+                    &e,
+                    &Vector6::repeat(50.0),
+                    &Vector6::zeros(),
+                );
                 assert!(w[axis] < 0.0 && w.amax() == -w[axis]);
             }
         }
@@ -242,7 +258,7 @@ mod tests {
         // K = 100, D = 20: 0.01 m behind and 0.05 m/s forward.
         let along_x = |v: f64| Vector6::new(v, 0.0, 0.0, 0.0, 0.0, 0.0);
         let (k, f_ff) = (Vector6::repeat(100.0), Vector6::zeros());
-        let w = wrench(&form, &space, &engaged, &along_x(-0.01), &along_x(0.05), &k, &f_ff);
+        let w = impedance_wrench(&form, &space, &engaged, &along_x(-0.01), &along_x(0.05), &k, &f_ff);
         assert_relative_eq!(w, Wrench::zeros(), epsilon = 1e-9);
     }
 
@@ -251,7 +267,7 @@ mod tests {
         let half = ForceAxis { engagement: 0.5, ..free() };
         let (e, k, f_ff) = (Vector6::repeat(0.01), Vector6::repeat(100.0), Vector6::repeat(2.0));
         let form = ImpedanceForm::continued(Convention::Physical);
-        let w = wrench(&form, &space(), &half, &e, &Vector6::zeros(), &k, &f_ff);
+        let w = impedance_wrench(&form, &space(), &half, &e, &Vector6::zeros(), &k, &f_ff);
         assert_relative_eq!(w, Vector6::new(-3.0, -3.0, -1.5, -3.0, -3.0, -3.0), epsilon = 1e-12);
     }
 
@@ -261,11 +277,18 @@ mod tests {
         for convention in [Convention::Shaped, Convention::Physical] {
             let form = ImpedanceForm { damping_ratio: 0.0, ..ImpedanceForm::continued(convention) };
             let (e, k) = (Vector6::repeat(0.01), Vector6::repeat(100.0));
-            let still = wrench(&form, &space(), &engaged, &e, &Vector6::zeros(), &k, &Vector6::repeat(2.0));
+            let still = impedance_wrench(&form, &space(), &engaged, &e, &Vector6::zeros(), &k, &Vector6::repeat(2.0));
             assert!(still[2].abs() < 1e-9 && still[0] < 0.0 && still[5] < 0.0);
             // With no damping of its own the axis still has 60 Ns/m (5 1/s of 10 kg is less).
-            let moving =
-                wrench(&form, &space(), &engaged, &Vector6::zeros(), &(Vector6::repeat(0.1)), &k, &Vector6::zeros());
+            let moving = impedance_wrench(
+                &form,
+                &space(),
+                &engaged,
+                &Vector6::zeros(),
+                &(Vector6::repeat(0.1)),
+                &k,
+                &Vector6::zeros(),
+            );
             assert_relative_eq!(moving, Vector6::new(0.0, 0.0, -6.0, 0.0, 0.0, 0.0), epsilon = 1e-9);
         }
     }

@@ -40,6 +40,7 @@ mod reference;
 mod spatial;
 mod stability;
 
+pub use action::encode;
 pub use action_space::{ActionEntry, ActionSpace, Impedance, Level, UnknownActionSpace};
 pub use adaptation::AdaptiveLaw;
 pub use adaptive_impedance::{AdaptiveImpedance, AxisLaw, DeltaSign};
@@ -49,7 +50,7 @@ pub use damping::Damping;
 pub use energy::EnergyLedger;
 pub use error::{ConfigError, within};
 pub use force::{ForceAxis, ForceConfig, ForceControl};
-pub use impedance::{CommandedImpedance, Convention, FixedImpedance, ImpedanceForm, wrench};
+pub use impedance::{CommandedImpedance, Convention, FixedImpedance, ImpedanceForm, impedance_wrench};
 pub use interpolator::{Interpolation, Interpolator};
 pub use limits::TorqueLimits;
 pub use null_space::null_space_torque;

@@ -36,7 +36,10 @@ impl GifWriter {
     /// Starts a film of `width` x `height` pixels. Browsers slow down above 50 frames per second.
     pub fn create(path: &Path, width: usize, height: usize, frames_per_second: f64) -> Result<Self> {
         let name = path.display();
-        ensure!(frames_per_second > 0.0 && frames_per_second <= 50.0, "{name}: {frames_per_second} frames per second");
+        ensure!(
+            frames_per_second > 0.0 && frames_per_second <= 50.0,
+            "{name}: {frames_per_second} frames per second, at most 50"
+        );
         let size = u16::try_from(width).ok().zip(u16::try_from(height).ok());
         let size = size.filter(|&(columns, rows)| columns > 0 && rows > 0);
         let (columns, rows) = size.with_context(|| format!("{name}: {width} x {height} pixels do not fit a GIF"))?;

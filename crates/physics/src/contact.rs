@@ -27,6 +27,11 @@ impl Default for ContactReading {
 }
 
 impl ContactReading {
+    /// Size of the sustained force (N).
+    pub fn sustained_force(&self) -> f64 {
+        self.sustained.fixed_rows::<3>(0).norm()
+    }
+
     /// Takes in a raw reading, `dt` seconds after the last, through first-order low-passes
     /// with the given cut-offs (Hz) of the filtered and the sustained wrench, discretised
     /// exactly.

@@ -18,7 +18,7 @@ pub const INITIAL_OPENING: f64 = 0.020833;
 const SERVO_STIFFNESS: f64 = 1000.0;
 /// Largest servo force (N).
 const MAX_FORCE: f64 = 20.0;
-/// Change of the internal command per control substep of 2 ms, full swing being 2.
+/// Rate of the internal command, full swing being 2 (1/s): 0.01 in 2 ms, as in robosuite.
 const COMMAND_RATE: f64 = 0.01 / 0.002;
 
 /// Adds the gripper below `right_hand`; returns the body that carries the grip site.

@@ -48,11 +48,6 @@ impl MomentumObserver {
         self.previous.clone_from(y);
     }
 
-    /// External torque on each joint (Nm), low-passed.
-    pub fn torque(&self) -> &JointVector {
-        &self.residual
-    }
-
     /// The wrench on the tool that explains the external torque best (N, Nm; world axes, at the tool point):
     /// least squares of the torques. The seventh joint leaves one torque that no wrench explains.
     pub fn wrench(&self) -> Wrench {

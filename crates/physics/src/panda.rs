@@ -1,6 +1,6 @@
 //! The Franka Emika Panda: kinematics, inertia, joints and shapes of its seven links.
 
-use aforce::{JointVector, Pose, Vector3};
+use aforce::{JointVector, Pose, TorqueLimits, Vector3};
 use nalgebra::{Matrix3, Rotation3, SVector, UnitQuaternion, Vector3 as V3};
 use serde::{Deserialize, Serialize};
 
@@ -76,6 +76,13 @@ pub struct Parameters {
     pub max_torque: JointVector,
     /// Largest change of torque per second (Nm/s); `None`: unlimited.
     pub max_torque_rate: Option<JointVector>,
+}
+
+impl Parameters {
+    /// What the joints can take.
+    pub fn torque_limits(&self) -> TorqueLimits {
+        TorqueLimits { max: self.max_torque, rate: self.max_torque_rate }
+    }
 }
 
 impl ParameterSet {

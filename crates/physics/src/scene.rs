@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Translation3, Unit, UnitQuaternion};
 pub struct Scene {
     /// Bodies in topological order.
     pub bodies: Vec<Body>,
-    /// Actuators, in the order in which efforts are given to the simulation.
+    /// What drives the joints: told to MuJoCo in [`crate::mjcf`]; the simulation takes efforts as they come.
     pub actuators: Vec<Actuator>,
     /// How contacts give way, throughout the scene.
     pub softness: Softness,
@@ -112,7 +112,7 @@ impl Stop {
 pub struct Actuator {
     /// Name of the driven joint.
     pub joint: String,
-    /// Largest effort in either direction (Nm or N).
+    /// Largest effort in either direction (Nm or N). The controller keeps it, the simulation does not enforce it.
     pub max_effort: f64,
 }
 

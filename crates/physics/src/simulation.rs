@@ -27,7 +27,7 @@ pub struct Plant {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SimulationConfig {
-    /// Engine substeps inside one step; one has the accuracy of MuJoCo's Euler
+    /// Engine substeps inside one step, which is one control sample. At 2 ms, one has the accuracy of MuJoCo's Euler
     /// integrator at the same step, two halve the error and cost a third more time.
     pub substeps: usize,
     /// Cut-off of the low-pass on the contact wrench that the controller reads (Hz).
@@ -145,7 +145,7 @@ impl Simulation {
         (q, qd)
     }
 
-    /// Position and velocity of any joint, by its place in the scene (arm first).
+    /// Position and velocity of any joint (rad, rad/s or m, m/s), by its place in the scene (arm first).
     pub fn joint(&self, i: usize) -> (f64, f64) {
         self.engine.coordinate(i)
     }

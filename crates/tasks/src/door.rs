@@ -67,7 +67,7 @@ impl Task for Door {
             .chain(xyz("handle_pos", [-0.14, -0.22, 1.03], 10.0))
             .chain(xyz("door_to_eef_pos", [-0.08, -0.2, 0.05], 10.0))
             .chain(xyz("handle_to_eef_pos", [0.0; 3], 10.0))
-            .chain([Component::new("hinge_qpos", 0.15, 5.0), Component::new("handle_qpos", 0.5, 1.0)])
+            .chain([Component::new("hinge_qpos", "rad", 0.15, 5.0), Component::new("handle_qpos", "rad", 0.5, 1.0)])
             .collect()
     }
 

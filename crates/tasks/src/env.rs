@@ -1,6 +1,6 @@
 //! The environment: the one loop from an action to torques, and back to a reward.
 
-use aforce::{ActionSpace, ConfigError, Controller, ControllerConfig, Impedance, Measurement, TorqueLimits, within};
+use aforce::{ActionSpace, ConfigError, Controller, ControllerConfig, Impedance, Measurement, within};
 use physics::panda::{HOME, ParameterSet};
 use physics::{Plant, Simulation, SimulationConfig};
 use rand::{Rng, SeedableRng};
@@ -100,7 +100,7 @@ pub struct Step {
     pub reward: f64,
     /// What adds up to it; [`Task::reward_terms`] says what each is for.
     pub reward_terms: [f64; REWARD_TERMS],
-    /// The episode ended by itself: nothing follows. Only a diverged simulation does so.
+    /// The episode ended in a terminal state, whose value is zero. Only a diverged simulation does so.
     pub terminated: bool,
     /// The episode reached its horizon: it would have gone on.
     pub truncated: bool,
@@ -125,7 +125,7 @@ impl Env {
         config.validate()?;
         let mut task = config.task.create(config.horizon);
         let parameters = config.robot.parameters();
-        let limits = TorqueLimits { max: parameters.max_torque, rate: parameters.max_torque_rate };
+        let limits = parameters.torque_limits();
         let controller = Controller::new(config.space, &config.controller, limits, task.contact_axis())?;
         let plant = Plant { parameters, dt: config.controller.dt(), config: config.simulation };
         let simulation = task.reset(&plant, &mut ChaCha8Rng::seed_from_u64(0));
@@ -263,8 +263,13 @@ impl Env {
     /// The scripted expert's action in the present state.
     pub fn expert_action(&self) -> Vec<f64> {
         let waypoint = self.task.expert(&self.simulation, &self.y);
-        let mut action =
-            expert::encode(&waypoint, &self.controller, &self.config.controller, &self.y, self.task.contact_axis());
+        let mut action = expert::action_towards(
+            &waypoint,
+            &self.controller,
+            &self.config.controller,
+            &self.y,
+            self.task.contact_axis(),
+        );
         if self.task.has_gripper() {
             action.push(waypoint.grip);
         }

@@ -1,6 +1,6 @@
 //! Turns what a scripted expert wants into an action of any action space.
 
-use aforce::{Controller, ControllerConfig, Impedance, Measurement, Reference, pose_error};
+use aforce::{Controller, ControllerConfig, Measurement, Reference, encode, pose_error};
 use nalgebra::UnitVector3;
 
 use crate::task::Waypoint;
@@ -16,14 +16,13 @@ const DEPTH_STEP: f64 = 0.002;
 ///
 /// To press is to aim behind the surface: the depth of the goal follows from the missing force and the
 /// stiffness. Where force control holds the axis it makes no difference.
-pub fn encode(
+pub fn action_towards(
     waypoint: &Waypoint,
     controller: &Controller,
     config: &ControllerConfig,
     y: &Measurement,
     contact_axis: UnitVector3<f64>,
 ) -> Vec<f64> {
-    let space = controller.space();
     let reference = match *controller.reference() {
         Reference::Rebased => &y.pose,
         Reference::Continued { .. } => controller.goal(),
@@ -39,17 +38,5 @@ pub fn encode(
         let target = along(y.pose.translation.vector) - depth;
         goal.translation.vector += n * (target - along(goal.translation.vector));
     }
-    let delta = pose_error(&goal, reference);
-    let mut action = Vec::with_capacity(space.dim() + 1);
-    if space.impedance == Impedance::Commanded {
-        action.extend([0.0; 6]);
-    }
-    for i in 0..6 {
-        let step = if i < 3 { config.position_step } else { config.rotation_step };
-        action.push((delta[i] / step).clamp(-1.0, 1.0));
-    }
-    if space.force {
-        action.push((2.0 * waypoint.force / config.force.force_max - 1.0).clamp(-1.0, 1.0));
-    }
-    action
+    encode(controller.space(), config, &pose_error(&goal, reference), waypoint.force)
 }

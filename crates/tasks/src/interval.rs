@@ -43,7 +43,7 @@ impl Interval {
         force_limit: f64,
         dt: f64,
     ) {
-        let force = contact.sustained.fixed_rows::<3>(0).norm();
+        let force = contact.sustained_force();
         self.samples += 1;
         self.energy.add(tau, qd, dt);
         self.sum_torque += tau;

@@ -8,7 +8,7 @@ use physics::{Plant, Simulation};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use crate::task::{Component, Reward, Task, Waypoint, xyz};
+use crate::task::{Component, Reward, Task, Waypoint, xyz, xyzw};
 
 /// Height of the cube's centre (m) from which it counts as lifted.
 const LIFTED: f64 = TABLE_HEIGHT + 0.04;
@@ -60,7 +60,7 @@ impl Task for Lift {
 
     fn object_components(&self) -> Vec<Component> {
         xyz("cube_pos", [0.0, 0.0, TABLE_HEIGHT + 0.02], 10.0)
-            .chain(["x", "y", "z", "w"].map(|axis| Component::new(format!("cube_quat_{axis}"), 0.0, 1.0)))
+            .chain(xyzw("cube_quat"))
             .chain(xyz("gripper_to_cube_pos", [0.0; 3], 10.0))
             .collect()
     }

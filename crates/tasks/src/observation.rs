@@ -4,27 +4,28 @@ use aforce::Measurement;
 use nalgebra::UnitQuaternion;
 use physics::{Simulation, panda};
 
-use crate::task::{Component, xyz};
+use crate::task::{Component, xyz, xyzw};
 
 /// Largest magnitude of a scaled component.
 const CLIP: f32 = 10.0;
 /// Force that counts as contact (N).
 const CONTACT_FORCE: f64 = 1.0;
 
-/// Names and scales of the robot's part: 32 numbers with a gripper; 29 with the wiping tool,
+/// Names, units and scales of the robot's part: 32 numbers with a gripper; 29 with the wiping tool,
 /// whose contact flag stands where the gripper's joints would.
 pub fn proprioception_components(has_gripper: bool) -> Vec<Component> {
-    let joints = |name: &str| (1..=7).map(|i| Component::new(format!("{name}_{i}"), 0.0, 1.0)).collect::<Vec<_>>();
-    let mut components = [joints("joint_cos"), joints("joint_sin"), joints("joint_vel")].concat();
+    let joints =
+        |name: &str, unit| (1..=7).map(|i| Component::new(format!("{name}_{i}"), unit, 0.0, 1.0)).collect::<Vec<_>>();
+    let mut components = [joints("joint_cos", "1"), joints("joint_sin", "1"), joints("joint_vel", "rad/s")].concat();
     components.extend(xyz("eef_pos", [-0.05, 0.0, 0.9], 5.0));
-    components.extend(["x", "y", "z", "w"].map(|axis| Component::new(format!("eef_quat_{axis}"), 0.0, 1.0)));
+    components.extend(xyzw("eef_quat"));
     if has_gripper {
-        components.push(Component::new("gripper_qpos_left", 0.02, 50.0));
-        components.push(Component::new("gripper_qpos_right", -0.02, 50.0));
-        components.push(Component::new("gripper_qvel_left", 0.0, 10.0));
-        components.push(Component::new("gripper_qvel_right", 0.0, 10.0));
+        components.push(Component::new("gripper_qpos_left", "m", 0.02, 50.0));
+        components.push(Component::new("gripper_qpos_right", "m", -0.02, 50.0));
+        components.push(Component::new("gripper_qvel_left", "m/s", 0.0, 10.0));
+        components.push(Component::new("gripper_qvel_right", "m/s", 0.0, 10.0));
     } else {
-        components.push(Component::new("gripper_contact", 0.0, 1.0));
+        components.push(Component::new("gripper_contact", "0 or 1", 0.0, 1.0));
     }
     components
 }

@@ -61,7 +61,7 @@ pub trait Task: Send {
     /// the axis of the force in the `-force` action spaces.
     fn contact_axis(&self) -> UnitVector3<f64>;
 
-    /// Names and scales of the object part of an observation.
+    /// Names, units and scales of the object part of an observation.
     fn object_components(&self) -> Vec<Component>;
 
     /// Appends the object part of an observation.
@@ -117,6 +117,8 @@ pub struct Waypoint {
 pub struct Component {
     /// Unique name.
     pub name: String,
+    /// Unit, and frame where it has one.
+    pub unit: &'static str,
     /// Typical value.
     pub centre: f32,
     /// One over the typical deviation.
@@ -125,13 +127,19 @@ pub struct Component {
 
 impl Component {
     /// A component with its scaling.
-    pub fn new(name: impl Into<String>, centre: f64, scale: f64) -> Self {
-        Component { name: name.into(), centre: centre as f32, scale: scale as f32 }
+    pub fn new(name: impl Into<String>, unit: &'static str, centre: f64, scale: f64) -> Self {
+        Component { name: name.into(), unit, centre: centre as f32, scale: scale as f32 }
     }
 }
 
-/// Components `prefix_x`, `prefix_y`, `prefix_z` around a common point.
+/// Components `prefix_x`, `prefix_y`, `prefix_z` of a position or a difference of positions.
 pub(crate) fn xyz(prefix: &str, centre: [f64; 3], scale: f64) -> impl Iterator<Item = Component> {
     let names = ["x", "y", "z"].map(|axis| format!("{prefix}_{axis}"));
-    names.into_iter().zip(centre).map(move |(name, c)| Component::new(name, c, scale))
+    names.into_iter().zip(centre).map(move |(name, c)| Component::new(name, "m, world", c, scale))
+}
+
+/// Components of an orientation.
+pub(crate) fn xyzw(prefix: &str) -> impl Iterator<Item = Component> {
+    let names = ["x", "y", "z", "w"].map(|axis| format!("{prefix}_{axis}"));
+    names.into_iter().map(|name| Component::new(name, "quaternion, world", 0.0, 1.0))
 }

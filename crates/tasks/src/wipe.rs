@@ -119,7 +119,7 @@ impl Task for Wipe {
     }
 
     fn object_components(&self) -> Vec<Component> {
-        [Component::new("proportion_wiped", 0.5, 2.0), Component::new("wipe_radius", 0.1, 10.0)]
+        [Component::new("proportion_wiped", "1", 0.5, 2.0), Component::new("wipe_radius", "m", 0.1, 10.0)]
             .into_iter()
             .chain(xyz("wipe_centroid", [TABLE_CENTRE[0], TABLE_CENTRE[1], TABLE_HEIGHT], 5.0))
             .chain(xyz("gripper_to_wipe_centroid", [0.0; 3], 5.0))
@@ -145,7 +145,7 @@ impl Task for Wipe {
         let touch = Touch {
             arm: simulation.arm_touches() || y.q.iter().zip(&RANGE).any(at_limit),
             contact: in_contact(y) && simulation.contact().touching,
-            force: simulation.contact().sustained.fixed_rows::<3>(0).norm(),
+            force: simulation.contact().sustained_force(),
             flat: self.scene().is_flat(simulation),
             penalty,
         };

@@ -18,7 +18,7 @@ pub struct Condition {
     name: &'static str,
     /// In arm, controller and sensing.
     change: fn(&mut Setup),
-    /// Behind their backs.
+    /// In what none of them knows.
     disturbance: Disturbance,
 }
 

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use aforce::{
     ActionSpace, AdaptiveImpedance, Controller, ControllerConfig, Damping, DeltaSign, Impedance, JointVector,
-    Measurement, OperationalSpace, TorqueLimits, Vector3, stability_margin,
+    Measurement, OperationalSpace, Vector3, stability_margin,
 };
 use anyhow::Result;
 use nalgebra::Matrix3;
@@ -91,7 +91,7 @@ pub fn point(
     share: f64,
 ) -> Result<Point> {
     let parameters = setup.parameters();
-    let limits = TorqueLimits { max: parameters.max_torque, rate: parameters.max_torque_rate };
+    let limits = parameters.torque_limits();
     let joints = parameters.damping;
     let Trial { height, friction, start, .. } = Trial::nominal();
     let plant = Plant { parameters, dt: setup.controller.dt(), config: setup.simulation };

@@ -1,6 +1,6 @@
 //! The script: above the spot, down to contact, press, circle. One action per 50 ms.
 
-use aforce::{Controller, Measurement, Pose, Vector3, pose_error};
+use aforce::{Controller, Measurement, Pose, Vector3, encode, pose_error};
 use nalgebra::Translation3;
 use physics::panda::facing_down;
 
@@ -36,7 +36,7 @@ impl Expert {
     }
 
     /// The next action in [-1, 1]^7; `None` when all is done.
-    pub fn action(&mut self, controller: &Controller, y: &Measurement) -> Option<[f64; 7]> {
+    pub fn action(&mut self, controller: &Controller, y: &Measurement) -> Option<Vec<f64>> {
         self.actions += 1;
         if self.is_over(controller, y) {
             (self.phase, self.actions) = (self.phase.next()?, 0);
@@ -44,10 +44,7 @@ impl Expert {
         let config = &self.setup.controller;
         let goal = Pose::from_parts(Translation3::from(self.target(controller, y)), facing_down());
         let delta = pose_error(&goal, controller.goal());
-        let entry = |axis: usize| delta[axis] / if axis < 3 { config.position_step } else { config.rotation_step };
-        let mut action = std::array::from_fn(|axis| if axis < 6 { entry(axis).clamp(-1.0, 1.0) } else { 0.0 });
-        action[6] = self.setup.force_entry();
-        Some(action)
+        Some(encode(controller.space(), config, &delta, self.setup.force))
     }
 
     fn is_over(&self, controller: &Controller, y: &Measurement) -> bool {

@@ -20,6 +20,9 @@ struct Arguments {
     /// Folder for tables and figures: new, empty, or with results of this program, which are replaced
     #[arg(long, value_name = "FOLDER", default_value = "results/wiping")]
     out: PathBuf,
+    /// Another set-up: a complete config.toml of an earlier run, changed
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
     /// Seed of the trials (1 was used while the experiment was set up)
     #[arg(long, default_value_t = 2)]
     seed: u64,
@@ -85,8 +88,8 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<()> {
-    let Arguments { out, seed, trials } = arguments;
-    let setup = Setup::default();
+    let Arguments { out, config, seed, trials } = arguments;
+    let setup = config.as_ref().map_or_else(|| Ok(Setup::default()), |path| Setup::read(path))?;
     let manifest = Manifest::begin(out, *seed)?;
     fs_err::write(out.join("config.toml"), toml::to_string(&setup)?)?;
     eprintln!("one wipe over time");

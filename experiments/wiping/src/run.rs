@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use aforce::{ActionSpace, Controller, JointVector, Measurement, Pose, TorqueLimits, Vector3, Wrench};
+use aforce::{ActionSpace, Controller, JointVector, Measurement, Pose, Vector3, Wrench};
 use anyhow::Result;
 use physics::model::Model;
 use physics::panda::Parameters;
@@ -93,8 +93,7 @@ impl<'a> Wiping<'a> {
         let model = Model::new(&believed, tool, GRIP_SITE);
         let (q, qd) = simulation.joints();
         let y = model.measure(q, qd, Wrench::zeros());
-        let limits = TorqueLimits { max: parameters.max_torque, rate: parameters.max_torque_rate };
-        let mut controller = Controller::new(*space, &setup.controller, limits, Vector3::z_axis())?;
+        let mut controller = Controller::new(*space, &setup.controller, parameters.torque_limits(), Vector3::z_axis())?;
         controller.reset(&y);
 
         let sensing = setup.sensing.worsened(disturbance.wrench_error);
@@ -134,7 +133,7 @@ impl<'a> Wiping<'a> {
             WrenchSource::Exact => contact.filtered,
         };
         self.account(&tau, &before, &contact.raw, dt);
-        self.record.force_max = self.record.force_max.max(contact.sustained.fixed_rows::<3>(0).norm());
+        self.record.force_max = self.record.force_max.max(contact.sustained_force());
         self.sample(contact.filtered[2], dt);
         Ok(())
     }

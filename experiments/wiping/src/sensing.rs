@@ -4,10 +4,11 @@ use aforce::{JointVector, Measurement, Wrench};
 use physics::MomentumObserver;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal, Uniform};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// How good the wrench is.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Sensing {
     /// Which wrench the controller gets.
     pub source: WrenchSource,
@@ -20,7 +21,7 @@ pub struct Sensing {
 }
 
 /// Where a wrench comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WrenchSource {
     /// Estimated from joint torques, with bias and noise.

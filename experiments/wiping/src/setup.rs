@@ -1,17 +1,21 @@
 //! Everything that is the same in every wipe.
 
+use std::path::Path;
+
 use aforce::{
     AdaptiveImpedance, AxisLaw, ControllerConfig, Convention, FixedImpedance, ForceConfig, ImpedanceForm,
     ImpedanceSettings, Interpolation, Reference,
 };
+use anyhow::{Context, Result, ensure};
 use physics::SimulationConfig;
 use physics::panda::{ParameterSet, Parameters};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::sensing::Sensing;
 
 /// Arm, controller, wrench sensing, and what the script does.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Setup {
     /// The arm's numbers.
     pub robot: ParameterSet,
@@ -105,18 +109,38 @@ fn impedances() -> ImpedanceSettings {
 }
 
 impl Setup {
+    /// From a file with every setting, such as the `config.toml` of an earlier run.
+    ///
+    /// # Errors
+    /// If it cannot be read, a setting is missing or unknown, or the script cannot work with a value. What the controller
+    /// cannot work with it says itself.
+    pub fn read(path: &Path) -> Result<Self> {
+        let setup: Setup = toml::from_str(&fs_err::read_to_string(path)?)
+            .with_context(|| format!("{}: not a complete set-up", path.display()))?;
+        let ranges = [
+            ("force", setup.force, 0.0..=setup.controller.force.force_max),
+            ("press_time", setup.press_time, 0.0..=60.0),
+            ("rotations", f64::from(setup.rotations), 1.0..=1000.0),
+            ("circle_radius", setup.circle_radius, 0.0..=0.2),
+            ("period", setup.period, 0.1..=60.0),
+            ("spot_radius", setup.spot_radius, 0.01..=0.2),
+        ];
+        for (name, value, range) in ranges {
+            aforce::within(name, value, range).with_context(|| path.display().to_string())?;
+        }
+        let [low, high] = setup.wiping_force;
+        ensure!(low < high, "{}: wiping_force: {low} is not below {high}", path.display());
+        Ok(setup)
+    }
+
     /// The arm.
     pub(crate) fn parameters(&self) -> Parameters {
         let mut parameters = self.robot.parameters();
         if self.lossless {
             parameters.damping.fill(0.0);
+            parameters.friction.fill(0.0);
         }
         parameters
-    }
-
-    /// Entry of an action that asks for the force to press with.
-    pub(crate) fn force_entry(&self) -> f64 {
-        2.0 * self.force / self.controller.force.force_max - 1.0
     }
 }
 
@@ -127,6 +151,22 @@ mod tests {
     use aforce::OperationalSpace;
     use physics::scenes::wipe::scene;
     use physics::wiping_tool::GRIP_SITE;
+
+    #[test]
+    fn a_setup_reads_back_and_a_wrong_one_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("config.toml");
+        let text = toml::to_string(&Setup::default()).unwrap();
+        let read = |text: String| {
+            fs_err::write(&file, text).unwrap();
+            Setup::read(&file).map_err(|error| format!("{error:#}"))
+        };
+        assert_eq!(read(text.clone()).unwrap(), Setup::default());
+        for (change, word) in [("force = 99.0", "force"), ("forse = 10.0", "forse"), ("", "force")] {
+            let error = read(text.replacen("force = 10.0", change, 1)).unwrap_err();
+            assert!(error.contains(word) && error.contains("config.toml"), "{error}");
+        }
+    }
 
     /// The certificate of stability is asked for at the largest apparent inertia, in any direction.
     #[test]

@@ -1,4 +1,4 @@
-//! What varies: from one wipe to the next, and behind the script's back.
+//! What varies: from one wipe to the next, and unknown to script, controller and model.
 
 use aforce::JointVector;
 use physics::panda::{HOME, Parameters};

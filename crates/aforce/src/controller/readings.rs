@@ -53,6 +53,12 @@ impl Controller {
         self.force.target()
     }
 
+    /// F_d, to which the force controller holds the force along the contact axis (N).
+    #[must_use]
+    pub fn desired_force(&self) -> f64 {
+        self.force.desired()
+    }
+
     /// F_cmd, the force controller's output along the contact axis (N): what the environment should exert on the tool.
     #[must_use]
     pub fn force_command(&self) -> f64 {

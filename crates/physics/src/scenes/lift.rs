@@ -17,8 +17,6 @@ pub struct Lift {
     cube: usize,
     cube_geom: usize,
     pads: [usize; 2],
-    /// Half extents of the cube (m).
-    pub cube_half: Vector3,
 }
 
 /// The scene with a cube of the given half extents (m), and the body that carries the
@@ -56,7 +54,6 @@ impl Lift {
             cube: scene.body("cube"),
             cube_geom: scene.geom("cube"),
             pads: [scene.geom("left_pad"), scene.geom("right_pad")],
-            cube_half,
         };
         (simulation, lift)
     }
