@@ -7,9 +7,11 @@ use std::sync::atomic::AtomicBool;
 
 use aforce::ActionSpace;
 use anyhow::Result;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use signal_hook::consts::SIGPIPE;
 use signal_hook::flag;
+use tasks::TaskName;
 use toml::Value;
 
 use crate::config::{BadSetting, RunConfig, bad, parse_override};
@@ -34,8 +36,8 @@ pub struct ConfigArgs {
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_override)]
     pub overrides: Vec<(String, Value)>,
     /// Task
-    #[arg(long, value_parser = tasks::TaskName::ALL.map(tasks::TaskName::as_str))]
-    pub task: Option<String>,
+    #[arg(long, value_parser = task_parser())]
+    pub task: Option<TaskName>,
     /// Action space: aforce, variable, low, mid, high, osc, or one of them with -force
     #[arg(long)]
     pub space: Option<ActionSpace>,
@@ -71,10 +73,16 @@ impl ConfigArgs {
     /// The configuration of an existing run with these flags on top.
     ///
     /// # Errors
-    /// As [`ConfigArgs::resolve`]; also if `--config` is given.
+    /// As [`ConfigArgs::resolve`]; also if a flag says what the run has decided.
     pub fn on_top_of(&self, folder: &RunFolder) -> Result<RunConfig> {
-        if self.config.is_some() {
-            return Err(bad("--config cannot be combined with --run: the run has its own configuration".into()));
+        let decided = [
+            ("--config", self.config.is_some()),
+            ("--seed", self.seed.is_some()),
+            ("--preset", self.preset.is_some()),
+            ("--steps", self.steps.is_some()),
+        ];
+        if let Some((flag, _)) = decided.into_iter().find(|&(_, given)| given) {
+            return Err(bad(format!("{flag} cannot be combined with --run: the run has its own configuration")));
         }
         RunConfig::resolve(Some(&folder.config()), &self.overrides())
     }
@@ -82,7 +90,7 @@ impl ConfigArgs {
     fn overrides(&self) -> Vec<(String, Value)> {
         let mut overrides = self.overrides.clone();
         let mut flag = |key: &str, value: Option<Value>| overrides.extend(value.map(|v| (key.to_string(), v)));
-        flag("env.task", self.task.clone().map(Value::String));
+        flag("env.task", self.task.map(|task| Value::String(task.as_str().into())));
         flag("env.space", self.space.map(|space| Value::String(space.to_string())));
         flag("seed", self.seed.map(|seed| Value::Integer(seed.into())));
         let preset = self.preset.map(|preset| match preset {
@@ -93,6 +101,12 @@ impl ConfigArgs {
         flag("steps", self.steps.map(|steps| Value::Integer(steps as i64)));
         overrides
     }
+}
+
+/// Reads a task's name for clap, which lists the known ones.
+pub fn task_parser() -> impl TypedValueParser<Value = TaskName> {
+    PossibleValuesParser::new(TaskName::ALL.map(TaskName::as_str))
+        .map(|name| TaskName::ALL.into_iter().find(|task| task.as_str() == name).expect("one of the possible values"))
 }
 
 fn parse_steps(text: &str) -> Result<u64, String> {

@@ -1,9 +1,11 @@
 //! The complete configuration of a run, and how it comes together: the preset, then a
 //! TOML file, then `--set key=value`, then named flags; the last wins.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use anyhow::{Result, ensure};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use tasks::EnvConfig;
 use toml::{Table, Value};
@@ -64,9 +66,7 @@ impl RunConfig {
         let mut layers = vec![];
         if let Some(path) = file {
             let text = fs_err::read_to_string(path)?;
-            let table: Table = text
-                .parse()
-                .map_err(|e: toml::de::Error| bad(format!("{}: not valid TOML: {}", path.display(), e.message())))?;
+            let table = parse(&text).map_err(|problem| bad(format!("{}: {problem}", path.display())))?;
             layers.push((path.display().to_string(), table));
         }
         let mut flags = Table::new();
@@ -137,10 +137,32 @@ impl RunConfig {
 
     /// The first setting but the length in which another configuration differs from this one, in words.
     pub fn difference(&self, other: &RunConfig) -> Option<String> {
-        let (there, here) = (self.to_toml(), RunConfig { steps: self.steps, ..other.clone() }.to_toml());
-        let differs = there.lines().zip(here.lines()).find(|(a, b)| a != b);
-        differs.map(|(a, b)| format!("there {a}, here {b}"))
+        let table = |config: &RunConfig| Table::try_from(config).expect("a configuration is a table");
+        let (there, here) = (table(self), table(&RunConfig { steps: self.steps, ..other.clone() }));
+        let (key, there, here) = first_difference(&there, &here)?;
+        let word = |value: Option<Value>| value.map_or("absent".into(), |value| value.to_string());
+        Some(format!("{key}: there {}, here {}", word(there), word(here)))
     }
+}
+
+/// Dotted key and both values of the first entry, in alphabetical order, in which two tables differ.
+fn first_difference(a: &Table, b: &Table) -> Option<(String, Option<Value>, Option<Value>)> {
+    let keys: BTreeSet<&String> = a.keys().chain(b.keys()).collect();
+    keys.into_iter().find_map(|key| match (a.get(key), b.get(key)) {
+        (Some(Value::Table(a)), Some(Value::Table(b))) => {
+            first_difference(a, b).map(|(inner, a, b)| (format!("{key}.{inner}"), a, b))
+        }
+        (a, b) => (a != b).then(|| (key.clone(), a.cloned(), b.cloned())),
+    })
+}
+
+/// Reads a TOML document; an error tells the line and the key.
+pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
+    toml::from_str(text).map_err(|error| {
+        let before = error.span().map(|span| &text[..span.start.min(text.len())]);
+        let line = before.map_or(String::new(), |before| format!("line {}: ", before.matches('\n').count() + 1));
+        format!("{line}{}", explain(&error))
+    })
 }
 
 /// Parses `key=value` as given to `--set`; a value that is not TOML is a string.
@@ -184,16 +206,27 @@ fn same_kind(old: &Table, new: &Table) -> bool {
     new.get("kind").is_none_or(|kind| old.get("kind") == Some(kind))
 }
 
-/// The parser's message with the nearest known key added to an unknown one.
+/// The parser's message with the dotted key that it is about, and the nearest known key for an unknown one.
 fn explain(error: &toml::de::Error) -> String {
-    let message = error.message().to_string();
+    // The key is told by `Display` alone, on the last line.
+    let text = error.to_string();
+    let key = text.lines().find_map(|line| line.strip_prefix("in `")?.strip_suffix('`'));
+    let message = error.message();
     let mut quoted = message.split('`').skip(1).step_by(2);
-    let Some(unknown) = quoted.next().filter(|_| message.starts_with("unknown field")) else {
-        return message;
-    };
-    match quoted.max_by(|a, b| strsim::jaro(a, unknown).total_cmp(&strsim::jaro(b, unknown))) {
-        Some(nearest) => format!("unknown key {unknown:?}; did you mean {nearest:?}?"),
-        None => message,
+    let unknown = quoted.next().filter(|_| message.starts_with("unknown field"));
+    let nearest = unknown.and_then(|unknown| {
+        let likeness = |known: &&str| strsim::jaro(known, unknown);
+        Some((unknown, quoted.max_by(|a, b| likeness(a).total_cmp(&likeness(b)))?))
+    });
+    match (nearest, key) {
+        (Some((unknown, nearest)), None) => format!("unknown key {unknown:?}; did you mean {nearest:?}?"),
+        (Some((unknown, nearest)), Some(key)) => {
+            let section = key.strip_suffix(unknown).unwrap_or(key).trim_end_matches('.');
+            let section = if section.is_empty() { String::new() } else { format!("{section}.") };
+            format!("unknown key \"{section}{unknown}\"; did you mean \"{section}{nearest}\"?")
+        }
+        (None, Some(key)) => format!("{key}: {message}"),
+        (None, None) => message.into(),
     }
 }
 
@@ -244,7 +277,41 @@ mod tests {
     #[test]
     fn an_unknown_key_is_answered_with_the_nearest() {
         let error = RunConfig::resolve(None, &[set("learner.gama=0.9")]).unwrap_err().to_string();
-        assert!(error.contains("gama") && error.contains("did you mean \"gamma\"?"), "{error}");
+        assert_eq!(error, "command line: unknown key \"learner.gama\"; did you mean \"learner.gamma\"?");
+        let error = RunConfig::resolve(None, &[set("stps=7")]).unwrap_err().to_string();
+        assert_eq!(error, "command line: unknown key \"stps\"; did you mean \"steps\"?");
+    }
+
+    #[test]
+    fn a_value_of_the_wrong_type_is_answered_with_its_key() {
+        let error = |text: &str| RunConfig::resolve(None, &[set(text)]).unwrap_err().to_string();
+        let gamma = error("learner.gamma=abc");
+        assert!(gamma.starts_with("command line: learner.gamma: ") && gamma.contains("abc"), "{gamma}");
+        let kind = error("env.controller.interpolation.kind=jerk-limited");
+        assert!(kind.contains("env.controller.interpolation") && kind.contains("dynamics"), "{kind}");
+    }
+
+    #[test]
+    fn a_file_that_is_no_toml_is_answered_with_the_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.toml");
+        fs_err::write(&file, "steps = 7\n[learner\ngamma = 0.5\n").unwrap();
+        let error = RunConfig::resolve(Some(&file), &[]).unwrap_err().to_string();
+        assert!(error.contains("a.toml: line 2: "), "{error}");
+    }
+
+    #[test]
+    fn the_difference_of_two_configurations_is_told_with_its_key() {
+        let resolve =
+            |sets: &[&str]| RunConfig::resolve(None, &sets.iter().map(|s| set(s)).collect::<Vec<_>>()).unwrap();
+        let ours = resolve(&["steps=7"]);
+        let difference = |sets: &[&str]| ours.difference(&resolve(sets));
+        assert_eq!(difference(&["steps=9"]), None);
+        let low = "env.controller.impedance.low.translation";
+        assert_eq!(difference(&[&format!("{low}=200.0")]).unwrap(), format!("{low}: there 150.0, here 200.0"));
+        let target = difference(&["learner.target_entropy=0.0"]).unwrap();
+        assert!(target.starts_with("learner.target_entropy: there ") && target.ends_with("here 0.0"), "{target}");
+        assert!(difference(&["learner.hidden=[8]"]).unwrap().starts_with("learner.hidden: "));
     }
 
     #[test]

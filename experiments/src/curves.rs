@@ -30,17 +30,15 @@ pub fn draw(folder: &RunFolder) -> Result<()> {
     let training = Columns::read(&folder.episodes())?;
     let eval = Columns::read(&folder.eval())?;
     let panels = PANELS.iter().chain([&STIFFNESS]).map(|&[title, unit, column]| {
-        let training = training.running_mean(column, WINDOW);
-        panel(
-            title,
-            unit,
-            vec![
-                Series::new(format!("training, mean of {WINDOW} episodes"), training),
-                Series::new("evaluation, mean action", eval.mean_by_step(column)),
-            ],
-        )
+        let training = in_thousands(training.running_mean(column, WINDOW)?);
+        let eval = in_thousands(eval.mean_by_step(column)?);
+        let series = vec![
+            Series::new(format!("training, mean of {WINDOW} episodes"), training),
+            Series::new("evaluation, mean action", eval),
+        ];
+        Ok(panel(title, unit, series))
     });
-    plot::write(&panels.collect::<Vec<_>>(), &folder.curves())
+    plot::write(&panels.collect::<Result<Vec<_>>>()?, &folder.curves())
 }
 
 /// The evaluations of runs that are compared. For each action space and preset: every seed, their interquartile mean as
@@ -56,14 +54,20 @@ pub fn of_runs(runs: &[(&RunFolder, &RunSummary)]) -> Result<Vec<Panel>> {
         }
     }
     let tables = runs.iter().map(|(folder, _)| Columns::read(&folder.eval())).collect::<Result<Vec<_>>>()?;
-    let series = |&[title, unit, column]: &[&str; 3]| {
+    let drawn = |&[title, unit, column]: &[&str; 3]| {
         let of_group = |label: &String| {
             let seeds = runs.iter().zip(&tables).filter(|((_, run), _)| run.label() == *label);
-            over_seeds(label, seeds.map(|(_, table)| table.mean_by_step(column)).collect())
+            let seeds = seeds.map(|(_, table)| Ok(in_thousands(table.mean_by_step(column)?)));
+            Ok(over_seeds(label, seeds.collect::<Result<_>>()?))
         };
-        panel(title, unit, labels.iter().map(of_group).collect())
+        Ok(panel(title, unit, labels.iter().map(of_group).collect::<Result<_>>()?))
     };
-    Ok(PANELS.iter().chain([&FORCE]).map(series).collect())
+    PANELS.iter().chain([&FORCE]).map(drawn).collect()
+}
+
+fn in_thousands(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    points.iter_mut().for_each(|(step, _)| *step /= 1000.0);
+    points
 }
 
 /// One curve for the curves of several seeds.

@@ -5,9 +5,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
 use output::file;
+use sac::Checkpoint;
 use serde::{Deserialize, Serialize};
 
 use crate::config::RunConfig;
+use crate::table::last_step;
 
 /// `OUT/TASK/SPACE/seed_N`.
 #[derive(Debug, Clone)]
@@ -61,13 +63,11 @@ pub struct Manifest {
     pub seed: u64,
     /// Processor model.
     pub cpu: String,
-    /// Threads libtorch computes with.
-    pub threads: u32,
     /// Version of this program.
     pub version: String,
     /// Start, seconds since 1970.
     pub started_unix_s: u64,
-    /// `running`, `stopped` or `done`.
+    /// `running`, `stopped`, `failed` or `done`; a run that was killed stays `running`.
     pub status: String,
     /// Time spent in this and earlier parts of the run (s).
     pub wall_s: f64,
@@ -123,6 +123,7 @@ impl RunFolder {
             Err(TryLockError::WouldBlock) => bail!("{path}: another process is at work there"),
             Err(TryLockError::Error(error)) => return Err(error).context(format!("{path}: cannot be locked")),
         }
+        self.can_go_on(config)?;
         if self.done().exists() && !self.is_done(config) {
             // The run is to go on beyond its former end.
             fs_err::remove_file(self.done())?;
@@ -150,6 +151,22 @@ impl RunFolder {
         let stored = RunConfig::resolve(Some(&self.config()), &[]);
         self.done().exists()
             && stored.is_ok_and(|stored| stored.steps >= config.steps && stored.hash() == config.hash())
+    }
+
+    /// A run is taken on from its checkpoint. Without one it would begin anew and cut off its tables: only what was killed
+    /// before its first checkpoint may do that, not a folder out of which the checkpoint was taken.
+    fn can_go_on(&self, config: &RunConfig) -> Result<()> {
+        if self.is_done(config) || Checkpoint::exists(&self.checkpoint())? {
+            return Ok(());
+        }
+        let before_the_first = config.checkpoint_every + u64::from(config.env.horizon);
+        let reached = last_step(&self.episodes())?;
+        ensure!(
+            !self.done().exists() && reached <= before_the_first,
+            "{}: has {reached} actions in its tables and no checkpoints/last to go on from: train in another folder",
+            self.path.display()
+        );
+        Ok(())
     }
 
     /// Locked by the process at work.
@@ -262,7 +279,6 @@ impl Manifest {
             config_hash: config.hash(),
             seed: config.seed,
             cpu: cpu_model(),
-            threads: 1,
             version: env!("CARGO_PKG_VERSION").into(),
             started_unix_s: since_1970.map_or(0, |t| t.as_secs()),
             status: "running".into(),

@@ -1,5 +1,6 @@
 //! Runs to groups (an experiment's task with an action space), and groups to tables.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use serde::Serialize;
@@ -34,7 +35,7 @@ pub struct Group<'a> {
     pub space: &'a str,
     /// The learner's preset.
     pub preset: &'a str,
-    /// In the order of their seeds.
+    /// In the order in which they were found.
     pub runs: Vec<&'a RunSummary>,
 }
 
@@ -145,6 +146,7 @@ pub fn summary(groups: &[Group]) -> Vec<SummaryRow> {
 pub struct ComparisonRow {
     pub experiment: String,
     pub task: String,
+    pub preset: String,
     pub space: String,
     pub n_space: usize,
     pub reference: String,
@@ -168,6 +170,7 @@ pub fn comparison(groups: &[Group]) -> Vec<ComparisonRow> {
                 rows.push(ComparisonRow {
                     experiment: other.section.experiment.into(),
                     task: other.section.task.into(),
+                    preset: other.preset.into(),
                     space: other.space.into(),
                     n_space: b.len(),
                     reference: reference.space.into(),
@@ -178,9 +181,10 @@ pub fn comparison(groups: &[Group]) -> Vec<ComparisonRow> {
                     ci_high: ci.map(|ci| ci[1]),
                 });
             };
-            compare("probability of improvement".into(), |run| run.final_return, probability_of_improvement);
+            let higher = "probability that reference ends higher".to_string();
+            compare(higher, |run| run.final_return, probability_of_improvement);
             for (name, of) in ENERGIES {
-                compare(format!("ratio of {name}"), of, |a, b| mean(b) / mean(a));
+                compare(format!("{name}: space / reference"), of, |a, b| mean(b) / mean(a));
             }
         }
     }
@@ -193,69 +197,84 @@ pub fn markdown(groups: &[Group]) -> String {
     for section in sections(groups) {
         let task = section.task;
         let groups: Vec<&Group> = groups.iter().filter(|group| group.section == section).collect();
-        let few = groups.iter().map(|group| group.runs.len()).min().unwrap_or(0);
         let title = task[..1].to_uppercase() + &task[1..];
         let of = if section.experiment.is_empty() { String::new() } else { format!(", {}", section.experiment) };
         let run = groups[0].runs[0];
-        let steps = format!("{} m and {} rad", run.position_step_m, run.rotation_step_rad);
-        writeln!(out, "## {title}{of}: action steps of {steps}\n").unwrap();
-        if few < FEWEST_FOR_INTERVAL {
-            writeln!(out, "Fewer than five seeds: ranges instead of intervals.\n").unwrap();
+        let step = format!("{} m and {} rad", run.position_step_m, run.rotation_step_rad);
+        writeln!(out, "## {title}{of}: at most {step} per action\n").unwrap();
+        for note in notes(&groups) {
+            writeln!(out, "{note}\n").unwrap();
         }
-        writeln!(out, "| space | seeds | final return | IQM, 95 % interval or range | best | sampled | success at the end | published | J per action, training | at the end | published |").unwrap();
-        writeln!(out, "|---|---|---|---|---|---|---|---|---|---|---|").unwrap();
-        for group in &groups {
-            let value = |of: fn(&RunSummary) -> f64, digits: usize| spread(&group.values(of), digits);
-            let finals = group.values(|run| run.final_return);
-            let centre = match finals.len() {
-                1 => String::new(),
-                few if few < FEWEST_FOR_INTERVAL => {
-                    let [low, high] = range(&finals);
-                    format!("{:.0}, range {low:.0} to {high:.0}", iqm(&finals))
-                }
-                _ => {
-                    let [low, high] = interval(&[&finals], |sample| iqm(&sample[0]));
-                    format!("{:.0}, {low:.0} to {high:.0}", iqm(&finals))
-                }
-            };
-            let published = published::of(task, group.space);
-            let theirs = published.map_or(String::new(), |(who, row)| {
-                format!("{:.0} +- {:.0} ({who})", row.final_return[0], row.final_return[1])
-            });
-            let energy =
-                published.and_then(|(_, row)| row.energy_per_action_j).map_or(String::new(), |j| j.to_string());
-            writeln!(
-                out,
-                "| `{}` | {} | {} | {centre} | {} | {} | {} | {theirs} | {} | {} | {energy} |",
-                group.runs[0].label(),
-                group.runs.len(),
-                value(|run| run.final_return, 1),
-                value(|run| run.best_return, 1),
-                value(|run| run.sampled_return, 1),
-                value(|run| run.final_success, 2),
-                value(|run| run.energy_per_action_j, 2),
-                value(|run| run.final_energy_per_action_j, 2),
-            )
-            .unwrap();
-        }
-        writeln!(out, "\n| space | training episodes above 60 N | penalty per episode | excess impulse per episode, N s | diverged |").unwrap();
-        writeln!(out, "|---|---|---|---|---|").unwrap();
-        for group in &groups {
-            let value = |of: fn(&RunSummary) -> f64, digits: usize| spread(&group.values(of), digits);
-            writeln!(
-                out,
-                "| `{}` | {} | {} | {} | {} |",
-                group.runs[0].label(),
-                value(|run| run.penalised_episode_share, 2),
-                value(|run| run.mean_penalty_per_episode, 1),
-                value(|run| run.excess_impulse_per_episode_ns, 1),
-                group.runs.iter().map(|run| run.diverged_episodes).sum::<usize>(),
-            )
-            .unwrap();
-        }
-        writeln!(out).unwrap();
+        results_table(&mut out, &groups);
+        safety_table(&mut out, &groups);
     }
     out
+}
+
+/// What a reader has to know before comparing the rows of a section.
+fn notes(groups: &[&Group]) -> Vec<String> {
+    let runs = || groups.iter().flat_map(|group| &group.runs);
+    let mut notes = vec![];
+    if groups.iter().any(|group| group.runs.len() < FEWEST_FOR_INTERVAL) {
+        notes.push("Groups of fewer than five seeds show a range instead of an interval.".to_string());
+    }
+    let unfinished: Vec<_> =
+        runs().filter(|run| !run.done).map(|run| format!("{} {} ({})", run.label(), run.seed, run.env_steps)).collect();
+    if !unfinished.is_empty() {
+        notes.push(format!("Not finished, seed and actions so far: {}.", unfinished.join(", ")));
+    }
+    let schemas: BTreeSet<u32> = runs().map(|run| run.schema).collect();
+    if schemas.len() > 1 {
+        notes.push("Tables of more than one schema: results/README.md says what they count differently.".to_string());
+    }
+    notes
+}
+
+fn results_table(out: &mut String, groups: &[&Group]) {
+    writeln!(out, "| space | seeds | final return | IQM, 95 % interval or range | best | sampled | success at the end | published | J per action, training | at the end | published |").unwrap();
+    writeln!(out, "|---|---|---|---|---|---|---|---|---|---|---|").unwrap();
+    for group in groups {
+        let value = |of: fn(&RunSummary) -> f64, digits: usize| spread(&group.values(of), digits);
+        let published = published::of(group.section.task, group.space);
+        let theirs = published.map_or(String::new(), |(who, row)| {
+            format!("{:.0} +- {:.0} ({who})", row.final_return[0], row.final_return[1])
+        });
+        let energy = published.and_then(|(_, row)| row.energy_per_action_j).map_or(String::new(), |j| j.to_string());
+        writeln!(
+            out,
+            "| `{}` | {} | {} | {} | {} | {} | {} | {theirs} | {} | {} | {energy} |",
+            group.runs[0].label(),
+            group.runs.len(),
+            value(|run| run.final_return, 1),
+            centre(&group.values(|run| run.final_return)),
+            value(|run| run.best_return, 1),
+            value(|run| run.sampled_return, 1),
+            value(|run| run.final_success, 2),
+            value(|run| run.energy_per_action_j, 2),
+            value(|run| run.final_energy_per_action_j, 2),
+        )
+        .unwrap();
+    }
+    writeln!(out).unwrap();
+}
+
+fn safety_table(out: &mut String, groups: &[&Group]) {
+    writeln!(out, "| space | training episodes above the force limit | penalty per episode | excess impulse per episode, N s | diverged |").unwrap();
+    writeln!(out, "|---|---|---|---|---|").unwrap();
+    for group in groups {
+        let value = |of: fn(&RunSummary) -> f64, digits: usize| spread(&group.values(of), digits);
+        writeln!(
+            out,
+            "| `{}` | {} | {} | {} | {} |",
+            group.runs[0].label(),
+            value(|run| run.penalised_episode_share, 2),
+            value(|run| run.mean_penalty_per_episode, 1),
+            value(|run| run.excess_impulse_per_episode_ns, 1),
+            group.runs.iter().map(|run| run.diverged_episodes).sum::<usize>(),
+        )
+        .unwrap();
+    }
+    writeln!(out).unwrap();
 }
 
 /// Mean and deviation over seeds.
@@ -263,5 +282,81 @@ fn spread(values: &[f64], digits: usize) -> String {
     match values.len() {
         1 => format!("{:.digits$}", values[0]),
         _ => format!("{:.digits$} +- {:.digits$}", mean(values), deviation(values)),
+    }
+}
+
+/// Interquartile mean over seeds and how sure it is.
+fn centre(values: &[f64]) -> String {
+    match values.len() {
+        1 => String::new(),
+        few if few < FEWEST_FOR_INTERVAL => {
+            let [low, high] = range(values);
+            format!("{:.0}, range {low:.0} to {high:.0}", iqm(values))
+        }
+        _ => {
+            let [low, high] = interval(&[values], |sample| iqm(&sample[0]));
+            format!("{:.0}, {low:.0} to {high:.0}", iqm(values))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Finished runs of `space` with final returns of 60, 61, ...
+    fn runs(space: &str, count: u32) -> Vec<RunSummary> {
+        let run = |k: u32| RunSummary {
+            task: "lift".into(),
+            space: space.into(),
+            preset: "desktop".into(),
+            seed: k.into(),
+            done: true,
+            final_return: 60.0 + f64::from(k),
+            ..RunSummary::default()
+        };
+        (0..count).map(run).collect()
+    }
+
+    #[test]
+    fn five_seeds_have_an_interval_and_fewer_a_range() {
+        let (five, four) = (runs("aforce", 5), runs("aforce", 4));
+        let row =
+            |runs: &[RunSummary]| summary(&groups(runs)).into_iter().find(|row| row.metric == "final_return").unwrap();
+        let (enough, few) = (row(&five), row(&four));
+        assert_eq!((enough.n_seeds, enough.mean, enough.iqm, enough.median), (5, 62.0, 62.0, 62.0));
+        assert_eq!((enough.lowest, enough.highest), (60.0, 64.0));
+        assert!((enough.std.unwrap() - 2.5f64.sqrt()).abs() < 1e-12);
+        let [low, high] = [enough.ci_low.unwrap(), enough.ci_high.unwrap()];
+        assert!(60.0 < low && low < 62.0 && 62.0 < high && high < 64.0, "{low} to {high}");
+        assert_eq!((few.ci_low, few.ci_high), (None, None));
+        let (enough, few) = (markdown(&groups(&five)), markdown(&groups(&four)));
+        assert!(enough.contains("| `aforce` | 5 | 62.0 +- 1.6 | 62, 6"), "{enough}");
+        assert!(
+            few.contains("range 60 to 63") && few.contains("fewer than five") && !enough.contains("fewer than five")
+        );
+    }
+
+    #[test]
+    fn what_may_mislead_stands_above_the_table() {
+        let mut all = runs("aforce", 5);
+        all.extend(runs("osc", 5));
+        assert!(notes(&groups(&all).iter().collect::<Vec<_>>()).is_empty());
+        (all[7].done, all[7].env_steps, all[3].schema) = (false, 1234, 1);
+        let notes = notes(&groups(&all).iter().collect::<Vec<_>>()).join("\n");
+        assert!(notes.contains("osc 2 (1234)") && notes.contains("schema"), "{notes}");
+    }
+
+    #[test]
+    fn presets_are_compared_apart() {
+        let mut all = [runs("aforce", 1), runs("osc", 1), runs("aforce", 1), runs("osc", 1)].concat();
+        (all[2].preset, all[3].preset) = ("paper".into(), "paper".into());
+        all[3].final_return = 50.0;
+        let rows = comparison(&groups(&all));
+        let value = |preset: &str| {
+            let of = |row: &&ComparisonRow| row.preset == preset && row.quantity.contains("ends higher");
+            rows.iter().find(of).unwrap().value
+        };
+        assert_eq!((value("desktop"), value("paper")), (0.5, 1.0));
     }
 }

@@ -27,7 +27,7 @@ impl RunId {
     }
 }
 
-/// A finished episode, as the sums and means of its actions.
+/// What every action of an episode led to.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Episode {
     total: f64,
@@ -142,8 +142,8 @@ pub struct EvaluationKey {
     pub episode_seed: u64,
 }
 
-/// One row of `progress.csv`: the learner, averaged over the updates since the last row,
-/// and the clock.
+/// One row of `progress.csv`: the clock, and the learner, averaged over the updates since the last row; empty cells if
+/// there was none.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "documented once, in results/README.md")]
 pub struct Progress {
@@ -151,13 +151,13 @@ pub struct Progress {
     pub updates: u64,
     pub wall_s: f64,
     pub env_steps_per_s: f64,
-    pub critic_loss: f64,
-    pub actor_loss: f64,
-    pub alpha: f64,
-    pub entropy: f64,
-    pub q_mean: f64,
-    pub grad_norm_critic: f64,
-    pub grad_norm_actor: f64,
+    pub critic_loss: Option<f64>,
+    pub actor_loss: Option<f64>,
+    pub alpha: Option<f64>,
+    pub entropy: Option<f64>,
+    pub q_mean: Option<f64>,
+    pub grad_norm_critic: Option<f64>,
+    pub grad_norm_actor: Option<f64>,
     pub replay_size: usize,
 }
 

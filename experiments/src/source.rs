@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use aforce::ActionSpace;
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
-use sac::{Act, Actor};
+use sac::{Act, Actor, Checkpoint};
 use serde::{Deserialize, Serialize};
 use tasks::Env;
 
@@ -90,18 +90,20 @@ impl SourceArgs {
     /// If `what` is neither, or a trained policy is asked to play in another action space.
     pub fn beside(&self, what: &str) -> Result<SourceArgs> {
         let mut other = self.clone();
-        if let Ok(space) = what.parse::<ActionSpace>() {
-            if self.run.is_some() {
-                return Err(bad(format!(
-                    "--beside {what}: a trained policy plays in one action space; name another run"
-                )));
+        match what.parse::<ActionSpace>() {
+            Ok(_) if self.run.is_some() => {
+                let hint = "a trained policy plays in one action space; name another run";
+                return Err(bad(format!("--beside {what}: {hint}")));
             }
-            other.config.space = Some(space);
-        } else {
-            RunFolder::open(Path::new(what)).with_context(|| format!("--beside {what}: not an action space either"))?;
-            (other.run, other.expert, other.random) = (Some(what.into()), false, false);
-            // A run has its own configuration; what --set says holds for both.
-            other.config = ConfigArgs { overrides: self.config.overrides.clone(), ..ConfigArgs::default() };
+            Ok(space) => other.config.space = Some(space),
+            Err(not_a_space) => {
+                RunFolder::open(Path::new(what)).map_err(|_| {
+                    bad(format!("--beside {what}: neither a run folder nor an action space ({not_a_space})"))
+                })?;
+                (other.run, other.expert, other.random) = (Some(what.into()), false, false);
+                // A run has its own configuration; what --set says holds for both.
+                other.config = ConfigArgs { overrides: self.config.overrides.clone(), ..ConfigArgs::default() };
+            }
         }
         Ok(other)
     }
@@ -133,6 +135,16 @@ impl SourceArgs {
             Which::Best => folder.best(),
             Which::Last => folder.checkpoint(),
         };
+        let at = path.display();
+        match self.checkpoint {
+            Which::Best if !Checkpoint::exists(&checkpoint)? => {
+                bail!("{at}: no best checkpoint yet, it comes with the first evaluation: try --checkpoint last")
+            }
+            Which::Last if !Checkpoint::exists(&checkpoint)? => {
+                bail!("{at}: no last checkpoint, which finished runs in results/ do not keep: try --checkpoint best")
+            }
+            _ => {}
+        }
         let env = Env::new(config.env.clone(), 0)?;
         let (actor, note) =
             Actor::load(&checkpoint, env.observation_components().len(), env.action_dim(), config.seed)?;

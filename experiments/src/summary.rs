@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Error, Result, ensure};
 use serde::Serialize;
 
 use crate::columns::Columns;
@@ -16,7 +16,7 @@ const LAST: usize = 5;
 const SOLVED: f64 = 450.0;
 
 /// A row of `runs.csv`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "documented once, in results/README.md")]
 pub struct RunSummary {
     pub schema: u32,
@@ -28,6 +28,7 @@ pub struct RunSummary {
     pub position_step_m: f64,
     pub rotation_step_rad: f64,
     pub env_steps: u64,
+    pub done: bool,
     pub final_return: f64,
     pub best_return: f64,
     pub final_success: f64,
@@ -67,14 +68,6 @@ pub fn find_runs(root: &Path) -> Result<Vec<RunFolder>> {
     Ok(runs)
 }
 
-/// Mean of each evaluation from the tables of a run, over thousands of steps.
-///
-/// # Errors
-/// If `eval.csv` is missing or damaged.
-fn evaluations(run: &RunFolder, column: &str) -> Result<Vec<(f64, f64)>> {
-    Ok(Columns::read(&run.eval())?.mean_by_step(column))
-}
-
 impl RunSummary {
     /// What tables and legends call it: the action space, and the preset where it is not the usual one.
     pub fn label(&self) -> String {
@@ -88,31 +81,29 @@ impl RunSummary {
     pub fn of(run: &RunFolder, root: &Path) -> Result<Self> {
         let config = RunConfig::resolve(Some(&run.config()), &[])?;
         let manifest = run.manifest()?;
-        let training = Columns::read(&run.episodes())?;
-        ensure!(!training.values("return").is_empty(), "{}: no training episode", run.path().display());
-        let returns = evaluations(run, "return")?;
+        let (training, eval) = (Columns::read(&run.episodes())?, Columns::read(&run.eval())?);
+        let lengths = training.values("length")?;
+        ensure!(!lengths.is_empty(), "{}: no training episode", run.path().display());
+        let returns = eval.mean_by_step("return")?;
         let last = returns.last().with_context(|| format!("{}: no evaluation", run.path().display()))?;
         let at_end = |column: &str| -> Result<f64> {
-            let values: Vec<f64> = evaluations(run, column)?.iter().rev().take(LAST).map(|p| p.1).collect();
+            let values: Vec<f64> = eval.mean_by_step(column)?.iter().rev().take(LAST).map(|p| p.1).collect();
             Ok(mean(&values))
         };
         let first_late = returns.len().checked_sub(LAST + 1).map_or(0.0, |i| returns[i].0);
-        let sampled = |column: &str| {
-            let all = training.values(column);
-            let late: Vec<f64> = training.points(column).iter().filter(|p| p.0 > first_late).map(|p| p.1).collect();
+        let sampled = |column: &str| -> Result<f64> {
+            let points = training.points(column)?;
+            let late: Vec<f64> = points.iter().filter(|p| p.0 > first_late).map(|p| p.1).collect();
             // Very long episodes: none may have ended since.
-            mean(if late.is_empty() { &all } else { &late })
+            Ok(mean(&if late.is_empty() { training.values(column)? } else { late }))
         };
         let solved = returns.iter().find(|p| p.1 >= SOLVED).map(|p| p.0);
-        let clock = Columns::read(&run.progress())?.points("wall_s");
-        let actions: f64 = training.values("length").iter().sum();
-        let per_action = |column: &str| training.values(column).iter().sum::<f64>() / actions;
-        let share = |column: &str| {
-            let values = training.values(column);
-            values.iter().filter(|&&v| v > 0.0).count() as f64 / values.len() as f64
-        };
+        let clock = Columns::read(&run.progress())?.points("wall_s")?;
+        let actions: f64 = lengths.iter().sum();
+        let per_action = |column: &str| Ok::<_, Error>(training.values(column)?.iter().sum::<f64>() / actions);
+        let with = |column: &str| Ok::<_, Error>(training.values(column)?.iter().filter(|&&v| v > 0.0).count());
         Ok(RunSummary {
-            schema: training.values("schema").first().map_or(0, |&schema| schema as u32),
+            schema: training.values("schema")?[0] as u32,
             experiment: experiment(run.path(), root),
             task: config.env.task.as_str().into(),
             space: config.env.space.name().into(),
@@ -120,25 +111,26 @@ impl RunSummary {
             preset: format!("{:?}", config.preset).to_lowercase(),
             position_step_m: config.env.controller.position_step,
             rotation_step_rad: config.env.controller.rotation_step,
-            env_steps: in_steps(last.0),
+            env_steps: last.0 as u64,
+            done: run.done().exists(),
             final_return: at_end("return")?,
             best_return: returns.iter().map(|p| p.1).fold(f64::MIN, f64::max),
             final_success: at_end("success")?,
             final_success_any: at_end("success_any")?,
-            sampled_return: sampled("return"),
-            sampled_success: sampled("success"),
-            steps_to_450: solved.map(in_steps),
+            sampled_return: sampled("return")?,
+            sampled_success: sampled("success")?,
+            steps_to_450: solved.map(|step| step as u64),
             wall_min_to_450: solved.and_then(|at| clock.iter().find(|p| p.0 >= at)).map(|p| p.1 / 60.0),
-            energy_per_action_j: per_action("energy_j"),
+            energy_per_action_j: per_action("energy_j")?,
             final_energy_per_action_j: at_end("energy_per_action_j")?,
-            energy_positive_per_action_j: per_action("energy_positive_j"),
-            energy_net_per_action_j: per_action("energy_net_j"),
-            squared_torque_per_action_nm2s: per_action("squared_torque_nm2s"),
-            copper_loss_per_action_j: per_action("copper_loss_j"),
-            penalised_episode_share: share("penalised_steps"),
-            mean_penalty_per_episode: mean(&training.values("penalty")),
-            excess_impulse_per_episode_ns: mean(&training.values("excess_impulse_ns")),
-            diverged_episodes: training.values("diverged").iter().filter(|&&d| d > 0.0).count(),
+            energy_positive_per_action_j: per_action("energy_positive_j")?,
+            energy_net_per_action_j: per_action("energy_net_j")?,
+            squared_torque_per_action_nm2s: per_action("squared_torque_nm2s")?,
+            copper_loss_per_action_j: per_action("copper_loss_j")?,
+            penalised_episode_share: with("penalised_steps")? as f64 / lengths.len() as f64,
+            mean_penalty_per_episode: mean(&training.values("penalty")?),
+            excess_impulse_per_episode_ns: mean(&training.values("excess_impulse_ns")?),
+            diverged_episodes: with("diverged")?,
             wall_s: manifest.wall_s,
             commit: manifest.commits(),
         })
@@ -149,10 +141,6 @@ impl RunSummary {
 fn experiment(run: &Path, root: &Path) -> String {
     let folders: Vec<_> = run.strip_prefix(root).unwrap_or(run).iter().map(|name| name.to_string_lossy()).collect();
     folders[..folders.len().saturating_sub(3)].join("/")
-}
-
-fn in_steps(thousands: f64) -> u64 {
-    (thousands * 1000.0).round() as u64
 }
 
 #[cfg(test)]
@@ -183,15 +171,18 @@ mod tests {
         write("eval.csv", &format!("schema,step,{columns}"), eval.collect());
         let training = (1..=16).map(|k| {
             let long = if k == 1 { 1 } else { 5000 };
+            let total = energy * f64::from(long);
+            let energies = [0.7, -0.1, 30.0, 0.2].map(|share| (share * total).to_string()).join(",");
+            let (penalised, impulse, diverged) = (k % 4 / 3, 2 * k, k > 14);
             format!(
-                "2,{},{k},true,true,{},{energy},{long},{},{},0,false",
-                5000 * k,
-                energy * f64::from(long),
-                k % 4 / 3,
-                k
+                "2,{},{k},true,true,{total},{energy},{long},{penalised},{k},{impulse},{diverged},{energies}",
+                5000 * k
             )
         });
-        let header = format!("schema,step,{columns},length,penalised_steps,penalty,excess_impulse_ns,diverged");
+        let header = format!(
+            "schema,step,{columns},length,penalised_steps,penalty,excess_impulse_ns,diverged,\
+             energy_positive_j,energy_net_j,squared_torque_nm2s,copper_loss_j"
+        );
         write("episodes.csv", &header, training.collect());
         write("progress.csv", "step,wall_s", (1..=40).map(|k| format!("{},{}", 2000 * k, 12 * k)).collect());
         RunSummary::of(&folder, root).unwrap()
@@ -208,9 +199,18 @@ mod tests {
         assert_eq!((row.sampled_return, row.sampled_success), (11.5, 1.0));
         assert_eq!((row.steps_to_450, row.wall_min_to_450), (None, None));
         // Per action, not per episode: the first episode is one action long.
-        assert!((row.energy_per_action_j - 2.0).abs() < 1e-12);
+        let energies = [
+            row.energy_per_action_j,
+            row.energy_positive_per_action_j,
+            row.energy_net_per_action_j,
+            row.squared_torque_per_action_nm2s,
+            row.copper_loss_per_action_j,
+        ];
+        for (energy, expected) in energies.into_iter().zip([2.0, 1.4, -0.2, 60.0, 0.4]) {
+            assert!((energy - expected).abs() < 1e-9, "{energies:?}");
+        }
         assert_eq!((row.penalised_episode_share, row.mean_penalty_per_episode), (0.25, 8.5));
-        assert_eq!(row.diverged_episodes, 0);
+        assert_eq!((row.excess_impulse_per_episode_ns, row.diverged_episodes, row.done), (17.0, 2, false));
         let solved = run(root.path(), "lift/osc/seed_1", 2.0, 400.0);
         assert_eq!((solved.steps_to_450, solved.wall_min_to_450), (Some(50_000), Some(5.0)));
         assert_eq!(solved.experiment, "");
@@ -233,8 +233,8 @@ mod tests {
             row.value
         };
         for (experiment, improvement, ratio) in [("a", 0.0, 1.5), ("b", 1.0, 3.0)] {
-            assert_eq!(value(experiment, "probability of improvement"), improvement);
-            assert!((value(experiment, "ratio of energy_per_action_j") - ratio).abs() < 1e-12);
+            assert_eq!(value(experiment, "probability that reference ends higher"), improvement);
+            assert!((value(experiment, "energy_per_action_j: space / reference") - ratio).abs() < 1e-12);
         }
     }
 }

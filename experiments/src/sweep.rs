@@ -9,7 +9,7 @@ use serde::Deserialize;
 use tasks::TaskName;
 use toml::{Table, Value};
 
-use crate::config::{RunConfig, bad};
+use crate::config::{RunConfig, bad, parse};
 use crate::rows::RunId;
 
 /// The file: groups of runs, and settings that all of them share.
@@ -42,7 +42,7 @@ struct Group {
 pub fn read(path: &Path) -> Result<Vec<RunConfig>> {
     let text = fs_err::read_to_string(path)?;
     let name = path.display().to_string();
-    let file: File = toml::from_str(&text).map_err(|e| bad(format!("{name}: {}", e.message())))?;
+    let file: File = parse(&text).map_err(|problem| bad(format!("{name}: {problem}")))?;
     let mut runs = vec![];
     for group in &file.group {
         for &task in &group.tasks {
@@ -110,7 +110,7 @@ mod tests {
             (group.replace("seeds = [1]", "seeds = []"), "no run"),
             (group.replace("aforce", "aforze"), "aforze"),
             (group.replace("lift", "left"), "left"),
-            (group.to_string() + "run = { learner = { gama = 1 } }", "did you mean \"gamma\""),
+            (group.to_string() + "run = { learner = { gama = 1 } }", "did you mean \"learner.gamma\""),
             (group.to_string() + "steps = 3", "steps"),
         ] {
             let error = sweep(&text).unwrap_err().to_string();

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use fs_err::OpenOptions;
+use output::file;
 use serde::Serialize;
 
 use crate::rows::SCHEMA;
@@ -50,35 +51,62 @@ pub fn cut_after(path: &Path, step: u64) -> Result<()> {
     if !path.exists() {
         return Ok(());
     }
-    let text = fs_err::read_to_string(path)?;
-    let whole = text.rfind('\n').map_or("", |end| &text[..=end]);
-    let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(whole.as_bytes());
-    let headers = reader.headers()?.clone();
-    let Some(column) = headers.iter().position(|h| h == "step") else {
-        anyhow::ensure!(headers.is_empty(), "{}: no column \"step\"", path.display());
+    let Some(Rows { headers, rows }) = Rows::read(path)? else {
         return Ok(fs_err::write(path, "")?);
     };
     let schema = headers.iter().position(|h| h == "schema");
     let mut writer = csv::Writer::from_writer(vec![]);
     writer.write_record(&headers)?;
-    for record in reader.records() {
-        let record = record?;
+    for (at, record) in rows {
         if let Some(other) = schema.map(|i| &record[i]).filter(|schema| *schema != SCHEMA.to_string()) {
             bail!(
                 "{}: has schema {other}, this program writes {SCHEMA}: go on with the one that began the run",
                 path.display()
             );
         }
-        let at: u64 =
-            record[column].parse().with_context(|| format!("{}: step {:?}", path.display(), &record[column]))?;
         if at <= step {
             writer.write_record(&record)?;
         }
     }
-    let temporary = path.with_extension("csv.new");
-    fs_err::write(&temporary, writer.into_inner()?)?;
-    fs_err::rename(temporary, path)?;
-    Ok(())
+    file::replace(path, &writer.into_inner()?)
+}
+
+/// The last step in the table `path`; 0 if it has no rows or does not exist.
+///
+/// # Errors
+/// If the file has no `step` column.
+pub fn last_step(path: &Path) -> Result<u64> {
+    let rows = if path.exists() { Rows::read(path)? } else { None };
+    Ok(rows.and_then(|table| table.rows.last().map(|row| row.0)).unwrap_or(0))
+}
+
+/// What is complete of a table: the last line may have been cut by a kill.
+struct Rows {
+    headers: csv::StringRecord,
+    /// Each with its step.
+    rows: Vec<(u64, csv::StringRecord)>,
+}
+
+impl Rows {
+    /// None if not even the header is complete.
+    fn read(path: &Path) -> Result<Option<Self>> {
+        let text = fs_err::read_to_string(path)?;
+        let whole = text.rfind('\n').map_or("", |end| &text[..=end]);
+        let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(whole.as_bytes());
+        let headers = reader.headers()?.clone();
+        if headers.is_empty() {
+            return Ok(None);
+        }
+        let column = headers.iter().position(|h| h == "step");
+        let column = column.with_context(|| format!("{}: no column \"step\"", path.display()))?;
+        let row = |record: csv::Result<csv::StringRecord>| {
+            let record = record?;
+            let step = record.get(column).unwrap_or_default();
+            let step = step.parse().with_context(|| format!("{}: step {step:?}", path.display()))?;
+            Ok((step, record))
+        };
+        Ok(Some(Rows { rows: reader.records().map(row).collect::<Result<_>>()?, headers }))
+    }
 }
 
 #[cfg(test)]
@@ -92,6 +120,7 @@ mod tests {
         fs_err::write(&path, "step,x\n1,a\n2,b\n3,c\n4,tor").unwrap();
         cut_after(&path, 2).unwrap();
         assert_eq!(fs_err::read_to_string(&path).unwrap(), "step,x\n1,a\n2,b\n");
+        assert_eq!((last_step(&path).unwrap(), last_step(&folder.path().join("b.csv")).unwrap()), (2, 0));
         Table::append(&path).unwrap().write((3, "d")).unwrap();
         assert_eq!(fs_err::read_to_string(&path).unwrap(), "step,x\n1,a\n2,b\n3,d\n");
     }

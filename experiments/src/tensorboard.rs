@@ -42,18 +42,17 @@ impl TensorBoard {
 
     /// The learner's numbers.
     pub fn progress(&mut self, row: &Progress) -> Result<()> {
-        self.0.write(
-            row.step,
-            &[
-                ("charts/SPS", row.env_steps_per_s),
-                // CleanRL's is the mean of both critics, ours their sum.
-                ("losses/qf_loss", row.critic_loss / 2.0),
-                ("losses/actor_loss", row.actor_loss),
-                ("losses/alpha", row.alpha),
-                ("losses/entropy", row.entropy),
-                ("losses/q_mean", row.q_mean),
-            ],
-        )
+        let losses = [
+            // CleanRL's is the mean of both critics, ours their sum.
+            ("losses/qf_loss", row.critic_loss.map(|sum| sum / 2.0)),
+            ("losses/actor_loss", row.actor_loss),
+            ("losses/alpha", row.alpha),
+            ("losses/entropy", row.entropy),
+            ("losses/q_mean", row.q_mean),
+        ];
+        let losses = losses.into_iter().filter_map(|(tag, value)| Some((tag, value?)));
+        let scalars: Vec<_> = std::iter::once(("charts/SPS", row.env_steps_per_s)).chain(losses).collect();
+        self.0.write(row.step, &scalars)
     }
 
     /// The evaluation made at `step`.

@@ -1,5 +1,10 @@
-//! What happened during one episode, over time, at 20 Hz.
+//! What happened during one episode, over time, action by action.
 
+use std::iter;
+use std::path::Path;
+
+use anyhow::Result;
+use output::file;
 use output::plot::{Panel, Series};
 use tasks::{Env, Step};
 
@@ -49,7 +54,8 @@ impl Traces {
         put("Contact force", "N", "largest", interval.max_force);
         put("Contact force", "N", "normal", normal);
         if controller.space().force {
-            put("Contact force", "N", "desired", controller.requested_force());
+            put("Contact force", "N", "requested", controller.requested_force());
+            put("Contact force", "N", "desired", controller.desired_force());
         }
         let stiffness = controller.own_stiffness();
         let unit = |axis| controller.convention().stiffness_unit(axis);
@@ -92,6 +98,21 @@ impl Traces {
     /// Time since the start of the episode (s).
     pub fn time(&self) -> f64 {
         self.time
+    }
+
+    /// All curves as a CSV file: a row per action, a column per curve.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn write_csv(&self, path: &Path) -> Result<()> {
+        let mut table = csv::Writer::from_writer(vec![]);
+        let name = |column: &Column| format!("{}, {} ({})", column.panel, column.label, column.unit);
+        table.write_record(iter::once("time (s)".to_string()).chain(self.columns.iter().map(name)))?;
+        for (index, (time, _)) in self.columns.first().map_or(&[][..], |column| &column.points).iter().enumerate() {
+            let values = self.columns.iter().map(|column| column.points[index].1);
+            table.serialize(iter::once(*time).chain(values).collect::<Vec<_>>())?;
+        }
+        file::replace(path, &table.into_inner()?)
     }
 
     /// One panel per quantity.

@@ -105,6 +105,10 @@ pub fn in_folder(config: &RunConfig, out: &Path, options: RunOptions) -> Result<
     let _lock = folder.prepare(config, options.resume)?;
     let mut display = Display::new(config.steps, options.quiet);
     display.line(&format!("run folder {}", folder.path().display()));
+    if folder.done().exists() {
+        display.line("all its steps are done");
+        return Ok(ExitCode::SUCCESS);
+    }
 
     let ending = train(config, &folder, options.tensorboard, &Stop::on_signals()?, &mut display)?;
     curves::draw(&folder)?;
@@ -118,7 +122,7 @@ pub fn in_folder(config: &RunConfig, out: &Path, options: RunOptions) -> Result<
 /// Trains as `config` says, in `folder`, going on from its checkpoint if it has one.
 ///
 /// # Errors
-/// If the folder cannot be written, or a checkpoint cannot be read.
+/// If the folder cannot be written, a checkpoint cannot be read or the learner's numbers cease to be finite.
 pub fn train(
     config: &RunConfig,
     folder: &RunFolder,
@@ -129,11 +133,16 @@ pub fn train(
     let mut run = Run::start(config, folder, tensorboard)?;
     let mut manifest = folder.begin_manifest(config, run.counters.step)?;
 
-    let ending = run.train(stop, display)?;
-    manifest.status = if ending == Ending::Done { "done" } else { "stopped" }.into();
+    let ending = run.train(stop, display);
+    manifest.status = match ending {
+        Ok(Ending::Done) => "done",
+        Ok(Ending::Stopped) => "stopped",
+        Err(_) => "failed",
+    }
+    .into();
     manifest.wall_s = run.wall_s();
     folder.write_manifest(&manifest)?;
-    Ok(ending)
+    ending.with_context(|| format!("{}", folder.path().display()))
 }
 
 impl<'a> Run<'a> {
@@ -263,7 +272,8 @@ impl<'a> Run<'a> {
 
     fn evaluate(&mut self, display: &mut Display) -> Result<()> {
         let mut policy = Policy::Actor {
-            actor: Box::new(self.sac.policy(sub_seed(self.config.seed, "evaluation-noise", 0))),
+            // A mean action needs no noise, hence no seed of its own.
+            actor: Box::new(self.sac.policy(0)),
             act: Act::Mean,
             scaled: self.config.learner.scaled_observations,
         };
@@ -333,9 +343,8 @@ impl LearnerLog {
     }
 
     fn row(&mut self, step: u64, updates: u64, replay_size: usize, wall_s: f64) -> Progress {
-        let n = self.count.max(1) as f64;
-        let [critic_loss, actor_loss, alpha, entropy, q_mean, grad_norm_critic, grad_norm_actor] =
-            self.sums.map(|s| s / n);
+        let mean = |sum| (self.count > 0).then(|| sum / self.count as f64);
+        let [critic_loss, actor_loss, alpha, entropy, q_mean, grad_norm_critic, grad_norm_actor] = self.sums.map(mean);
         let env_steps_per_s = (step - self.since_step) as f64 / self.since.elapsed().as_secs_f64();
         *self = LearnerLog::new(step);
         Progress {

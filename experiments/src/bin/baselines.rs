@@ -26,7 +26,7 @@ struct Arguments {
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Tasks (default: the configuration's)
-    #[arg(long, value_delimiter = ',', conflicts_with = "task", value_parser = parse_task)]
+    #[arg(long, value_delimiter = ',', conflicts_with = "task", value_parser = cli::task_parser())]
     tasks: Vec<TaskName>,
     /// Action spaces (default: that of --space, or all)
     #[arg(long, value_delimiter = ',', conflicts_with = "space")]
@@ -95,11 +95,6 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     })?;
     file::write_table(&arguments.out, &rows)?;
     Ok(ExitCode::SUCCESS)
-}
-
-fn parse_task(name: &str) -> Result<TaskName, String> {
-    let known = TaskName::ALL.map(TaskName::as_str).join(", ");
-    TaskName::ALL.into_iter().find(|task| task.as_str() == name).ok_or(format!("unknown task; known: {known}"))
 }
 
 fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {

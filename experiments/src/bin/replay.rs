@@ -1,4 +1,4 @@
-//! Shows an episode: an interactive page, PNG, GIF, and forces, stiffness and torques over time.
+//! Shows an episode: an interactive page, PNG, GIF, and forces, stiffness and torques over time as curves and numbers.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -47,6 +47,9 @@ struct Arguments {
     /// Forces, stiffness, torques over time: FILE.svg and FILE.png
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
+    /// The same curves as numbers, a row per action
+    #[arg(long, value_name = "FILE.csv")]
+    csv: Option<PathBuf>,
     /// Where PNG and GIF look from
     #[arg(long, default_value = "task")]
     view: View,
@@ -66,15 +69,21 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<ExitCode> {
-    let Arguments { html, png, sheet, gif, plot, .. } = arguments;
-    if [html, png, sheet, gif, plot].iter().all(|file| file.is_none()) {
-        return Err(bad("nothing to draw: name at least one of --html, --png, --sheet, --gif, --plot".into()));
+    let Arguments { html, png, sheet, gif, plot, csv, .. } = arguments;
+    if [html, png, sheet, gif, plot, csv].iter().all(|file| file.is_none()) {
+        return Err(bad("nothing to show: name at least one of --html, --png, --sheet, --gif, --plot, --csv".into()));
     }
     let mut pictures = Pictures { arguments, tiles: vec![], film: None };
     let take = play(arguments, &arguments.source, |env, step, take| pictures.add(env, step, take))?;
     pictures.finish()?;
     if let Some(path) = &arguments.plot {
-        plot::write(&take.traces.panels(), &path.with_extension(""))?;
+        // FILE.svg means FILE; of "seed_0.5" the dot belongs to the name.
+        let is_picture = path.extension().is_some_and(|extension| extension == "svg" || extension == "png");
+        let stem = if is_picture { path.with_extension("") } else { path.clone() };
+        plot::write(&take.traces.panels(), &stem)?;
+    }
+    if let Some(path) = &arguments.csv {
+        take.traces.write_csv(path)?;
     }
     println!("return {:.1} in {} actions", take.total, take.traces.actions());
     if let Some(path) = &arguments.html {

@@ -54,7 +54,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
     }
     ensure!(!rows.is_empty(), "{}: no run has been evaluated yet", arguments.runs.display());
-    differ_in_seed_alone(&runs, &rows)?;
+    comparable(&runs, &rows)?;
     let groups = groups(&rows);
     let tables = markdown(&groups);
     file::write_table(&out.join("runs.csv"), &rows)?;
@@ -77,9 +77,9 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Runs of a group stand for each other: they have to differ in their seed and in nothing else. Runs that are compared have
-/// action steps of one size, which changes every number.
-fn differ_in_seed_alone(runs: &[RunFolder], rows: &[RunSummary]) -> Result<()> {
+/// Runs of a group stand for each other: they have to differ in their seed and in nothing else. Groups are compared: their
+/// runs may also differ in the action space, and in the learner (and how long it trains) if their presets do.
+fn comparable(runs: &[RunFolder], rows: &[RunSummary]) -> Result<()> {
     let mut seen: Vec<(&RunFolder, &RunSummary, RunConfig)> = vec![];
     for (run, row) in runs.iter().zip(rows) {
         let config = RunConfig::resolve(Some(&run.config()), &[])?;
@@ -88,28 +88,23 @@ fn differ_in_seed_alone(runs: &[RunFolder], rows: &[RunSummary]) -> Result<()> {
                 continue;
             }
             let (there, here) = (other.path().display(), run.path().display());
-            let steps = |row: &RunSummary| (row.position_step_m, row.rotation_step_rad);
             ensure!(
-                steps(row) == steps(their_row),
-                "{there} and {here} have action steps of {:?} and {:?} (m, rad): keep them in different folders",
-                steps(their_row),
-                steps(row)
-            );
-            if row.label() != their_row.label() {
-                continue;
-            }
-            ensure!(
-                theirs.seed != config.seed,
+                row.label() != their_row.label() || theirs.seed != config.seed,
                 "{there} and {here} have the same seed: keep them in different folders"
             );
-            let settings = RunConfig { seed: theirs.seed, ..config.clone() };
-            if let Some(difference) = theirs.difference(&settings) {
+            let mut alike = config.clone();
+            (alike.seed, alike.env.space) = (theirs.seed, theirs.env.space);
+            if theirs.preset != config.preset {
+                let RunConfig { preset, learner, steps, evaluate_every, checkpoint_every, .. } = theirs.clone();
+                alike = RunConfig { preset, learner, steps, evaluate_every, checkpoint_every, ..alike };
+            }
+            if let Some(difference) = theirs.difference(&alike) {
                 bail!(
-                    "{there} and {here} differ in more than their seed ({difference}): keep them in different folders"
+                    "{there} and {here} differ in more than their seed and space ({difference}): keep them in different folders"
                 );
             }
             ensure!(
-                theirs.steps == config.steps,
+                theirs.steps == alike.steps,
                 "{there} is a run of {} actions, {here} one of {}: take the shorter one on",
                 theirs.steps,
                 config.steps

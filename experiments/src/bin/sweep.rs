@@ -37,6 +37,9 @@ struct Arguments {
     /// Runs at the same time (default: one per processor core)
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
+    /// Write TensorBoard's event files into the run folders as well
+    #[arg(long)]
+    tensorboard: bool,
 }
 
 fn main() -> ExitCode {
@@ -55,7 +58,11 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     if let Some(index) = arguments.index {
         let last = runs.len() - 1;
         let run = runs.get(index).ok_or_else(|| bad(format!("--index {index}: the list goes from 0 to {last}")))?;
-        return train::in_folder(run, &out, RunOptions { resume: true, tensorboard: false, quiet: false });
+        return train::in_folder(
+            run,
+            &out,
+            RunOptions { resume: true, tensorboard: arguments.tensorboard, quiet: false },
+        );
     }
 
     let program = std::env::current_exe().context("the path of this program")?;
@@ -64,6 +71,9 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         // This very program: a build in the meantime changes the file, not this sweep.
         let mut command = Command::new("/proc/self/exe");
         command.arg0(&program).arg(&arguments.file).arg("--out").arg(&out).args(["--index", &index.to_string()]);
+        if arguments.tensorboard {
+            command.arg("--tensorboard");
+        }
         Job { name: name(run), command, log: folder.path().join("log.txt") }
     });
     let jobs: Vec<Job> = jobs.collect();

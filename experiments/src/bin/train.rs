@@ -50,11 +50,10 @@ fn describe(env: &Env) {
     if env.task().has_gripper() {
         println!("  {:<28} {:>9} .. {:<9} sign counts", "gripper", "open", "close");
     }
-    println!(
-        "observation ({} numbers), and what a learner subtracts and multiplies:",
-        env.observation_components().len()
-    );
-    for c in env.observation_components() {
-        println!("  {:<28} - {:<6} x {}", c.name, c.centre, c.scale);
+    let components = env.observation_components();
+    println!("observation ({} numbers), and how a learner scales them:", components.len());
+    for c in components {
+        println!("  {:<28} {:<18} (value - {}) x {}", c.name, c.unit, c.centre, c.scale);
     }
+    println!("eef_pos is the grip site, eef_quat (of which x is never negative) the body right_hand, as in robosuite");
 }
