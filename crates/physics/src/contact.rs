@@ -44,3 +44,51 @@ impl ContactReading {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CUTOFFS: [f64; 2] = [100.0, 12.0];
+
+    fn push() -> Wrench {
+        Wrench::new(0.0, 0.0, 10.0, 0.0, 0.0, 0.0)
+    }
+
+    /// Filtered and sustained force along z.
+    fn forces(contact: &ContactReading) -> [f64; 2] {
+        [contact.filtered[2], contact.sustained[2]]
+    }
+
+    fn assert_close(a: [f64; 2], b: [f64; 2]) {
+        assert!((0..2).all(|i| (a[i] - b[i]).abs() < 1e-6), "{a:?}, not {b:?}");
+    }
+
+    /// The answer of a first-order low-pass to 10 N is 10 (1 - exp(-2 pi f t)) N after a time t, and when they are gone
+    /// exp(-2 pi f t) of it is left after as long again.
+    #[test]
+    fn a_push_comes_and_goes_with_the_cut_offs() {
+        let mut contact = ContactReading::default();
+        contact.update(Some(push()), CUTOFFS, 0.002);
+        assert!(contact.touching);
+        assert_eq!(contact.raw, push());
+        assert_close(forces(&contact), [7.153905, 1.399773]);
+        assert_eq!(contact.filtered.norm(), contact.filtered[2], "nothing but the force along z");
+
+        contact.update(None, CUTOFFS, 0.002);
+        assert!(!contact.touching);
+        assert_eq!(contact.raw, Wrench::zeros());
+        assert_close(forces(&contact), [2.036070, 1.203836]);
+    }
+
+    /// What is read does not depend on how a time is divided into steps.
+    #[test]
+    fn two_short_steps_are_one_long_step() {
+        let after = |steps: u32| {
+            let mut contact = ContactReading::default();
+            (0..steps).for_each(|_| contact.update(Some(push()), CUTOFFS, 0.002 / f64::from(steps)));
+            forces(&contact)
+        };
+        assert_close(after(2), after(1));
+    }
+}

@@ -1,5 +1,7 @@
-//! Contact forces are what statics, Coulomb and MuJoCo say, within 1 %: of a block at rest, pressed
-//! and sliding, and of the arm that presses. `scripts/mujoco_reference.py` makes MuJoCo's answers.
+//! Contact forces are what statics and Coulomb say, within 1 %: of a block at rest, pressed and
+//! sliding, and of the arm that presses. Of the block at rest and pressed MuJoCo says the same. Its
+//! sliding block is not compared with ours: it obeys the same law within 5 %.
+//! `scripts/mujoco_reference.py` makes MuJoCo's answers.
 
 mod mujoco_reference;
 
@@ -134,9 +136,7 @@ fn resting_and_pressing_forces() {
 }
 
 /// A block pushed by a constant force accelerates by what friction leaves of the force,
-/// and one that was launched slows down with mu g. MuJoCo's block hops as it slides (its
-/// friction cone is relaxed to a convex problem), so the mean that its file has is within
-/// 5 % of the same law.
+/// and one that was launched slows down with mu g.
 ///
 /// Between bodies that are no links the engine stores the friction of four points at each
 /// of them, so that the reading is too large; such pairs are never beyond the wrist.
@@ -167,10 +167,20 @@ fn a_sliding_block_obeys_coulomb() {
     println!("launched: {acceleration} m/s2 of {}, on the table {:?}", -GRAVITY, force.as_slice());
     assert_relative_eq!(acceleration, -GRAVITY, max_relative = 0.01);
     assert_relative_eq!(-force.z, block_weight(), max_relative = 0.01);
+}
 
-    let slide = &reference("contacts.csv", 1)[2].1;
+/// Says nothing of the engine: MuJoCo's block, which a force pulls without a tool, is held to the
+/// law that ours obeys. It hops as it slides (MuJoCo's friction cone is relaxed to a convex
+/// problem), so the means in the file are within 5 % of it.
+#[test]
+fn mujocos_sliding_block_obeys_the_same_law() {
+    let (names, slide) = reference("contacts.csv", 1).swap_remove(2);
+    assert_eq!(names, ["slide"]);
+    let (pulled, friction, normal, acceleration) = (slide[0], -slide[3], slide[5], slide[6]);
     let mass = block_weight() / GRAVITY;
-    assert_relative_eq!(slide[6], slide[0] / mass - GRAVITY, max_relative = 0.05);
+    assert_relative_eq!(normal, block_weight(), max_relative = 0.05);
+    assert_relative_eq!(friction, normal, max_relative = 0.05);
+    assert_relative_eq!(acceleration, pulled / mass - GRAVITY, max_relative = 0.05);
 }
 
 /// The friction of a link that slides is read as it acts: mu N, along the motion on what it

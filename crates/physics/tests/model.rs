@@ -1,5 +1,5 @@
-//! The rigid-body model agrees with published numbers of the same arm, with itself
-//! (finite differences, energy), and with the engine it is independent of.
+//! The rigid-body model agrees with published numbers of the same arm and with itself (finite
+//! differences, energy). `plant.rs` compares it with the engine, `mujoco.rs` with MuJoCo.
 
 use aforce::{JointVector, Vector3};
 use approx::assert_relative_eq;

@@ -80,6 +80,32 @@ fn cube_rests_on_the_table() {
     assert!(!simulation.contact().touching);
 }
 
+/// A cube that falls on the forearm presses on a link and on nothing beyond the wrist. On the table
+/// it presses on neither, in the gripper on the fingers alone.
+#[test]
+fn what_touches_the_arm_is_told_from_what_touches_the_hand() {
+    let (mut simulation, cube) = lift(ParameterSet::Robosuite);
+    let touches = |simulation: &Simulation| (simulation.arm_touches(), simulation.contact().touching);
+    hold(&mut simulation, 500, 0.0);
+    assert_eq!(touches(&simulation), (false, false), "on the table");
+
+    let parameters = ParameterSet::Robosuite.parameters();
+    let forearm = physics::scenes::lift::scene(&parameters, Vector3::repeat(0.021)).0.body("link5");
+    let top = simulation.body_pose(forearm) * nalgebra::Point3::new(0.0, 0.0, -0.2);
+    cube.place_cube(&mut simulation, &nalgebra::Isometry3::translation(top.x, top.y, top.z + 0.2));
+    let mut steps = 0;
+    while !simulation.arm_touches() && steps < 250 {
+        assert!(!simulation.contact().touching);
+        hold(&mut simulation, 1, 0.0);
+        steps += 1;
+    }
+    assert!(steps > 10, "it falls first: {steps}");
+    assert_eq!(touches(&simulation), (true, false), "on the forearm");
+
+    grasp(&mut simulation, &cube);
+    assert_eq!(touches(&simulation), (false, true), "in the gripper");
+}
+
 /// A cube held in the air pulls the hand down by its weight; the two grip forces cancel.
 #[test]
 fn contact_wrench_has_the_right_sign_and_size() {

@@ -79,7 +79,9 @@ fn mujoco() -> Vec<[f64; 7]> {
 /// normal force and opposes the motion. MuJoCo says the same.
 #[test]
 fn pressing_and_sliding_forces() {
-    for row in mujoco() {
+    let rows = mujoco();
+    assert_eq!(rows.len(), 3);
+    for row in rows {
         let pressed = row[0];
         let mut bench = Bench::new(ParameterSet::Robosuite, TABLE_HEIGHT, TABLE_FRICTION);
         let (rest, scatter) = bench.run(4000, pressed);
