@@ -3,12 +3,17 @@
 
 use aforce::{ActionSpace, ControllerConfig};
 use approx::assert_relative_eq;
+use physics::panda::ParameterSet;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tasks::{Env, EnvConfig, ForcePenalty, REWARD_TERMS, Step, TaskName};
 
 fn env(task: TaskName, space: ActionSpace) -> Env {
     Env::new(EnvConfig { task, space, ..EnvConfig::default() }, 1).unwrap()
+}
+
+fn random_action(env: &Env, rng: &mut ChaCha8Rng) -> Vec<f64> {
+    (0..env.action_dim()).map(|_| rng.random_range(-1.0..1.0)).collect()
 }
 
 fn everywhere() -> impl Iterator<Item = (TaskName, ActionSpace)> {
@@ -24,8 +29,7 @@ fn random_actions_stay_finite_and_repeat() {
             let mut trace = env.reset(Some(3)).to_vec();
             assert_eq!(trace.len(), env.observation_components().len());
             for _ in 0..60 {
-                let action: Vec<f64> = (0..env.action_dim()).map(|_| rng.random_range(-1.0..1.0)).collect();
-                let step = env.step(&action);
+                let step = env.step(&random_action(&env, &mut rng));
                 assert!(!step.diverged && step.reward.is_finite(), "{} {space}", task.as_str());
                 trace.extend_from_slice(env.observation());
                 trace.push(step.reward as f32);
@@ -87,6 +91,75 @@ fn an_action_is_recorded_as_it_acted() {
         over += usize::from(over_limit);
     }
     assert!(touched > 100 && touched < 2500 && over > 100, "{touched} {over}");
+}
+
+/// At 500 actions a second each torque can be seen. Limits in Nm: robosuite's, and the maker's, who also limits the rate
+/// to 1000 Nm/s.
+#[test]
+fn torques_keep_to_the_limits_of_the_plant() {
+    let dt = 0.002;
+    let sets = [
+        (ParameterSet::Robosuite, [80.0, 80.0, 80.0, 80.0, 80.0, 12.0, 12.0], f64::INFINITY),
+        (ParameterSet::Identified, [87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0], 1000.0 * dt),
+    ];
+    for (robot, max, change) in sets {
+        let controller =
+            ControllerConfig { policy_hz: 500, position_step: 0.05, rotation_step: 0.5, ..ControllerConfig::default() };
+        let config = EnvConfig { space: "osc".parse().unwrap(), robot, controller, ..EnvConfig::default() };
+        let mut env = Env::new(config, 1).unwrap();
+        env.reset(Some(1));
+        // What holds the arm at its start.
+        let mut previous = env.measurement().bias;
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let (mut limited, mut free) = (0, 0);
+        for _ in 0..500 {
+            let Step { interval, diverged, .. } = env.step(&random_action(&env, &mut rng));
+            assert!(!diverged);
+            let tau = interval.mean_torque();
+            let mut at_limit = 0;
+            for i in 0..7 {
+                let room = (max[i] - tau[i].abs()).min(change - (tau[i] - previous[i]).abs());
+                assert!(room > -1e-9, "{robot:?}, joint {}: {} Nm after {} Nm", i + 1, tau[i], previous[i]);
+                at_limit += usize::from(room < 1e-9);
+            }
+            assert_relative_eq!(interval.saturated(), at_limit as f64 / 7.0);
+            limited += at_limit;
+            free += 7 - at_limit;
+            previous = tau;
+        }
+        assert!(limited > 0 && free > 0, "{robot:?}: {limited} {free}");
+    }
+}
+
+/// Control at 20 Hz with a stiff arm blows the simulation up. That ends the episode even where its horizon would have.
+#[test]
+fn a_divergence_ends_the_episode_and_earns_nothing() {
+    let until_divergence = |horizon: u32| {
+        let mut config = EnvConfig { space: "osc".parse().unwrap(), horizon, ..EnvConfig::default() };
+        config.controller.control_hz = 20;
+        config.controller.impedance.osc.translation = 30_000.0;
+        let mut env = Env::new(config, 1).unwrap();
+        let start = env.reset(Some(1)).to_vec();
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        for count in 1..=500 {
+            let before = env.observation().to_vec();
+            let step = env.step(&random_action(&env, &mut rng));
+            assert_eq!(step.terminated, step.diverged);
+            if step.diverged {
+                assert!(!step.truncated && !step.success);
+                assert_eq!((step.reward, step.reward_terms), (0.0, [0.0; REWARD_TERMS]));
+                assert_eq!(env.observation(), before, "the last valid one stays");
+                // The next episode begins as if nothing had happened.
+                assert_eq!(env.reset(Some(1)), start);
+                return count;
+            }
+            assert!(step.reward > 0.0 && env.observation() != before);
+        }
+        panic!("500 actions without a divergence");
+    };
+    let count = until_divergence(500);
+    assert!(count > 1, "something went well before");
+    assert_eq!(until_divergence(count), count);
 }
 
 /// Door and Wipe take off 0.05 F in Wipe's normalisation, 500 / (5000 + 500 x 25.51); the paper has no penalty in Lift.

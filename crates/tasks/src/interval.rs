@@ -77,3 +77,84 @@ impl Interval {
         self.sum_saturated / f64::from(self.samples.max(1))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use aforce::{ControllerConfig, Jacobian, JointMatrix, Measurement, Pose, TorqueLimits, Twist, Vector3, Wrench};
+
+    /// A controller after one sample at its goal. It holds each joint with 1 Nm, of which the first `limited` joints take
+    /// half. `kp` commands the stiffness, -1 being 0 and 1 being 300.
+    fn controller(kp: [f64; 6], limited: usize) -> Controller {
+        let y = Measurement {
+            q: JointVector::zeros(),
+            qd: JointVector::zeros(),
+            pose: Pose::identity(),
+            twist: Twist::zeros(),
+            jacobian: Jacobian::identity(),
+            mass: JointMatrix::identity(),
+            bias: JointVector::repeat(1.0),
+            wrench: Wrench::zeros(),
+        };
+        let max = JointVector::from_fn(|i, _| if i < limited { 0.5 } else { 10.0 });
+        let (space, limits) = ("variable".parse().unwrap(), TorqueLimits { max, rate: None });
+        let mut controller =
+            Controller::new(space, &ControllerConfig::default(), limits, Vector3::z_axis()).expect("defaults");
+        controller.reset(&y);
+        controller.set_goal(&[kp, [0.0; 6]].concat(), &y);
+        controller.update(&y);
+        controller
+    }
+
+    /// What a record says is worked out by hand for three samples of 2 ms, the second of which is the extreme one.
+    #[test]
+    fn sums_means_and_extremes_are_over_all_samples() {
+        const DT: f64 = 0.002;
+        const LIMIT: f64 = 15.0;
+        // Sustained forces of 10, 80 and 20 N; moments are no forces. The low-pass outlasts the touch.
+        let contact = |x: f64, y: f64, z: f64, touching| {
+            let sustained = Wrench::new(x, y, z, 500.0, 500.0, 500.0);
+            ContactReading { sustained, raw: 2.0 * sustained, touching, ..ContactReading::default() }
+        };
+        let contacts = [contact(6.0, 0.0, 8.0, true), contact(0.0, -80.0, 0.0, true), contact(12.0, 0.0, -16.0, false)];
+        let controllers = [
+            controller([-1.0, 0.0, 1.0, 1.0, 1.0, 1.0], 0),
+            controller([1.0, 1.0, 1.0, -1.0, -1.0, -1.0], 5),
+            controller([-1.0, -1.0, -0.4, 0.0, 0.0, 0.0], 2),
+        ];
+        // Joint 1 has the torque given here, joint 2 twice as much, and so on; all move alike.
+        let torques = [3.0, -6.0, 9.0].map(|torque| JointVector::from_fn(|i, _| torque * (i + 1) as f64));
+        let speeds = [0.5, 1.0, 0.0].map(JointVector::repeat);
+
+        let mut interval = Interval::default();
+        for k in 0..3 {
+            interval.add(&torques[k], &speeds[k], &contacts[k], &controllers[k], LIMIT, DT);
+        }
+
+        let close = |name: &str, a: f64, b: f64| assert!((a - b).abs() < 1e-9, "{name}: {a}, not {b}");
+        assert_eq!(interval.samples, 3);
+        close("largest force", interval.max_force, 80.0);
+        close("largest raw force", interval.max_raw_force, 160.0);
+        close("mean force", interval.mean_force(), 110.0 / 3.0);
+        close("impulse above 15 N", interval.excess_impulse, (65.0 + 5.0) * DT);
+        close("time of contact", interval.contact_time, 2.0 * DT);
+        // Means over x, y, z: 150, 300 and 30.
+        close("stiffness", interval.mean_stiffness(), 160.0);
+        close("saturated", interval.saturated(), (5.0 + 2.0) / 21.0);
+        for i in 0..7 {
+            let factor = (i + 1) as f64;
+            close("torque", interval.mean_torque()[i], 2.0 * factor);
+            close("work of a joint", interval.joint_work[i], (1.5 - 6.0) * factor * DT);
+        }
+        close("net energy", interval.energy.net, 28.0 * (1.5 - 6.0) * DT);
+        close("absolute energy", interval.energy.absolute, 28.0 * (1.5 + 6.0) * DT);
+    }
+
+    /// An action that diverged in its first sample has means all the same.
+    #[test]
+    fn means_over_no_sample_are_zero() {
+        let interval = Interval::default();
+        assert_eq!((interval.mean_stiffness(), interval.mean_force(), interval.saturated()), (0.0, 0.0, 0.0));
+        assert_eq!(interval.mean_torque(), JointVector::zeros());
+    }
+}
