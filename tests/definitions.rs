@@ -124,7 +124,7 @@ fn differences_of_positions_point_robosuites_way() {
 
 #[test]
 fn scaled_observations_are_centred_scaled_and_clipped_at_10() {
-    let components = [Component::new("a", 0.5, 4.0), Component::new("b", -1.0, 0.5)];
+    let components = [Component::new("a", "m", 0.5, 4.0), Component::new("b", "1", -1.0, 0.5)];
     for (observation, expected) in [
         ([1.0, 3.0], [2.0, 2.0]),
         ([0.0, -2.0], [-2.0, -0.5]),
