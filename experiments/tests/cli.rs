@@ -1,51 +1,13 @@
 //! The programs as a user meets them: bad input is answered in one line that names what is
 //! wrong, nothing is overwritten, and a run that was killed goes on to the same bytes.
 
-use std::path::Path;
-use std::time::{Duration, Instant};
+mod common;
 
-use assert_cmd::Command;
-
-fn program(name: &str) -> Command {
-    Command::new(assert_cmd::cargo::cargo_bin(name))
-}
-
-/// A run small enough for a test, but with every part of a real one.
-fn train(out: &Path) -> Command {
-    let mut command = program("train");
-    command.args(["--seed", "7", "--steps", "2000", "--quiet", "--set", "evaluate_every=1000"]);
-    command.args(["--set", "evaluation_episodes=1", "--set", "checkpoint_every=500"]);
-    command.args(["--set", "learner.random_steps=500", "--set", "learner.hidden=[32, 32]"]);
-    command.args(["--set", "learner.batch_size=16", "--set", "env.horizon=100", "--out"]).arg(out);
-    command
-}
-
-/// Waits until `path` is there; `child` is to write it.
-fn wait_for(path: &Path, child: &mut std::process::Child) {
-    let deadline = Instant::now() + Duration::from_secs(300);
-    while !path.exists() {
-        assert!(child.try_wait().unwrap().is_none(), "ended before there was {}", path.display());
-        assert!(Instant::now() < deadline, "no {}", path.display());
-        std::thread::sleep(Duration::from_millis(2));
-    }
-}
-
-/// Standard error of a command that must fail with `code`, as one line.
-fn error(command: &mut Command, code: i32) -> String {
-    let output = command.output().unwrap();
-    let text = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(code), "{text}");
-    if text.starts_with("error: ") && !text.contains("Usage:") && !text.contains("--help") {
-        assert_eq!(text.lines().count(), 1, "{text}");
-    }
-    text
-}
-
-fn expect(text: &str, parts: &[&str]) {
-    for part in parts {
-        assert!(text.contains(part), "{part:?} is not in: {text}");
-    }
-}
+use common::{
+    assert_same, error, expect, few, last_step, note, program, run_folder, start, states, stored, train, train_for,
+};
+use experiments::columns::Columns;
+use experiments::folder::RunFolder;
 
 #[test]
 fn bad_input_is_named() {
@@ -79,63 +41,62 @@ fn bad_input_is_named() {
     assert!(!out.join("lift").exists(), "a refused run leaves nothing behind");
 }
 
+/// Killed long after its last checkpoint: what it did since then is undone and done again.
 #[test]
 fn a_killed_run_goes_on_to_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let (whole, killed) = (folder.path().join("whole"), folder.path().join("killed"));
-    train(&whole).assert().success();
+    let settings = ["--set", "evaluate_every=200", "--set", "checkpoint_every=1000"];
+    train(&whole).args(settings).assert().success();
 
-    let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin("train"))
-        .args(train(&killed).get_args())
-        .spawn()
-        .unwrap();
-    let run = killed.join("lift/aforce/seed_7");
-    wait_for(&run.join("checkpoints/last/state.json"), &mut child);
-    child.kill().unwrap();
-    child.wait().unwrap();
+    let run = run_folder(&killed);
+    let (last, tables) = (run.join("checkpoints/last"), ["episodes.csv", "eval.csv"].map(|name| run.join(name)));
+    let saved = || note(&last).and_then(|note| note["step"].as_f64());
+    let far = || saved().is_some() && last_step(&tables[0]) >= Some(1300.0);
+    let kill = || {
+        let _ = std::fs::remove_dir_all(&killed);
+        let mut child = start(train(&killed).args(settings));
+        child.wait_until("an episode long after a checkpoint", far);
+        child.kill();
+        saved().is_some_and(|saved| tables.iter().all(|table| last_step(table) > Some(saved)))
+    };
+    // A kill that comes too late leaves nothing to undo: then once more.
+    assert!((0..5).any(|_| kill()));
+    assert!(note(&last).unwrap()["best_return"].is_f64(), "there is an evaluation to be remembered");
     assert!(!run.join("DONE").exists(), "killed before its end");
-    expect(&error(&mut train(&killed), 1), &["already holds a run", "--resume"]);
-    expect(
-        &error(train(&killed).args(["--resume", "--set", "learner.gamma=0.5"]), 1),
-        &["another configuration", "gamma"],
-    );
-    train(&killed).arg("--resume").assert().success();
+
+    let again = || {
+        let mut command = train(&killed);
+        command.args(settings);
+        command
+    };
+    expect(&error(&mut again(), 1), &["already holds a run", "--resume"]);
+    expect(&error(again().args(["--resume", "--set", "learner.gamma=0.5"]), 1), &["another configuration", "gamma"]);
+    again().arg("--resume").assert().success();
     let manifest = std::fs::read_to_string(run.join("manifest.json")).unwrap();
     assert!(manifest.contains("continued") && manifest.contains("--resume"), "{manifest}");
-    let shorter =
-        train(&killed).get_args().map(|a| if a == "2000" { "1500".into() } else { a.to_owned() }).collect::<Vec<_>>();
-    expect(&error(program("train").args(shorter).arg("--resume"), 1), &["2000", "not to 1500"]);
+    expect(&error(train_for(1500, &killed).args(settings).arg("--resume"), 1), &["2000", "not to 1500"]);
 
-    let same = |name: &str| {
-        let read = |root: &Path| std::fs::read(root.join("lift/aforce/seed_7").join(name)).unwrap();
-        assert!(read(&whole) == read(&killed), "{name} differs");
-    };
-    for name in ["config.toml", "episodes.csv", "eval.csv", "checkpoints/last/actor.safetensors"] {
-        same(name);
+    assert_same(&run_folder(&whole), &run, &["config.toml", "episodes.csv", "eval.csv"]);
+    let networks = ["actor", "online_actor", "critic", "target", "optimizer"].map(|n| format!("{n}.safetensors"));
+    for checkpoint in ["checkpoints/last", "checkpoints/best"] {
+        let [whole, killed] = [&run_folder(&whole), &run].map(|run| run.join(checkpoint));
+        assert_same(&whole, &killed, &networks.each_ref().map(String::as_str));
     }
-    for name in ["online_actor", "critic", "target", "optimizer"] {
-        same(&format!("checkpoints/last/{name}.safetensors"));
-    }
-    same("checkpoints/last/replay.bin");
+    assert_same(&run_folder(&whole), &run, &["checkpoints/last/replay.bin", "checkpoints/best/state.json"]);
 }
 
 #[cfg(unix)]
 #[test]
 fn sigterm_saves_and_exits_with_75() {
     let folder = tempfile::tempdir().unwrap();
-    let mut command = train(folder.path());
-    command.args(["--set", "steps=1000000"]);
-    let args: Vec<_> = command.get_args().map(ToOwned::to_owned).filter(|a| a != "2000" && a != "--steps").collect();
-    let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin("train")).args(args).spawn().unwrap();
-    let run = folder.path().join("lift/aforce/seed_7");
-    wait_for(&run.join("episodes.csv"), &mut child);
-    std::thread::sleep(Duration::from_millis(300));
-    let pid = child.id().to_string();
-    // Twice, as a scheduler and the sweep that started it would.
-    assert!(std::process::Command::new("kill").args(["-TERM", &pid, &pid]).status().unwrap().success());
-    assert_eq!(child.wait().unwrap().code(), Some(75));
+    let mut child = start(&train_for(1_000_000, folder.path()));
+    let run = run_folder(folder.path());
+    child.wait_for_a_row(&run.join("episodes.csv"));
+    assert_eq!(child.stop(), Some(75));
     assert!(run.join("checkpoints/last/replay.bin").exists());
     assert!(!run.join("DONE").exists());
+    assert_eq!(RunFolder::open(&run).unwrap().manifest().unwrap().status, "stopped");
 }
 
 #[test]
@@ -188,17 +149,21 @@ fn a_trained_run_is_evaluated_and_checked() {
 fn a_diverged_simulation_is_counted() {
     let folder = tempfile::tempdir().unwrap();
     let mut command = train(folder.path());
-    command.args(["--space", "osc", "--set", "env.controller.control_hz=20"]);
+    command.args(["--space", "osc", "--set", "env.controller.control_hz=20", "--set", "learner.n_step=1"]);
     command.args(["--set", "env.controller.impedance.osc.translation=30000"]);
     command.assert().success();
-    let table = std::fs::read_to_string(folder.path().join("lift/osc/seed_7/episodes.csv")).unwrap();
-    let mut rows = csv::Reader::from_reader(table.as_bytes());
-    let headers = rows.headers().unwrap().clone();
-    let column = |name| headers.iter().position(|h| h == name).unwrap();
-    let (diverged, total) = (column("diverged"), column("return"));
-    let rows: Vec<_> = rows.records().map(Result::unwrap).collect();
-    assert!(rows.iter().any(|row| &row[diverged] == "true"), "{table}");
-    assert!(rows.iter().all(|row| row[total].parse::<f64>().unwrap().is_finite()));
+    let run = folder.path().join("lift/osc/seed_7");
+    let table = Columns::read(&run.join("episodes.csv")).unwrap();
+    let [step, diverged, total] = ["step", "diverged", "return"].map(|column| table.values(column));
+    assert!(total.iter().all(|total| total.is_finite()));
+    assert!(diverged[..diverged.len() - 1].contains(&1.0), "an episode follows one that diverged: {diverged:?}");
+
+    // Nothing follows a divergence, and only a divergence: so the critic is told.
+    assert_eq!(table.values("terminated"), diverged);
+    let ends = step.iter().zip(&diverged).filter(|(_, diverged)| **diverged == 1.0).map(|(step, _)| *step as usize);
+    let stored = stored(&run);
+    let futureless = (1..=stored.len()).filter(|action| stored[action - 1].discount == 0.0);
+    assert_eq!(futureless.collect::<Vec<_>>(), ends.collect::<Vec<_>>());
 }
 
 /// A sweep does what it can, names what failed, and does the rest when called again.
@@ -206,20 +171,13 @@ fn a_diverged_simulation_is_counted() {
 fn a_sweep_hides_no_run_and_repeats_none() {
     let folder = tempfile::tempdir().unwrap();
     let (file, out) = (folder.path().join("few.toml"), folder.path().join("out"));
-    let text = "[run]\nsteps = 600\nevaluate_every = 300\nevaluation_episodes = 1\nenv = { horizon = 100 }\n\
-                learner = { hidden = [8], batch_size = 8, random_steps = 100 }\n\
-                [[group]]\ntasks = [\"lift\"]\nspaces = [\"aforce\", \"osc\"]\nseeds = [1]\n";
-    std::fs::write(&file, text).unwrap();
+    std::fs::write(&file, few(600)).unwrap();
     let sweep = |arguments: &[&str]| {
         let mut command = program("sweep");
         command.arg(&file).arg("--out").arg(&out).args(arguments);
         command
     };
-    let states = || {
-        let output = sweep(&["--list"]).output().unwrap();
-        let text = String::from_utf8(output.stdout).unwrap();
-        text.lines().skip(1).map(|line| line.split_whitespace().nth(4).unwrap().to_string()).collect::<Vec<_>>()
-    };
+    let states = || states(&file, &out);
     assert_eq!(states(), ["new", "new"]);
     expect(&error(&mut sweep(&["--index", "2"]), 2), &["--index 2", "0 to 1"]);
 
@@ -240,7 +198,7 @@ fn a_sweep_hides_no_run_and_repeats_none() {
     program("report").arg(&out).assert().success();
     let (again, config) = (out.join("again"), std::fs::read_to_string(first.join("config.toml")).unwrap());
     std::fs::create_dir(&again).unwrap();
-    for table in ["episodes.csv", "eval.csv", "progress.csv", "manifest.json"] {
+    for table in ["episodes.csv", "eval.csv", "progress.csv", "manifest.json", "DONE"] {
         std::fs::copy(first.join(table), again.join(table)).unwrap();
     }
     std::fs::write(again.join("config.toml"), &config).unwrap();
@@ -267,12 +225,10 @@ fn output_may_be_cut_short() {
 #[test]
 fn a_folder_belongs_to_one_process() {
     let folder = tempfile::tempdir().unwrap();
-    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("train"));
-    let mut first = command.args(train(folder.path()).get_args()).spawn().unwrap();
-    wait_for(&folder.path().join("lift/aforce/seed_7/episodes.csv"), &mut first);
+    let mut first = start(&train(folder.path()));
+    first.wait_for_a_row(&run_folder(folder.path()).join("episodes.csv"));
     expect(&error(train(folder.path()).arg("--resume"), 1), &["another process is at work"]);
-    first.kill().unwrap();
-    first.wait().unwrap();
+    first.kill();
     train(folder.path()).arg("--resume").assert().success();
 }
 

@@ -1,0 +1,164 @@
+//! What the tests of the programs share.
+#![allow(dead_code, reason = "every file of tests uses a part of it")]
+
+use std::path::{Path, PathBuf};
+use std::process::Child;
+use std::time::{Duration, Instant};
+
+use assert_cmd::Command;
+use experiments::columns::Columns;
+use rustix::process::{Pid, Signal, kill_process};
+
+pub fn program(name: &str) -> Command {
+    Command::new(assert_cmd::cargo::cargo_bin(name))
+}
+
+/// A run small enough for a test, but with every part of a real one.
+pub fn train(out: &Path) -> Command {
+    train_for(2000, out)
+}
+
+/// The same, longer or shorter.
+pub fn train_for(steps: u64, out: &Path) -> Command {
+    let mut command = program("train");
+    command.args(["--seed", "7", "--quiet", "--set", "evaluate_every=1000", "--steps", &steps.to_string()]);
+    command.args(["--set", "evaluation_episodes=1", "--set", "checkpoint_every=500"]);
+    command.args(["--set", "learner.random_steps=500", "--set", "learner.hidden=[32, 32]"]);
+    command.args(["--set", "learner.batch_size=16", "--set", "env.horizon=100", "--out"]).arg(out);
+    command
+}
+
+/// Where [`train`] puts its run.
+pub fn run_folder(out: &Path) -> PathBuf {
+    out.join("lift/aforce/seed_7")
+}
+
+/// A sweep of two small runs of `steps` actions.
+pub fn few(steps: u64) -> String {
+    format!(
+        "[run]\nsteps = {steps}\nevaluate_every = 300\nevaluation_episodes = 1\nenv = {{ horizon = 100 }}\n\
+         learner = {{ hidden = [8], batch_size = 8, random_steps = 100 }}\n\
+         [[group]]\ntasks = [\"lift\"]\nspaces = [\"aforce\", \"osc\"]\nseeds = [1]\n"
+    )
+}
+
+/// How far the runs of a sweep are, by its own list.
+pub fn states(file: &Path, out: &Path) -> Vec<String> {
+    let output = program("sweep").arg(file).arg("--list").arg("--out").arg(out).output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    text.lines().skip(1).map(|line| line.split_whitespace().nth(4).unwrap().to_string()).collect()
+}
+
+/// A program at work; a test that fails half-way does not leave it behind.
+pub struct Running(Child);
+
+pub fn start(command: &Command) -> Running {
+    Running(std::process::Command::new(command.get_program()).args(command.get_args()).spawn().unwrap())
+}
+
+impl Running {
+    /// Waits until `done` says so, which the program is to bring about.
+    pub fn wait_until(&mut self, what: &str, mut done: impl FnMut() -> bool) {
+        let deadline = Instant::now() + Duration::from_secs(300);
+        loop {
+            let ended = self.0.try_wait().unwrap().is_some();
+            if done() {
+                return;
+            }
+            assert!(!ended, "ended before there was {what}");
+            assert!(Instant::now() < deadline, "no {what}");
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    }
+
+    /// Waits until there is a row in `table`.
+    pub fn wait_for_a_row(&mut self, table: &Path) {
+        self.wait_until(&format!("a row in {}", table.display()), || last_step(table).is_some());
+    }
+
+    /// Ends it without a warning.
+    pub fn kill(&mut self) {
+        self.0.kill().unwrap();
+        self.0.wait().unwrap();
+    }
+
+    /// Asks it to stop, twice, as a scheduler and the sweep that started it would; its exit code.
+    pub fn stop(&mut self) -> Option<i32> {
+        for _ in 0..2 {
+            kill_process(Pid::from_child(&self.0), Signal::TERM).unwrap();
+        }
+        self.0.wait().unwrap().code()
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        if matches!(self.0.try_wait(), Ok(None)) {
+            self.stop();
+        }
+    }
+}
+
+/// Training action of the last row of a table, if there is one.
+pub fn last_step(table: &Path) -> Option<f64> {
+    Columns::read(table).ok()?.values("step").last().copied()
+}
+
+/// What the program noted in a checkpoint, if that is there.
+pub fn note(checkpoint: &Path) -> Option<serde_json::Value> {
+    let state = std::fs::read(checkpoint.join("state.json")).ok()?;
+    Some(serde_json::from_slice::<serde_json::Value>(&state).unwrap()["caller"].take())
+}
+
+/// The same bytes in both folders.
+pub fn assert_same(a: &Path, b: &Path, names: &[&str]) {
+    for name in names {
+        let [a, b] = [a, b].map(|folder| std::fs::read(folder.join(name)).unwrap());
+        assert!(a == b, "{name} differs");
+    }
+}
+
+/// A row of the replay memory.
+pub struct Stored {
+    pub observation: Vec<f32>,
+    pub action: Vec<f32>,
+    pub next: Vec<f32>,
+    pub reward: f32,
+    pub discount: f32,
+}
+
+/// The replay memory of a run's last checkpoint, laid out as `crates/sac/src/replay_file.rs` says.
+pub fn stored(run: &Path) -> Vec<Stored> {
+    let bytes = std::fs::read(run.join("checkpoints/last/replay.bin")).unwrap();
+    let header = |n: usize| u64::from_le_bytes(bytes[8 + 8 * n..][..8].try_into().unwrap()) as usize;
+    let [observations, actions, _capacity, rows, oldest, waiting] = std::array::from_fn(header);
+    assert_eq!((oldest, waiting), (0, 0), "in order, and nothing waits for further rewards");
+    let floats: Vec<f32> = bytes[56..bytes.len() - 32].as_chunks().0.iter().map(|x| f32::from_le_bytes(*x)).collect();
+    assert_eq!(floats.len(), rows * (2 * observations + actions + 2));
+    let row = |row: &[f32]| {
+        let (observation, rest) = row.split_at(observations);
+        let (action, rest) = rest.split_at(actions);
+        let (next, rest) = rest.split_at(observations);
+        let [observation, action, next] = [observation, action, next].map(<[f32]>::to_vec);
+        Stored { observation, action, next, reward: rest[0], discount: rest[1] }
+    };
+    floats.chunks_exact(floats.len() / rows).map(row).collect()
+}
+
+/// Standard error of a command that must fail with `code`: one line, except for help with the command line and for a
+/// sweep's list of what failed.
+pub fn error(command: &mut Command, code: i32) -> String {
+    let output = command.output().unwrap();
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(code), "{text}");
+    if code != 3 && !text.contains("Usage:") && !text.contains("--help") {
+        assert!(text.starts_with("error: ") && text.lines().count() == 1, "{text}");
+    }
+    text
+}
+
+pub fn expect(text: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(text.contains(part), "{part:?} is not in: {text}");
+    }
+}

@@ -1,0 +1,201 @@
+//! What training remembers and leaves behind, how a run and a sweep are taken on, and the shipped configurations.
+
+mod common;
+
+use std::path::{Path, PathBuf};
+
+use common::{assert_same, few, note, program, run_folder, start, states, stored, train, train_for};
+use experiments::cli::ConfigArgs;
+use experiments::columns::Columns;
+use experiments::config::RunConfig;
+use experiments::folder::RunFolder;
+use experiments::rollout::evaluate;
+use experiments::rows::RunId;
+use experiments::seeds::{sub_seed, training_evaluation_seed};
+use experiments::source::{Player, SourceArgs, Which};
+use experiments::sweep;
+use experiments::table::Table;
+use tasks::{Env, TaskName};
+
+fn scaled(env: &Env) -> Vec<f32> {
+    let mut observation = env.observation().to_vec();
+    tasks::scale(env.observation_components(), &mut observation);
+    observation
+}
+
+/// The stored actions, played anew, lead to the stored rows: seen before, earned, seen after. At a time limit the last
+/// observation is the episode's own, and its value counts.
+#[test]
+fn what_is_stored_is_what_happened() {
+    let folder = tempfile::tempdir().unwrap();
+    train(folder.path()).args(["--set", "learner.n_step=1"]).assert().success();
+    let run = run_folder(folder.path());
+    let config = RunConfig::resolve(Some(&run.join("config.toml")), &[]).unwrap();
+    assert!(config.learner.scaled_observations);
+    let mut env = Env::new(config.env.clone(), sub_seed(config.seed, "train-env", 0)).unwrap();
+
+    let mut totals = vec![];
+    for episode in stored(&run).chunks(config.env.horizon as usize) {
+        env.reset(None);
+        for row in episode {
+            assert_eq!(row.observation, scaled(&env));
+            let step = env.step(&row.action.iter().map(|&a| f64::from(a)).collect::<Vec<_>>());
+            assert_eq!(row.next, scaled(&env));
+            assert_eq!((row.reward, row.discount), (step.reward as f32, config.learner.gamma as f32));
+        }
+        totals.push(episode.iter().map(|row| f64::from(row.reward)).sum::<f64>());
+    }
+
+    let table = Columns::read(&run.join("episodes.csv")).unwrap();
+    assert_eq!((table.values("truncated"), table.values("terminated")), (vec![1.0; 20], vec![0.0; 20]));
+    let returns = table.values("return");
+    assert_eq!(returns.len(), totals.len());
+    // Stored with seven digits.
+    assert!(returns.iter().zip(&totals).all(|(a, b)| (a - b).abs() < 1e-5 && *a > 0.0), "{returns:?} {totals:?}");
+}
+
+/// Every number of it, to the last digit.
+#[test]
+fn the_best_checkpoint_plays_its_evaluation_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let often = ["--set", "evaluate_every=400", "--set", "evaluation_episodes=2"];
+    train(folder.path()).args(often).assert().success();
+    let run = run_folder(folder.path());
+
+    let means = Columns::read(&run.join("eval.csv")).unwrap().mean_by_step("return");
+    assert_eq!(means.len(), 5);
+    // The first of the best.
+    let (at, best) = means.into_iter().rev().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+    let note = note(&run.join("checkpoints/best")).unwrap();
+    assert_eq!((note["step"].as_f64(), note["evaluation_return"].as_f64()), (Some(1000.0 * at), Some(best)));
+
+    let config = ConfigArgs::default();
+    let checkpoint = Which::Best;
+    let source = SourceArgs { run: Some(run.clone()), checkpoint, sample: false, expert: false, random: false, config };
+    let Player { config, mut env, mut policy, step } = source.open().unwrap();
+    let again = folder.path().join("again.csv");
+    let starts = (0..2).map(|index| training_evaluation_seed(step / 400, index));
+    evaluate(&mut env, &mut policy, starts, step, &RunId::of(&config), &mut Table::append(&again).unwrap()).unwrap();
+    let [recorded, again] = [run.join("eval.csv"), again].map(|table| std::fs::read_to_string(table).unwrap());
+    let recorded: Vec<&str> = recorded.lines().collect();
+    assert_eq!(again.lines().count(), 3);
+    assert!(again.lines().all(|row| recorded.contains(&row)), "{recorded:#?} {again}");
+}
+
+/// A run that is taken on keeps its best policy until a better one comes.
+#[test]
+fn the_best_evaluation_outlives_a_stop() {
+    let folder = tempfile::tempdir().unwrap();
+    let resume = |steps| {
+        let mut command = train_for(steps, folder.path());
+        command.args(["--resume", "--set", "evaluate_every=500"]).assert().success();
+    };
+    let run = run_folder(folder.path());
+    let best = || note(&run.join("checkpoints/best")).unwrap()["step"].as_u64();
+    // As if the best so far had been better than any to come, or worse.
+    let remember = |value: &str| {
+        let file = run.join("checkpoints/last/state.json");
+        let text = std::fs::read_to_string(&file).unwrap();
+        let line = text.lines().find(|line| line.contains("\"best_return\"")).unwrap();
+        std::fs::write(&file, text.replace(line, &format!("\"best_return\": {value},"))).unwrap();
+    };
+    resume(500);
+    assert_eq!(best(), Some(500));
+    remember("1e9");
+    resume(1000);
+    assert_eq!(best(), Some(500));
+    remember("-1e9");
+    resume(1500);
+    assert_eq!(best(), Some(1500));
+}
+
+/// Everybody is asked to save himself, and the same command would go on.
+#[test]
+fn a_stopped_sweep_leaves_runs_to_go_on_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, out) = (folder.path().join("few.toml"), folder.path().join("out"));
+    std::fs::write(&file, few(1_000_000)).unwrap();
+    let runs = ["aforce", "osc"].map(|space| out.join("lift").join(space).join("seed_1"));
+
+    let mut sweep = start(program("sweep").arg(&file).arg("--out").arg(&out).args(["--jobs", "2"]));
+    runs.iter().for_each(|run| sweep.wait_for_a_row(&run.join("episodes.csv")));
+    assert_eq!(states(&file, &out), ["running", "running"]);
+    assert_eq!(sweep.stop(), Some(75));
+    assert_eq!(states(&file, &out), ["begun", "begun"]);
+    for run in runs {
+        assert!(run.join("checkpoints/last/replay.bin").exists());
+        assert_eq!(RunFolder::open(&run).unwrap().manifest().unwrap().status, "stopped");
+    }
+}
+
+#[test]
+fn a_finished_run_is_extended_to_the_bytes_of_a_longer_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let [extended, whole] = ["extended", "whole"].map(|name| folder.path().join(name));
+    let [short, long] = [1000, 1500].map(|steps| {
+        let file = folder.path().join(format!("{steps}.toml"));
+        std::fs::write(&file, few(steps)).unwrap();
+        file
+    });
+    let first = |file: &Path, out: &Path| {
+        program("sweep").arg(file).args(["--index", "0", "--out"]).arg(out).assert().success();
+    };
+    first(&short, &extended);
+    assert_eq!(states(&short, &extended), ["done", "new"]);
+    assert_eq!(states(&long, &extended), ["begun", "new"]);
+
+    let [run, longer] = [&extended, &whole].map(|out| out.join("lift/aforce/seed_1"));
+    let mut train = program("train");
+    train.arg("--config").arg(run.join("config.toml")).args(["--steps", "1500", "--resume", "--quiet", "--out"]);
+    train.arg(&extended).assert().success();
+    assert_eq!(states(&long, &extended), ["done", "new"]);
+    first(&long, &whole);
+    let networks = ["checkpoints/last/actor.safetensors", "checkpoints/best/actor.safetensors"];
+    assert_same(&run, &longer, &["config.toml", "episodes.csv", "eval.csv", networks[0], networks[1]]);
+}
+
+fn shipped(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("configs").join(name)
+}
+
+/// Position and rotation step of a run.
+fn steps(run: &RunConfig) -> (f64, f64) {
+    (run.env.controller.position_step, run.env.controller.rotation_step)
+}
+
+const ROBOSUITE: (f64, f64) = (0.05, 0.5);
+
+#[test]
+fn shipped_sweeps_are_the_runs_they_say() {
+    let wipe = |run: &RunConfig| run.env.task == TaskName::Wipe;
+    let table_1 = sweep::read(&shipped("table-1.toml")).unwrap();
+    assert_eq!((table_1.len(), table_1.iter().filter(|run| wipe(run)).count()), (55, 25));
+    assert!(table_1.iter().all(|run| steps(run) == ROBOSUITE));
+
+    let small = sweep::read(&shipped("small-steps.toml")).unwrap();
+    assert_eq!((small.len(), small.iter().filter(|run| wipe(run)).count()), (33, 15));
+    assert!(small.iter().all(|run| steps(run) == (0.02, if wipe(run) { 0.03 } else { 0.15 })));
+
+    // Beside that, a run of the one has the settings of the run of the other with its task, space and seed.
+    for run in &small {
+        let mut same = table_1.iter().find(|other| RunId::of(other) == RunId::of(run)).unwrap().clone();
+        let controller = &mut same.env.controller;
+        (controller.position_step, controller.rotation_step) = steps(run);
+        assert_eq!(&same, run);
+    }
+}
+
+/// A new file is to be named here.
+#[test]
+fn shipped_configurations_are_read() {
+    let read = |name| RunConfig::resolve(Some(&shipped(name)), &[]).unwrap();
+    let demo = read("demo.toml");
+    assert_eq!(
+        (demo.steps, RunFolder::below(Path::new("."), &demo).path()),
+        (100_000, Path::new("./lift/aforce/seed_1"))
+    );
+    assert_eq!(steps(&read("robosuite-steps.toml")), ROBOSUITE);
+    let mut all: Vec<_> = std::fs::read_dir(shipped("")).unwrap().map(|file| file.unwrap().file_name()).collect();
+    all.sort();
+    assert_eq!(all, ["demo.toml", "robosuite-steps.toml", "small-steps.toml", "table-1.toml"]);
+}
