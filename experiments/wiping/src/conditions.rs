@@ -127,3 +127,48 @@ pub fn write(
     }
     Ok(table.flush()?)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spaces;
+
+    /// No two conditions have the same value.
+    fn assert_all_differ<T: PartialEq>(conditions: &[Condition], values: &[T]) {
+        assert_eq!(conditions.len(), values.len());
+        for (i, value) in values.iter().enumerate() {
+            let same = values[..i].iter().position(|other| other == value);
+            assert!(same.is_none(), "{} does what {} does", conditions[i].name, conditions[same.unwrap()].name);
+        }
+    }
+
+    /// Each table begins with what it is compared with.
+    #[test]
+    fn every_condition_is_another_one() {
+        for conditions in [disturbances(), variants(), laws()] {
+            let set_up = |condition: &Condition| {
+                let mut setup = Setup::default();
+                (condition.change)(&mut setup);
+                (setup, condition.disturbance)
+            };
+            assert_eq!(set_up(&conditions[0]), (Setup::default(), Disturbance::NONE));
+            assert_all_differ(&conditions, &conditions.iter().map(set_up).collect::<Vec<_>>());
+            assert_all_differ(&conditions, &conditions.iter().map(|condition| condition.name).collect::<Vec<_>>());
+        }
+    }
+
+    /// One that is not heeded would have the numbers of another.
+    #[test]
+    fn every_condition_makes_a_difference() {
+        let folder = tempfile::tempdir().unwrap();
+        let table = folder.path().join("table.csv");
+        let setup = Setup { rotations: 1, press_time: 0.5, ..Setup::default() };
+        for conditions in [disturbances(), variants(), laws()] {
+            write(&conditions, &spaces()[..1], &setup, 1, 1, &table).unwrap();
+            let mut reader = csv::Reader::from_path(&table).unwrap();
+            let numbers = |row: csv::StringRecord| row.iter().skip(2).map(String::from).collect::<Vec<_>>();
+            let rows: Vec<_> = reader.records().map(|row| numbers(row.unwrap())).collect();
+            assert_all_differ(&conditions, &rows);
+        }
+    }
+}
