@@ -29,11 +29,14 @@ impl Columns {
         Ok(Columns { path: path.into(), headers, rows })
     }
 
-    /// The values of a column, from the top.
+    /// The values of a column, from the top; none of a table in which nothing has been written yet.
     ///
     /// # Errors
     /// If there is no such column; so for every method.
     pub fn values(&self, column: &str) -> Result<Vec<f64>> {
+        if self.headers.is_empty() {
+            return Ok(vec![]);
+        }
         let index = self.headers.iter().position(|header| header == column);
         let index = index.with_context(|| format!("{}: no column {column:?}", self.path.display()))?;
         Ok(self.rows.iter().map(|row| row[index]).collect())

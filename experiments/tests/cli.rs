@@ -13,7 +13,7 @@ use experiments::folder::RunFolder;
 fn bad_input_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path();
-    expect(&error(train(out).args(["--set", "learner.gama=0.9"]), 2), &["gama", "did you mean \"gamma\""]);
+    expect(&error(train(out).args(["--set", "learner.gama=0.9"]), 2), &["gama", "did you mean \"learner.gamma\""]);
     expect(&error(train(out).args(["--set", "learner.gamma=1.5"]), 2), &["gamma", "1.5"]);
     expect(&error(train(out).args(["--set", "env.controller.control_hz=510"]), 2), &["control_hz", "510", "20"]);
     expect(&error(train(out).args(["--set", "env.simulation.substeps=1000000000"]), 2), &["substeps", "1 to 64"]);
@@ -36,7 +36,7 @@ fn bad_input_is_named() {
     };
     expect(&error(program("replay").arg("--expert"), 2), &["--html", "--png"]);
     expect(&error(program("replay").args(["--expert", "--png", "x.png", "--beside", "osc"]), 2), &["--html"]);
-    expect(&error(replay().args(["--beside", "aforc"]), 1), &["aforc", "not an action space", "not a run folder"]);
+    expect(&error(replay().args(["--beside", "aforc"]), 2), &["aforc", "did you mean `aforce`"]);
     assert!(!out.join("page.html").exists());
     assert!(!out.join("lift").exists(), "a refused run leaves nothing behind");
 }
@@ -154,12 +154,12 @@ fn a_diverged_simulation_is_counted() {
     command.assert().success();
     let run = folder.path().join("lift/osc/seed_7");
     let table = Columns::read(&run.join("episodes.csv")).unwrap();
-    let [step, diverged, total] = ["step", "diverged", "return"].map(|column| table.values(column));
+    let [step, diverged, total] = ["step", "diverged", "return"].map(|column| table.values(column).unwrap());
     assert!(total.iter().all(|total| total.is_finite()));
     assert!(diverged[..diverged.len() - 1].contains(&1.0), "an episode follows one that diverged: {diverged:?}");
 
     // Nothing follows a divergence, and only a divergence: so the critic is told.
-    assert_eq!(table.values("terminated"), diverged);
+    assert_eq!(table.values("terminated").unwrap(), diverged);
     let ends = step.iter().zip(&diverged).filter(|(_, diverged)| **diverged == 1.0).map(|(step, _)| *step as usize);
     let stored = stored(&run);
     let futureless = (1..=stored.len()).filter(|action| stored[action - 1].discount == 0.0);
@@ -205,10 +205,10 @@ fn a_sweep_hides_no_run_and_repeats_none() {
     expect(&error(program("report").arg(&out), 1), &["again", "lift/aforce/seed_1", "same seed"]);
     let other = config.replace("seed = 1\n", "seed = 2\n").replace("gamma = 0.97", "gamma = 0.9");
     std::fs::write(again.join("config.toml"), other).unwrap();
-    expect(&error(program("report").arg(&out), 1), &["again", "gamma = 0.97", "0.9"]);
+    expect(&error(program("report").arg(&out), 1), &["again", "learner.gamma: there 0.9, here 0.97"]);
     let larger = config.replace("seed = 1\n", "seed = 2\n").replace("position_step = 0.02", "position_step = 0.05");
     std::fs::write(again.join("config.toml"), larger).unwrap();
-    expect(&error(program("report").arg(&out), 1), &["again", "action steps", "0.02", "0.05"]);
+    expect(&error(program("report").arg(&out), 1), &["again", "position_step: there 0.05, here 0.02"]);
 }
 
 #[test]

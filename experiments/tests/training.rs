@@ -4,7 +4,7 @@ mod common;
 
 use std::path::{Path, PathBuf};
 
-use common::{assert_same, few, note, program, run_folder, start, states, stored, train, train_for};
+use common::{assert_same, error, expect, few, note, program, run_folder, start, states, stored, train, train_for};
 use experiments::cli::ConfigArgs;
 use experiments::columns::Columns;
 use experiments::config::RunConfig;
@@ -47,8 +47,9 @@ fn what_is_stored_is_what_happened() {
     }
 
     let table = Columns::read(&run.join("episodes.csv")).unwrap();
-    assert_eq!((table.values("truncated"), table.values("terminated")), (vec![1.0; 20], vec![0.0; 20]));
-    let returns = table.values("return");
+    let values = |column| table.values(column).unwrap();
+    assert_eq!((values("truncated"), values("terminated")), (vec![1.0; 20], vec![0.0; 20]));
+    let returns = values("return");
     assert_eq!(returns.len(), totals.len());
     // Stored with seven digits.
     assert!(returns.iter().zip(&totals).all(|(a, b)| (a - b).abs() < 1e-5 && *a > 0.0), "{returns:?} {totals:?}");
@@ -62,12 +63,12 @@ fn the_best_checkpoint_plays_its_evaluation_again() {
     train(folder.path()).args(often).assert().success();
     let run = run_folder(folder.path());
 
-    let means = Columns::read(&run.join("eval.csv")).unwrap().mean_by_step("return");
+    let means = Columns::read(&run.join("eval.csv")).unwrap().mean_by_step("return").unwrap();
     assert_eq!(means.len(), 5);
     // The first of the best.
     let (at, best) = means.into_iter().rev().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
     let note = note(&run.join("checkpoints/best")).unwrap();
-    assert_eq!((note["step"].as_f64(), note["evaluation_return"].as_f64()), (Some(1000.0 * at), Some(best)));
+    assert_eq!((note["step"].as_f64(), note["evaluation_return"].as_f64()), (Some(at), Some(best)));
 
     let config = ConfigArgs::default();
     let checkpoint = Which::Best;
@@ -154,6 +155,66 @@ fn a_finished_run_is_extended_to_the_bytes_of_a_longer_one() {
     assert_same(&run, &longer, &["config.toml", "episodes.csv", "eval.csv", networks[0], networks[1]]);
 }
 
+/// Results keep no replay memory: such a run can be looked at, not taken on.
+#[test]
+fn a_run_without_its_checkpoint_is_not_begun_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    train(folder.path()).assert().success();
+    let run = run_folder(folder.path());
+    let tables = ["episodes.csv", "eval.csv", "progress.csv", "manifest.json", "DONE"];
+    let kept = folder.path().join("kept");
+    std::fs::create_dir(&kept).unwrap();
+    for name in tables {
+        std::fs::copy(run.join(name), kept.join(name)).unwrap();
+    }
+    std::fs::remove_dir_all(run.join("checkpoints/last")).unwrap();
+
+    // Finished, there is nothing to do; beyond that, or unfinished, nothing can be done.
+    train(folder.path()).arg("--resume").assert().success();
+    assert_same(&run, &kept, &tables);
+    expect(&error(train_for(3000, folder.path()).arg("--resume"), 1), &["checkpoints/last", "2000 actions"]);
+    assert_same(&run, &kept, &tables);
+    std::fs::remove_file(run.join("DONE")).unwrap();
+    expect(&error(train(folder.path()).arg("--resume"), 1), &["checkpoints/last", "2000 actions"]);
+    assert_same(&run, &kept, &tables[..4]);
+}
+
+/// What was killed before it had a checkpoint begins anew, with the row it was writing cut off.
+#[test]
+fn a_run_killed_before_its_first_checkpoint_begins_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    let [killed, whole] = ["killed", "whole"].map(|name| folder.path().join(name));
+    train(&whole).assert().success();
+    train(&killed).assert().success();
+    let run = run_folder(&killed);
+    std::fs::remove_file(run.join("DONE")).unwrap();
+    std::fs::remove_dir_all(run.join("checkpoints")).unwrap();
+    let episodes = run.join("episodes.csv");
+    let text = std::fs::read_to_string(&episodes).unwrap();
+    let three: Vec<&str> = text.lines().take(4).collect();
+    std::fs::write(&episodes, three.join("\n") + "\n2,lift,af").unwrap();
+    train(&killed).arg("--resume").assert().success();
+    let last = "checkpoints/last/actor.safetensors";
+    assert_same(&run, &run_folder(&whole), &["episodes.csv", "eval.csv", last]);
+}
+
+/// A run whose learner breaks says so, and where.
+#[test]
+fn a_failed_run_says_so_in_its_manifest() {
+    let folder = tempfile::tempdir().unwrap();
+    let error = error(
+        train(folder.path()).args([
+            "--set",
+            "learner.critic_learning_rate=1.0",
+            "--set",
+            "learner.initial_temperature=1e30",
+        ]),
+        1,
+    );
+    expect(&error, &["seed_7", "the learner diverged at action"]);
+    assert_eq!(RunFolder::open(&run_folder(folder.path())).unwrap().manifest().unwrap().status, "failed");
+}
+
 fn shipped(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("configs").join(name)
 }
@@ -185,6 +246,20 @@ fn shipped_sweeps_are_the_runs_they_say() {
     }
 }
 
+/// Both spaces are those of the small steps, but for the reference, which is the other's.
+#[test]
+fn the_sweep_of_references_swaps_them() {
+    let small = sweep::read(&shipped("small-steps.toml")).unwrap();
+    let swapped = sweep::read(&shipped("reference.toml")).unwrap();
+    assert_eq!(swapped.len(), 6);
+    for run in swapped {
+        let mut same = small.iter().find(|other| RunId::of(other) == RunId::of(&run)).unwrap().clone();
+        let impedance = &mut same.env.controller.impedance;
+        std::mem::swap(&mut impedance.aforce.form.reference, &mut impedance.osc.form.reference);
+        assert_eq!(same, run);
+    }
+}
+
 /// A new file is to be named here.
 #[test]
 fn shipped_configurations_are_read() {
@@ -197,5 +272,5 @@ fn shipped_configurations_are_read() {
     assert_eq!(steps(&read("robosuite-steps.toml")), ROBOSUITE);
     let mut all: Vec<_> = std::fs::read_dir(shipped("")).unwrap().map(|file| file.unwrap().file_name()).collect();
     all.sort();
-    assert_eq!(all, ["demo.toml", "robosuite-steps.toml", "small-steps.toml", "table-1.toml"]);
+    assert_eq!(all, ["demo.toml", "reference.toml", "robosuite-steps.toml", "small-steps.toml", "table-1.toml"]);
 }

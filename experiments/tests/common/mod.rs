@@ -101,7 +101,7 @@ impl Drop for Running {
 
 /// Training action of the last row of a table, if there is one.
 pub fn last_step(table: &Path) -> Option<f64> {
-    Columns::read(table).ok()?.values("step").last().copied()
+    Columns::read(table).ok()?.values("step").ok()?.last().copied()
 }
 
 /// What the program noted in a checkpoint, if that is there.
