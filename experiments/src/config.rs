@@ -128,17 +128,23 @@ impl RunConfig {
         toml::to_string_pretty(self).expect("a configuration is a table")
     }
 
-    /// First 16 hex digits of the hash of everything but the length of the run, which may
-    /// be extended.
+    /// What has a part in the run: not the impedances of other action spaces.
+    fn in_use(&self) -> RunConfig {
+        let mut config = self.clone();
+        config.env.controller.impedance = self.env.controller.impedance.only(self.env.space.impedance);
+        config
+    }
+
+    /// First 16 hex digits of the hash of everything that has a part in the run but its length, which may be extended.
     pub fn hash(&self) -> String {
-        let endless = RunConfig { steps: 0, ..self.clone() };
+        let endless = RunConfig { steps: 0, ..self.in_use() };
         blake3::hash(endless.to_toml().as_bytes()).to_hex()[..16].to_string()
     }
 
-    /// The first setting but the length in which another configuration differs from this one, in words.
+    /// The first setting but the length in which another run differs from this one, in words.
     pub fn difference(&self, other: &RunConfig) -> Option<String> {
         let table = |config: &RunConfig| Table::try_from(config).expect("a configuration is a table");
-        let (there, here) = (table(self), table(&RunConfig { steps: self.steps, ..other.clone() }));
+        let (there, here) = (table(&self.in_use()), table(&RunConfig { steps: self.steps, ..other.in_use() }));
         let (key, there, here) = first_difference(&there, &here)?;
         let word = |value: Option<Value>| value.map_or("absent".into(), |value| value.to_string());
         Some(format!("{key}: there {}, here {}", word(there), word(here)))
@@ -307,19 +313,23 @@ mod tests {
         let ours = resolve(&["steps=7"]);
         let difference = |sets: &[&str]| ours.difference(&resolve(sets));
         assert_eq!(difference(&["steps=9"]), None);
-        let low = "env.controller.impedance.low.translation";
-        assert_eq!(difference(&[&format!("{low}=200.0")]).unwrap(), format!("{low}: there 150.0, here 200.0"));
+        assert_eq!(difference(&["env.controller.impedance.low.translation=200.0"]), None, "of another space");
+        let start = "env.controller.impedance.aforce.rotation.stiffness_start";
+        assert_eq!(difference(&[&format!("{start}=90.0")]).unwrap(), format!("{start}: there 100.0, here 90.0"));
         let target = difference(&["learner.target_entropy=0.0"]).unwrap();
         assert!(target.starts_with("learner.target_entropy: there ") && target.ends_with("here 0.0"), "{target}");
         assert!(difference(&["learner.hidden=[8]"]).unwrap().starts_with("learner.hidden: "));
     }
 
     #[test]
-    fn the_hash_sees_everything_but_the_length() {
+    fn the_hash_sees_everything_but_the_length_and_what_is_not_in_use() {
         let hash =
             |sets: &[&str]| RunConfig::resolve(None, &sets.iter().map(|s| set(s)).collect::<Vec<_>>()).unwrap().hash();
         assert_eq!(hash(&[]), hash(&["steps=5"]));
         assert_ne!(hash(&[]), hash(&["seed=5"]));
         assert_ne!(hash(&[]), hash(&["env.controller.position_step=0.01"]));
+        let osc = "env.controller.impedance.osc.translation=160.0";
+        assert_eq!(hash(&[]), hash(&[osc]));
+        assert_ne!(hash(&["env.space=osc"]), hash(&["env.space=osc", osc]));
     }
 }

@@ -4,6 +4,7 @@ mod common;
 
 use std::path::{Path, PathBuf};
 
+use aforce::Reference;
 use common::{assert_same, error, expect, few, note, program, run_folder, start, states, stored, train, train_for};
 use experiments::cli::ConfigArgs;
 use experiments::columns::Columns;
@@ -237,11 +238,13 @@ fn shipped_sweeps_are_the_runs_they_say() {
     assert_eq!((small.len(), small.iter().filter(|run| wipe(run)).count()), (33, 15));
     assert!(small.iter().all(|run| steps(run) == (0.02, if wipe(run) { 0.03 } else { 0.15 })));
 
-    // Beside that, a run of the one has the settings of the run of the other with its task, space and seed.
+    // Beside that, and the reference of `aforce`, a run of the one has the settings of the run of the other with its task, space and seed.
     for run in &small {
         let mut same = table_1.iter().find(|other| RunId::of(other) == RunId::of(run)).unwrap().clone();
         let controller = &mut same.env.controller;
         (controller.position_step, controller.rotation_step) = steps(run);
+        assert_eq!(controller.impedance.aforce.form.reference, Reference::Rebased);
+        controller.impedance.aforce.form.reference = run.env.controller.impedance.aforce.form.reference;
         assert_eq!(&same, run);
     }
 }
@@ -272,5 +275,8 @@ fn shipped_configurations_are_read() {
     assert_eq!(steps(&read("robosuite-steps.toml")), ROBOSUITE);
     let mut all: Vec<_> = std::fs::read_dir(shipped("")).unwrap().map(|file| file.unwrap().file_name()).collect();
     all.sort();
-    assert_eq!(all, ["demo.toml", "reference.toml", "robosuite-steps.toml", "small-steps.toml", "table-1.toml"]);
+    assert_eq!(
+        all,
+        ["demo.toml", "leash.toml", "reference.toml", "robosuite-steps.toml", "small-steps.toml", "table-1.toml"]
+    );
 }

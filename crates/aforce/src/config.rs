@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::action_space::{Impedance, Level};
 use crate::adaptive_impedance::AdaptiveImpedance;
 use crate::error::{ConfigError, not_negative, positive, within};
 use crate::force::ForceConfig;
@@ -109,6 +110,22 @@ pub struct ImpedanceSettings {
     pub high: FixedImpedance,
     /// `osc`.
     pub osc: FixedImpedance,
+}
+
+impl ImpedanceSettings {
+    /// These settings of one source of stiffness, the defaults of all others.
+    #[must_use]
+    pub fn only(&self, impedance: Impedance) -> Self {
+        let default = Self::default();
+        match impedance {
+            Impedance::Adaptive => Self { aforce: self.aforce, ..default },
+            Impedance::Commanded => Self { variable: self.variable, ..default },
+            Impedance::Fixed(Level::Low) => Self { low: self.low, ..default },
+            Impedance::Fixed(Level::Mid) => Self { mid: self.mid, ..default },
+            Impedance::Fixed(Level::High) => Self { high: self.high, ..default },
+            Impedance::Fixed(Level::Osc) => Self { osc: self.osc, ..default },
+        }
+    }
 }
 
 impl Default for ImpedanceSettings {

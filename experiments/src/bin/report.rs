@@ -78,7 +78,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
 }
 
 /// Runs of a group stand for each other: they have to differ in their seed and in nothing else. Groups are compared: their
-/// runs may also differ in the action space, and in the learner (and how long it trains) if their presets do.
+/// runs may also differ in the action space with its impedance, and in the learner (and how long it trains) if their presets do.
 fn comparable(runs: &[RunFolder], rows: &[RunSummary]) -> Result<()> {
     let mut seen: Vec<(&RunFolder, &RunSummary, RunConfig)> = vec![];
     for (run, row) in runs.iter().zip(rows) {
@@ -93,7 +93,11 @@ fn comparable(runs: &[RunFolder], rows: &[RunSummary]) -> Result<()> {
                 "{there} and {here} have the same seed: keep them in different folders"
             );
             let mut alike = config.clone();
-            (alike.seed, alike.env.space) = (theirs.seed, theirs.env.space);
+            alike.seed = theirs.seed;
+            if theirs.env.space != config.env.space {
+                alike.env.space = theirs.env.space;
+                alike.env.controller.impedance = theirs.env.controller.impedance;
+            }
             if theirs.preset != config.preset {
                 let RunConfig { preset, learner, steps, evaluate_every, checkpoint_every, .. } = theirs.clone();
                 alike = RunConfig { preset, learner, steps, evaluate_every, checkpoint_every, ..alike };
