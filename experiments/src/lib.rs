@@ -21,6 +21,7 @@ pub mod stop;
 pub mod summary;
 pub mod sweep;
 pub mod table;
+pub mod tables;
 pub mod take;
 pub mod tensorboard;
 pub mod traces;

@@ -1,11 +1,7 @@
-//! Runs to groups (an experiment's task with an action space), and groups to tables.
-
-use std::collections::BTreeSet;
-use std::fmt::Write;
+//! Runs to groups (an experiment's task with an action space), and groups to statistics over their seeds.
 
 use serde::Serialize;
 
-use crate::published;
 use crate::summary::RunSummary;
 use output::statistics::{
     FEWEST_FOR_INTERVAL, deviation, interval, iqm, mean, median, probability_of_improvement, range,
@@ -40,7 +36,8 @@ pub struct Group<'a> {
 }
 
 impl Group<'_> {
-    fn values(&self, of: fn(&RunSummary) -> f64) -> Vec<f64> {
+    /// A number of every run.
+    pub fn values(&self, of: fn(&RunSummary) -> f64) -> Vec<f64> {
         self.runs.iter().map(|run| of(run)).collect()
     }
 }
@@ -69,11 +66,13 @@ pub fn sections<'a>(groups: &[Group<'a>]) -> Vec<Section<'a>> {
     sections
 }
 
-type Metric = (&'static str, fn(&RunSummary) -> f64);
+/// A name and what it stands for.
+pub type Metric = (&'static str, fn(&RunSummary) -> f64);
 
 /// What is summarised over seeds.
-const METRICS: [Metric; 10] = [
+const METRICS: [Metric; 11] = [
     ("final_return", |run| run.final_return),
+    ("curve_return", |run| run.curve_return),
     ("best_return", |run| run.best_return),
     ("sampled_return", |run| run.sampled_return),
     ("final_success", |run| run.final_success),
@@ -85,8 +84,11 @@ const METRICS: [Metric; 10] = [
     ("excess_impulse_per_episode_ns", |run| run.excess_impulse_per_episode_ns),
 ];
 
+/// Of two runs, one ends higher, and one learns faster: its whole curve is higher on average.
+pub const ORDERS: [Metric; 2] = [("ends higher", |run| run.final_return), ("learns faster", |run| run.curve_return)];
+
 /// Definitions of energy, during training. Net work has either sign: a ratio of it says nothing.
-const ENERGIES: [Metric; 4] = [
+pub const ENERGIES: [Metric; 4] = [
     ("energy_per_action_j", |run| run.energy_per_action_j),
     ("energy_positive_per_action_j", |run| run.energy_positive_per_action_j),
     ("squared_torque_per_action_nm2s", |run| run.squared_torque_per_action_nm2s),
@@ -157,7 +159,7 @@ pub struct ComparisonRow {
     pub ci_high: Option<f64>,
 }
 
-/// Probability that the reference ends higher than a space, and the space's energy over the reference's.
+/// Probability that the reference ends higher and learns faster than a space, and the space's energy over the reference's.
 pub fn comparison(groups: &[Group]) -> Vec<ComparisonRow> {
     let mut rows = vec![];
     for reference in groups.iter().filter(|group| group.space.starts_with("aforce")) {
@@ -181,8 +183,9 @@ pub fn comparison(groups: &[Group]) -> Vec<ComparisonRow> {
                     ci_high: ci.map(|ci| ci[1]),
                 });
             };
-            let higher = "probability that reference ends higher".to_string();
-            compare(higher, |run| run.final_return, probability_of_improvement);
+            for (order, of) in ORDERS {
+                compare(format!("probability that reference {order}"), of, probability_of_improvement);
+            }
             for (name, of) in ENERGIES {
                 compare(format!("{name}: space / reference"), of, |a, b| mean(b) / mean(a));
             }
@@ -191,121 +194,12 @@ pub fn comparison(groups: &[Group]) -> Vec<ComparisonRow> {
     rows
 }
 
-/// The paper's Table I and a safety table for every section, in Markdown, with what others published beside it.
-pub fn markdown(groups: &[Group]) -> String {
-    let mut out = String::new();
-    for section in sections(groups) {
-        let task = section.task;
-        let groups: Vec<&Group> = groups.iter().filter(|group| group.section == section).collect();
-        let title = task[..1].to_uppercase() + &task[1..];
-        let of = if section.experiment.is_empty() { String::new() } else { format!(", {}", section.experiment) };
-        let run = groups[0].runs[0];
-        let step = format!("{} m and {} rad", run.position_step_m, run.rotation_step_rad);
-        writeln!(out, "## {title}{of}: at most {step} per action\n").unwrap();
-        for note in notes(&groups) {
-            writeln!(out, "{note}\n").unwrap();
-        }
-        results_table(&mut out, &groups);
-        safety_table(&mut out, &groups);
-    }
-    out
-}
-
-/// What a reader has to know before comparing the rows of a section.
-fn notes(groups: &[&Group]) -> Vec<String> {
-    let runs = || groups.iter().flat_map(|group| &group.runs);
-    let mut notes = vec![];
-    if groups.iter().any(|group| group.runs.len() < FEWEST_FOR_INTERVAL) {
-        notes.push("Groups of fewer than five seeds show a range instead of an interval.".to_string());
-    }
-    let unfinished: Vec<_> =
-        runs().filter(|run| !run.done).map(|run| format!("{} {} ({})", run.label(), run.seed, run.env_steps)).collect();
-    if !unfinished.is_empty() {
-        notes.push(format!("Not finished, seed and actions so far: {}.", unfinished.join(", ")));
-    }
-    let schemas: BTreeSet<u32> = runs().map(|run| run.schema).collect();
-    if schemas.len() > 1 {
-        notes.push("Tables of more than one schema: results/README.md says what they count differently.".to_string());
-    }
-    notes
-}
-
-fn results_table(out: &mut String, groups: &[&Group]) {
-    writeln!(out, "| space | seeds | final return | IQM, 95 % interval or range | best | sampled | success at the end | published | J per action, training | at the end | published |").unwrap();
-    writeln!(out, "|---|---|---|---|---|---|---|---|---|---|---|").unwrap();
-    for group in groups {
-        let value = |of: fn(&RunSummary) -> f64, digits: usize| spread(&group.values(of), digits);
-        let published = published::of(group.section.task, group.space);
-        let theirs = published.map_or(String::new(), |(who, row)| {
-            format!("{:.0} +- {:.0} ({who})", row.final_return[0], row.final_return[1])
-        });
-        let energy = published.and_then(|(_, row)| row.energy_per_action_j).map_or(String::new(), |j| j.to_string());
-        writeln!(
-            out,
-            "| `{}` | {} | {} | {} | {} | {} | {} | {theirs} | {} | {} | {energy} |",
-            group.runs[0].label(),
-            group.runs.len(),
-            value(|run| run.final_return, 1),
-            centre(&group.values(|run| run.final_return)),
-            value(|run| run.best_return, 1),
-            value(|run| run.sampled_return, 1),
-            value(|run| run.final_success, 2),
-            value(|run| run.energy_per_action_j, 2),
-            value(|run| run.final_energy_per_action_j, 2),
-        )
-        .unwrap();
-    }
-    writeln!(out).unwrap();
-}
-
-fn safety_table(out: &mut String, groups: &[&Group]) {
-    writeln!(out, "| space | training episodes above the force limit | penalty per episode | excess impulse per episode, N s | diverged |").unwrap();
-    writeln!(out, "|---|---|---|---|---|").unwrap();
-    for group in groups {
-        let value = |of: fn(&RunSummary) -> f64, digits: usize| spread(&group.values(of), digits);
-        writeln!(
-            out,
-            "| `{}` | {} | {} | {} | {} |",
-            group.runs[0].label(),
-            value(|run| run.penalised_episode_share, 2),
-            value(|run| run.mean_penalty_per_episode, 1),
-            value(|run| run.excess_impulse_per_episode_ns, 1),
-            group.runs.iter().map(|run| run.diverged_episodes).sum::<usize>(),
-        )
-        .unwrap();
-    }
-    writeln!(out).unwrap();
-}
-
-/// Mean and deviation over seeds.
-fn spread(values: &[f64], digits: usize) -> String {
-    match values.len() {
-        1 => format!("{:.digits$}", values[0]),
-        _ => format!("{:.digits$} +- {:.digits$}", mean(values), deviation(values)),
-    }
-}
-
-/// Interquartile mean over seeds and how sure it is.
-fn centre(values: &[f64]) -> String {
-    match values.len() {
-        1 => String::new(),
-        few if few < FEWEST_FOR_INTERVAL => {
-            let [low, high] = range(values);
-            format!("{:.0}, range {low:.0} to {high:.0}", iqm(values))
-        }
-        _ => {
-            let [low, high] = interval(&[values], |sample| iqm(&sample[0]));
-            format!("{:.0}, {low:.0} to {high:.0}", iqm(values))
-        }
-    }
-}
-
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
     /// Finished runs of `space` with final returns of 60, 61, ...
-    fn runs(space: &str, count: u32) -> Vec<RunSummary> {
+    pub(crate) fn runs(space: &str, count: u32) -> Vec<RunSummary> {
         let run = |k: u32| RunSummary {
             task: "lift".into(),
             space: space.into(),
@@ -330,21 +224,6 @@ mod tests {
         let [low, high] = [enough.ci_low.unwrap(), enough.ci_high.unwrap()];
         assert!(60.0 < low && low < 62.0 && 62.0 < high && high < 64.0, "{low} to {high}");
         assert_eq!((few.ci_low, few.ci_high), (None, None));
-        let (enough, few) = (markdown(&groups(&five)), markdown(&groups(&four)));
-        assert!(enough.contains("| `aforce` | 5 | 62.0 +- 1.6 | 62, 6"), "{enough}");
-        assert!(
-            few.contains("range 60 to 63") && few.contains("fewer than five") && !enough.contains("fewer than five")
-        );
-    }
-
-    #[test]
-    fn what_may_mislead_stands_above_the_table() {
-        let mut all = runs("aforce", 5);
-        all.extend(runs("osc", 5));
-        assert!(notes(&groups(&all).iter().collect::<Vec<_>>()).is_empty());
-        (all[7].done, all[7].env_steps, all[3].schema) = (false, 1234, 1);
-        let notes = notes(&groups(&all).iter().collect::<Vec<_>>()).join("\n");
-        assert!(notes.contains("osc 2 (1234)") && notes.contains("schema"), "{notes}");
     }
 
     #[test]

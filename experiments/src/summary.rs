@@ -13,7 +13,7 @@ use output::statistics::mean;
 /// Evaluations at the end of a run whose mean is its final return.
 const LAST: usize = 5;
 /// An evaluation return that counts as solved, of at most 500.
-const SOLVED: f64 = 450.0;
+pub const SOLVED: f64 = 450.0;
 
 /// A row of `runs.csv`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -30,6 +30,7 @@ pub struct RunSummary {
     pub env_steps: u64,
     pub done: bool,
     pub final_return: f64,
+    pub curve_return: f64,
     pub best_return: f64,
     pub final_success: f64,
     pub final_success_any: f64,
@@ -114,6 +115,7 @@ impl RunSummary {
             env_steps: last.0 as u64,
             done: run.done().exists(),
             final_return: at_end("return")?,
+            curve_return: mean(&returns.iter().map(|p| p.1).collect::<Vec<_>>()),
             best_return: returns.iter().map(|p| p.1).fold(f64::MIN, f64::max),
             final_success: at_end("success")?,
             final_success_any: at_end("success_any")?,
@@ -194,6 +196,7 @@ mod tests {
         let row = run(root.path(), "steps/large/lift/osc/seed_1", 2.0, 0.0);
         assert_eq!((row.schema, row.experiment.as_str(), row.space.as_str()), (2, "steps/large", "osc"));
         assert_eq!((row.env_steps, row.final_return, row.best_return), (80_000, 60.0, 80.0), "the last five of eight");
+        assert_eq!(row.curve_return, 45.0, "all eight");
         assert_eq!((row.final_success, row.final_success_any), (0.6, 1.0), "evaluations 4, 6, 8 of 4 to 8");
         // Episodes after the third evaluation: 7 to 16.
         assert_eq!((row.sampled_return, row.sampled_success), (11.5, 1.0));
@@ -233,7 +236,9 @@ mod tests {
             row.value
         };
         for (experiment, improvement, ratio) in [("a", 0.0, 1.5), ("b", 1.0, 3.0)] {
-            assert_eq!(value(experiment, "probability that reference ends higher"), improvement);
+            for order in ["ends higher", "learns faster"] {
+                assert_eq!(value(experiment, &format!("probability that reference {order}")), improvement);
+            }
             assert!((value(experiment, "energy_per_action_j: space / reference") - ratio).abs() < 1e-12);
         }
     }

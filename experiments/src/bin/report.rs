@@ -10,16 +10,17 @@ use experiments::cli;
 use experiments::config::RunConfig;
 use experiments::curves;
 use experiments::folder::RunFolder;
-use experiments::report::{Section, comparison, groups, markdown, sections, summary};
+use experiments::report::{Section, comparison, groups, sections, summary};
 use experiments::summary::{RunSummary, find_runs};
+use experiments::tables::markdown;
 use output::{file, plot};
 
 /// Summarise all runs below a folder.
 ///
 /// Writes runs.csv (a row per run), summary.csv (each metric over seeds), comparison.csv (every space against aforce),
-/// tables.md (the paper's table, beside what others published) and the learning curves of each task with every seed. Runs
-/// are compared within the folder that holds their tasks: an experiment. A sweep that is still going on is reported as far
-/// as it has come.
+/// and, in the folder of each experiment, tables_TASK.md (the paper's table, beside what others published) and curves_TASK
+/// (learning curves with every seed). Runs are compared within the folder that holds their tasks: an experiment. A sweep
+/// that is still going on is reported as far as it has come.
 #[derive(Parser)]
 #[command(version)]
 struct Arguments {
@@ -56,12 +57,10 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     ensure!(!rows.is_empty(), "{}: no run has been evaluated yet", arguments.runs.display());
     comparable(&runs, &rows)?;
     let groups = groups(&rows);
-    let tables = markdown(&groups);
+    let comparison = comparison(&groups);
     file::write_table(&out.join("runs.csv"), &rows)?;
     file::write_table(&out.join("summary.csv"), &summary(&groups))?;
-    file::write_table(&out.join("comparison.csv"), &comparison(&groups))?;
-    file::replace(&out.join("tables.md"), tables.as_bytes())?;
-    print!("{tables}");
+    file::write_table(&out.join("comparison.csv"), &comparison)?;
 
     for section in sections(&groups) {
         let of_section: Vec<_> = runs.iter().zip(&rows).filter(|(_, row)| Section::of(row) == section).collect();
@@ -73,6 +72,9 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         let out = out.join(section.experiment);
         fs_err::create_dir_all(&out)?;
         plot::write(&curves::of_runs(&of_section)?, &out.join(format!("curves_{}", section.task)))?;
+        let tables = markdown(section, &groups, &comparison);
+        file::replace(&out.join(format!("tables_{}.md", section.task)), tables.as_bytes())?;
+        println!("{tables}");
     }
     Ok(ExitCode::SUCCESS)
 }

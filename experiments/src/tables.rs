@@ -1,0 +1,262 @@
+//! Groups to the tables that people read: the paper's Table I and what else it claims, beside what others published.
+
+use std::collections::BTreeSet;
+use std::fmt::{self, Display, Formatter};
+
+use crate::published::{self, Published};
+use crate::report::{ComparisonRow, ENERGIES, Group, ORDERS, Section};
+use crate::summary::{RunSummary, SOLVED};
+use output::statistics::{FEWEST_FOR_INTERVAL, deviation, interval, iqm, mean, range};
+
+/// The runs of a section in Markdown: notes, curves, return, energy, the comparison with `aforce`, safety.
+pub fn markdown(section: Section, groups: &[Group], comparison: &[ComparisonRow]) -> String {
+    let Section { experiment, task } = section;
+    let groups: Vec<&Group> = groups.iter().filter(|group| group.section == section).collect();
+    let comparison: Vec<_> = comparison.iter().filter(|row| row.experiment == experiment && row.task == task).collect();
+    let title = task[..1].to_uppercase() + &task[1..];
+    let of = if experiment.is_empty() { String::new() } else { format!(", {experiment}") };
+    let run = groups[0].runs[0];
+    let step = format!("{} m and {} rad", run.position_step_m, run.rotation_step_rad);
+    let mut parts = vec![format!("# {title}{of}: at most {step} per action\n")];
+    parts.extend(notes(&groups));
+    parts.push(format!("![Learning curves](curves_{task}.png)\n"));
+    let tables = [returns(&groups), energies(&groups), orders_and_ratios(&groups, &comparison), safety(&groups)];
+    parts.extend(tables.iter().filter(|table| !table.rows.is_empty()).map(Table::to_string));
+    parts.join("\n")
+}
+
+/// What a reader has to know before comparing the rows of a section.
+fn notes(groups: &[&Group]) -> Vec<String> {
+    let runs = || groups.iter().flat_map(|group| &group.runs);
+    let mut notes = vec![];
+    if groups.iter().any(|group| group.runs.len() < FEWEST_FOR_INTERVAL) {
+        notes.push("Groups of fewer than five seeds show a range instead of an interval.\n".to_string());
+    }
+    let unfinished: Vec<_> =
+        runs().filter(|run| !run.done).map(|run| format!("{} {} ({})", run.label(), run.seed, run.env_steps)).collect();
+    if !unfinished.is_empty() {
+        notes.push(format!("Not finished, seed and actions so far: {}.\n", unfinished.join(", ")));
+    }
+    let schemas: BTreeSet<u32> = runs().map(|run| run.schema).collect();
+    if schemas.len() > 1 {
+        notes.push("Tables of more than one schema: results/README.md says what they count differently.\n".to_string());
+    }
+    notes
+}
+
+fn returns(groups: &[&Group]) -> Table {
+    let mut table = Table::new(&[
+        "space",
+        "seeds",
+        "final return",
+        "IQM, 95 % interval or range",
+        "every seed",
+        "published",
+        "best evaluation",
+        "mean of the whole curve",
+        &format!("{SOLVED} after, thousand actions"),
+        "success at the end",
+    ]);
+    for group in groups {
+        let theirs = published::of(group.section.task, group.space).map_or(String::new(), |(who, row)| {
+            format!("{:.0} +- {:.0} ({who})", row.final_return[0], row.final_return[1])
+        });
+        let solved = |run: &&RunSummary| run.steps_to_450.map_or("never".into(), |step| (step / 1000).to_string());
+        table.rows.push(vec![
+            label(group),
+            group.runs.len().to_string(),
+            spread(group, |run| run.final_return, 1),
+            centre(&group.values(|run| run.final_return)),
+            every(group, |run| run.final_return, 0),
+            theirs,
+            spread(group, |run| run.best_return, 1),
+            spread(group, |run| run.curve_return, 1),
+            group.runs.iter().map(solved).collect::<Vec<_>>().join(", "),
+            spread(group, |run| run.final_success, 2),
+        ]);
+    }
+    table
+}
+
+fn energies(groups: &[&Group]) -> Table {
+    let mut table = Table::new(&["space", "J per action, training", "every seed", "published", "at the end"]);
+    for group in groups {
+        let theirs = published_energy(group.section.task, group.space);
+        table.rows.push(vec![
+            label(group),
+            spread(group, |run| run.energy_per_action_j, 2),
+            every(group, |run| run.energy_per_action_j, 2),
+            theirs.map_or(String::new(), |energy| energy.to_string()),
+            spread(group, |run| run.final_energy_per_action_j, 2),
+        ]);
+    }
+    table
+}
+
+/// A row per space that is compared with `aforce`: how often that is ahead, and the ratios of energy, space to `aforce`.
+fn orders_and_ratios(groups: &[&Group], comparison: &[&ComparisonRow]) -> Table {
+    let mut table = Table::new(&["space"]);
+    let reference = comparison.first().map_or("", |row| &row.reference);
+    table.header.extend(ORDERS.map(|(order, _)| format!("`{reference}` {order}, probability")));
+    table.header.extend(ENERGIES.map(|(energy, _)| format!("`{energy}` over that of `{reference}`")));
+    table.header.push("energy, published".into());
+    for group in groups {
+        let of_group = |row: &&&ComparisonRow| {
+            (row.space.as_str(), row.preset.as_str(), row.reference.as_str()) == (group.space, group.preset, reference)
+        };
+        let of_group: Vec<_> = comparison.iter().filter(of_group).collect();
+        if of_group.is_empty() {
+            continue;
+        }
+        let energy = |space| published_energy(group.section.task, space);
+        let theirs = energy(group.space).zip(energy(reference));
+        let mut cells = vec![label(group)];
+        cells.extend(of_group.iter().map(|row| match (row.ci_low, row.ci_high) {
+            (Some(low), Some(high)) => format!("{:.2}, {low:.2} to {high:.2}", row.value),
+            _ => format!("{:.2}", row.value),
+        }));
+        cells.push(theirs.map_or(String::new(), |(space, reference)| format!("{:.0}", space / reference)));
+        table.rows.push(cells);
+    }
+    table
+}
+
+fn safety(groups: &[&Group]) -> Table {
+    let mut table = Table::new(&[
+        "space",
+        "training episodes above the force limit",
+        "published",
+        "penalty per episode",
+        "published",
+        "excess impulse per episode, N s",
+        "diverged",
+    ]);
+    for group in groups {
+        let theirs = published::of(group.section.task, group.space).map(|(_, row)| row);
+        let text = |of: fn(&Published) -> Option<&'static str>| theirs.and_then(of).unwrap_or_default().to_string();
+        table.rows.push(vec![
+            label(group),
+            spread(group, |run| run.penalised_episode_share, 2),
+            text(|row| row.penalised_episode_share),
+            spread(group, |run| run.mean_penalty_per_episode, 1),
+            text(|row| row.penalty_per_episode),
+            spread(group, |run| run.excess_impulse_per_episode_ns, 1),
+            group.runs.iter().map(|run| run.diverged_episodes).sum::<usize>().to_string(),
+        ]);
+    }
+    table
+}
+
+fn published_energy(task: &str, space: &str) -> Option<f64> {
+    published::of(task, space).and_then(|(_, row)| row.energy_per_action_j)
+}
+
+fn label(group: &Group) -> String {
+    format!("`{}`", group.runs[0].label())
+}
+
+/// Mean and deviation over seeds.
+fn spread(group: &Group, of: fn(&RunSummary) -> f64, digits: usize) -> String {
+    match group.values(of)[..] {
+        [one] => format!("{one:.digits$}"),
+        ref values => format!("{:.digits$} +- {:.digits$}", mean(values), deviation(values)),
+    }
+}
+
+/// The good and the bad.
+fn every(group: &Group, of: fn(&RunSummary) -> f64, digits: usize) -> String {
+    group.values(of).iter().map(|value| format!("{value:.digits$}")).collect::<Vec<_>>().join(", ")
+}
+
+/// Interquartile mean over seeds and how sure it is.
+fn centre(values: &[f64]) -> String {
+    match values.len() {
+        1 => String::new(),
+        few if few < FEWEST_FOR_INTERVAL => {
+            let [low, high] = range(values);
+            format!("{:.0}, range {low:.0} to {high:.0}", iqm(values))
+        }
+        _ => {
+            let [low, high] = interval(&[values], |sample| iqm(&sample[0]));
+            format!("{:.0}, {low:.0} to {high:.0}", iqm(values))
+        }
+    }
+}
+
+/// A table in Markdown.
+struct Table {
+    header: Vec<String>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    fn new(header: &[&str]) -> Self {
+        Table { header: header.iter().map(ToString::to_string).collect(), rows: vec![] }
+    }
+}
+
+impl Display for Table {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let line = |cells: &[String]| format!("| {} |", cells.join(" | "));
+        writeln!(f, "{}\n|{}", line(&self.header), "---|".repeat(self.header.len()))?;
+        self.rows.iter().try_for_each(|row| writeln!(f, "{}", line(row)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::{comparison, groups, sections, tests::runs};
+
+    fn text(runs: &[RunSummary]) -> String {
+        let groups = groups(runs);
+        markdown(sections(&groups)[0], &groups, &comparison(&groups))
+    }
+
+    #[test]
+    fn five_seeds_have_an_interval_and_fewer_a_range() {
+        let (five, four) = (runs("aforce", 5), runs("aforce", 4));
+        let (enough, few) = (text(&five), text(&four));
+        assert!(enough.contains("| `aforce` | 5 | 62.0 +- 1.6 | 62, 6"), "{enough}");
+        assert!(enough.contains("| 60, 61, 62, 63, 64 |"), "{enough}");
+        assert!(
+            few.contains("range 60 to 63") && few.contains("fewer than five") && !enough.contains("fewer than five")
+        );
+    }
+
+    #[test]
+    fn a_space_is_compared_with_aforce_in_one_row_beside_what_is_published() {
+        let mut all = [runs("aforce", 5), runs("variable", 5)].concat();
+        for run in &mut all {
+            run.task = "door".into();
+            run.energy_per_action_j = if run.space == "aforce" { 2.0 } else { 5.0 };
+            run.curve_return = if run.space == "aforce" { 20.0 } else { 10.0 };
+            (run.penalised_episode_share, run.mean_penalty_per_episode) = (0.25, 148.0);
+            run.steps_to_450 = (run.seed > 0).then_some(70_000);
+        }
+        let text = text(&all);
+        let rows: Vec<&str> = text.lines().filter(|line| line.starts_with("| `variable`")).collect();
+        let [returns, energies, against, safety] = rows[..] else { panic!("{text}") };
+        assert!(
+            returns.contains("| 242 +- 227 (paper) |") && returns.contains("| never, 70, 70, 70, 70 |"),
+            "{returns}"
+        );
+        assert!(energies.contains("| 5.00 +- 0.00 | 5.00, 5.00, 5.00, 5.00, 5.00 | 131 |"), "{energies}");
+        assert!(against.starts_with("| `variable` | 0.50, "), "{against}");
+        assert!(
+            against.contains("| 1.00, 1.00 to 1.00 | 2.50, 2.50 to 2.50 |") && against.ends_with("| 19 |"),
+            "{against}"
+        );
+        assert!(safety.starts_with("| `variable` | 0.25 +- 0.00 |  | 148.0 +- 0.0 | 149 |"), "{safety}");
+    }
+
+    #[test]
+    fn what_may_mislead_stands_above_the_table() {
+        let mut all = runs("aforce", 5);
+        all.extend(runs("osc", 5));
+        assert!(notes(&groups(&all).iter().collect::<Vec<_>>()).is_empty());
+        (all[7].done, all[7].env_steps, all[3].schema) = (false, 1234, 1);
+        let notes = notes(&groups(&all).iter().collect::<Vec<_>>()).join("\n");
+        assert!(notes.contains("osc 2 (1234)") && notes.contains("schema"), "{notes}");
+    }
+}
