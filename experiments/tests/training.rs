@@ -238,7 +238,8 @@ fn shipped_sweeps_are_the_runs_they_say() {
     assert_eq!((small.len(), small.iter().filter(|run| wipe(run)).count()), (33, 15));
     assert!(small.iter().all(|run| steps(run) == (0.02, if wipe(run) { 0.03 } else { 0.15 })));
 
-    // Beside that, and the reference of `aforce`, a run of the one has the settings of the run of the other with its task, space and seed.
+    // Beside that, and the reference of `aforce`, a run of the one has the settings of the run of the other with its task,
+    // space and seed.
     for run in &small {
         let mut same = table_1.iter().find(|other| RunId::of(other) == RunId::of(run)).unwrap().clone();
         let controller = &mut same.env.controller;

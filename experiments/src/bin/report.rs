@@ -80,7 +80,8 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
 }
 
 /// Runs of a group stand for each other: they have to differ in their seed and in nothing else. Groups are compared: their
-/// runs may also differ in the action space with its impedance, and in the learner (and how long it trains) if their presets do.
+/// runs may also differ in the action space with its impedance, and in the learner (and how long it trains) if their
+/// presets do.
 fn comparable(runs: &[RunFolder], rows: &[RunSummary]) -> Result<()> {
     let mut seen: Vec<(&RunFolder, &RunSummary, RunConfig)> = vec![];
     for (run, row) in runs.iter().zip(rows) {
