@@ -231,8 +231,10 @@ const ROBOSUITE: (f64, f64) = (0.05, 0.5);
 fn shipped_sweeps_are_the_runs_they_say() {
     let wipe = |run: &RunConfig| run.env.task == TaskName::Wipe;
     let table_1 = sweep::read(&shipped("table-1.toml")).unwrap();
-    assert_eq!((table_1.len(), table_1.iter().filter(|run| wipe(run)).count()), (55, 25));
+    assert_eq!((table_1.len(), table_1.iter().filter(|run| wipe(run)).count()), (56, 25));
     assert!(table_1.iter().all(|run| steps(run) == ROBOSUITE));
+    let papers: Vec<_> = table_1.iter().filter(|run| run.preset == sac::Preset::Paper).map(RunId::of).collect();
+    assert_eq!(papers, [RunId { task: "lift".into(), space: "aforce".into(), seed: 6 }]);
 
     let small = sweep::read(&shipped("small-steps.toml")).unwrap();
     assert_eq!((small.len(), small.iter().filter(|run| wipe(run)).count()), (33, 15));
