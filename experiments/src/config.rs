@@ -298,6 +298,16 @@ mod tests {
     }
 
     #[test]
+    fn a_key_of_another_kind_is_refused() {
+        let set_leash = |space: &str| {
+            let key = format!("env.controller.impedance.{space}.form.reference.leash_position=0.02");
+            RunConfig::resolve(None, &[set(&key)]).map_err(|error| error.to_string())
+        };
+        assert!(set_leash("aforce").is_ok(), "on a leash by default");
+        assert!(set_leash("osc").unwrap_err().contains("leash_position"), "re-based");
+    }
+
+    #[test]
     fn a_file_that_is_no_toml_is_answered_with_the_line() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("a.toml");

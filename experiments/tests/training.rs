@@ -246,7 +246,7 @@ fn shipped_sweeps_are_the_runs_they_say() {
         let mut same = table_1.iter().find(|other| RunId::of(other) == RunId::of(run)).unwrap().clone();
         let controller = &mut same.env.controller;
         (controller.position_step, controller.rotation_step) = steps(run);
-        assert_eq!(controller.impedance.aforce.form.reference, Reference::Rebased);
+        assert_eq!(controller.impedance.aforce.form.reference, Reference::Rebased {});
         controller.impedance.aforce.form.reference = run.env.controller.impedance.aforce.form.reference;
         assert_eq!(&same, run);
     }
@@ -266,6 +266,23 @@ fn the_sweep_of_references_swaps_them() {
     }
 }
 
+/// Beside the tolerance, which grows as the step does, a run is that of `table-1.toml`.
+#[test]
+fn the_sweep_of_the_tolerance_changes_nothing_else() {
+    let table_1 = sweep::read(&shipped("table-1.toml")).unwrap();
+    let default = RunConfig::resolve(None, &[]).unwrap().env.controller;
+    let runs = sweep::read(&shipped("tolerance.toml")).unwrap();
+    assert_eq!(runs.len(), 6);
+    for run in runs {
+        let mut same = table_1.iter().find(|other| RunId::of(other) == RunId::of(&run)).unwrap().clone();
+        let law = &mut same.env.controller.impedance.aforce;
+        law.translation.tolerance *= run.env.controller.position_step / default.position_step;
+        assert_eq!(law.translation.tolerance, 0.0375);
+        law.rotation.tolerance *= 2.5;
+        assert_eq!(same, run);
+    }
+}
+
 /// A new file is to be named here.
 #[test]
 fn shipped_configurations_are_read() {
@@ -280,6 +297,14 @@ fn shipped_configurations_are_read() {
     all.sort();
     assert_eq!(
         all,
-        ["demo.toml", "leash.toml", "reference.toml", "robosuite-steps.toml", "small-steps.toml", "table-1.toml"]
+        [
+            "demo.toml",
+            "leash.toml",
+            "reference.toml",
+            "robosuite-steps.toml",
+            "small-steps.toml",
+            "table-1.toml",
+            "tolerance.toml"
+        ]
     );
 }

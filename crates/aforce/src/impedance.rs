@@ -69,7 +69,7 @@ impl ImpedanceForm {
     /// robosuite's OSC: shaped, critical, damped against standstill, re-based on the measured pose.
     #[must_use]
     pub fn robosuite() -> Self {
-        Self { reference: Reference::Rebased, ..Self::continued(Convention::Shaped) }
+        Self { reference: Reference::Rebased {}, ..Self::continued(Convention::Shaped) }
     }
 
     pub(crate) fn validate(&self, space: &str) -> Result<(), ConfigError> {

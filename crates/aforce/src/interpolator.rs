@@ -11,7 +11,7 @@ use crate::spatial::{Pose, Twist};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Interpolation {
-    /// A straight ramp, then hold (the paper's simulations).
+    /// A straight ramp, then hold. (In the paper's simulations it takes a fifth of the action; robosuite's default is none.)
     Linear {
         /// Share of the action's duration that the ramp takes, above 0 and at most 1. A short ramp is a fast one: 5 cm
         /// over one fifth of 50 ms is 5 m/s of reference velocity.

@@ -10,10 +10,12 @@ use crate::spatial::{Pose, Vector6, limit_norm, linear, rotation_vector, rotatio
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Reference {
-    /// To the measured pose, each action anew (robosuite's habit). The tracking error then *is* the commanded delta.
+    /// To the measured pose, each action anew (robosuite's habit). The goal is then never further away than one delta, and
+    /// the tracking error at the end of the ramp follows the size of the actions.
     ///
-    /// Unlike robosuite, a rotation delta of exactly zero is no exception: it re-bases like any other.
-    Rebased,
+    /// Unlike robosuite, a rotation delta of exactly zero is no exception: it re-bases like any other. (The braces make serde
+    /// refuse the keys of the other kind.)
+    Rebased {},
     /// To the previous goal, kept on a leash to the measured pose before and after the delta is added.
     Continued {
         /// Longest distance from the measured position to the goal (m).
@@ -29,7 +31,7 @@ impl Reference {
     #[must_use]
     pub fn next_goal(&self, previous: &Pose, measured: &Pose, delta: &Vector6) -> Pose {
         match *self {
-            Self::Rebased => displaced(measured, delta),
+            Self::Rebased {} => displaced(measured, delta),
             Self::Continued { leash_position, leash_rotation } => {
                 let leash = |goal: &Pose| leashed(goal, measured, leash_position, leash_rotation);
                 leash(&displaced(&leash(previous), delta))
@@ -77,7 +79,7 @@ mod tests {
     fn rebased_goal_is_the_delta_away_in_world_axes() {
         let measured = Pose::new(Vector3::new(0.5, 0.0, 0.3), Vector3::new(1.0, 0.4, 0.0));
         let delta = Vector6::new(0.01, -0.02, 0.03, 0.1, 0.2, -0.3);
-        let goal = Reference::Rebased.next_goal(&Pose::identity(), &measured, &delta);
+        let goal = (Reference::Rebased {}).next_goal(&Pose::identity(), &measured, &delta);
         assert_relative_eq!(pose_error(&goal, &measured), delta, epsilon = 1e-12);
     }
 

@@ -1,6 +1,6 @@
 //! The plant as a controller sees it: measure, apply torque, repeat.
 
-use aforce::{JointVector, Measurement, Pose, Twist, Vector3};
+use aforce::{ConfigError, JointVector, Measurement, Pose, Twist, Vector3, within};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -39,6 +39,19 @@ pub struct SimulationConfig {
 impl Default for SimulationConfig {
     fn default() -> Self {
         SimulationConfig { substeps: 1, force_cutoff_hz: 100.0, sustained_cutoff_hz: 12.0 }
+    }
+}
+
+impl SimulationConfig {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// The first value that is not allowed, with its field (below `simulation`) and range.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        let Self { substeps, force_cutoff_hz, sustained_cutoff_hz } = *self;
+        within("simulation.substeps", substeps as f64, 1.0..=64.0)?;
+        within("simulation.force_cutoff_hz", force_cutoff_hz, 0.1..=1e4)?;
+        within("simulation.sustained_cutoff_hz", sustained_cutoff_hz, 0.1..=1e4)
     }
 }
 

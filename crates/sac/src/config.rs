@@ -20,8 +20,8 @@ pub struct Config {
     pub temperature_learning_rate: f64,
     /// Discount per action, in [0, 1): rewards 1 / (1 - gamma) actions ahead still count.
     pub gamma: f64,
-    /// Rewards summed before the critic takes over (1: the textbook). More carries a late reward back faster, and adds a bias that
-    /// comes from the older policy's actions.
+    /// Rewards summed before the critic takes over (1: the textbook). More carries a late reward back faster, and adds a bias: the
+    /// actions in between are an older policy's, and their entropy is not counted.
     pub n_step: usize,
     /// Fraction by which the target critics move towards the critics, in (0, 1].
     pub tau: f64,

@@ -42,15 +42,12 @@ impl EnvConfig {
     /// # Errors
     /// The first value that is not allowed, with its field and range.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        let SimulationConfig { substeps, force_cutoff_hz, sustained_cutoff_hz } = self.simulation;
         let ForcePenalty { limit, weight } = self.force_penalty;
         within("env.horizon", f64::from(self.horizon), 1.0..=1e6)?;
         within("env.initial_noise", self.initial_noise, 0.0..=0.5)?;
         within("env.force_penalty.limit", limit, 0.0..=1e6)?;
         within("env.force_penalty.weight", weight, 0.0..=1e3)?;
-        within("env.simulation.substeps", substeps as f64, 1.0..=64.0)?;
-        within("env.simulation.force_cutoff_hz", force_cutoff_hz, 0.1..=1e4)?;
-        within("env.simulation.sustained_cutoff_hz", sustained_cutoff_hz, 0.1..=1e4)?;
+        self.simulation.validate().map_err(|error| error.below("env"))?;
         let controller = &self.controller;
         let stable = || match self.space.impedance {
             Impedance::Adaptive => controller.impedance.aforce.check_stability(),

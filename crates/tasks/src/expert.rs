@@ -24,7 +24,7 @@ pub fn action_towards(
     contact_axis: UnitVector3<f64>,
 ) -> Vec<f64> {
     let reference = match *controller.reference() {
-        Reference::Rebased => &y.pose,
+        Reference::Rebased {} => &y.pose,
         Reference::Continued { .. } => controller.goal(),
     };
     let mut goal = waypoint.pose;

@@ -43,8 +43,8 @@ pub fn disturbances() -> Vec<Condition> {
         condition("payload 0.5 kg", payload),
         Condition { name: "payload 0.5 kg; exact wrench", change: exact, disturbance: payload },
         condition("wrench bias and noise x 4", Disturbance { wrench_error: 4.0, ..none }),
-        condition("torque 1 ms late", late(1)),
-        condition("torque 5 ms late", late(5)),
+        condition("torque 1 ms late", late(0.001)),
+        condition("torque 5 ms late", late(0.005)),
     ]
 }
 

@@ -105,7 +105,7 @@ impl<'a> Wiping<'a> {
             estimator: Estimator::new(&sensing, parameters.damping, &y, rng),
             expert: Expert::new(setup, spot(trial.height)),
             paint: Markers::spot(spot(height), setup.spot_radius),
-            late: VecDeque::from(vec![y.bias; disturbance.delay]),
+            late: VecDeque::from(vec![y.bias; (disturbance.delay / plant.dt).round() as usize]),
             record: Record::default(),
             parameters,
             simulation,

@@ -1,6 +1,6 @@
 //! The external wrench as the controller gets it.
 
-use aforce::{JointVector, Measurement, Wrench};
+use aforce::{ConfigError, JointVector, Measurement, Wrench, within};
 use physics::MomentumObserver;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal, Uniform};
@@ -37,6 +37,19 @@ impl Default for Sensing {
 }
 
 impl Sensing {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// The first value that is not allowed, with its field (below `sensing`) and range.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        within("sensing.cutoff_hz", self.cutoff_hz, 0.1..=1e4)?;
+        for (name, [force, torque]) in [("bias", self.bias), ("noise", self.noise)] {
+            within(&format!("sensing.{name}[0]"), force, 0.0..=100.0)?;
+            within(&format!("sensing.{name}[1]"), torque, 0.0..=10.0)?;
+        }
+        Ok(())
+    }
+
     /// With bias and noise multiplied.
     pub(crate) fn worsened(&self, factor: f64) -> Self {
         let times = |error: [f64; 2]| error.map(|e| factor * e);

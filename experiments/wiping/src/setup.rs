@@ -112,8 +112,7 @@ impl Setup {
     /// From a file with every setting, such as the `config.toml` of an earlier run.
     ///
     /// # Errors
-    /// If it cannot be read, a setting is missing or unknown, or the script cannot work with a value. What the controller
-    /// cannot work with it says itself.
+    /// If it cannot be read, a setting is missing or unknown, or a value is not allowed.
     pub fn read(path: &Path) -> Result<Self> {
         let setup: Setup = toml::from_str(&fs_err::read_to_string(path)?)
             .with_context(|| format!("{}: not a complete set-up", path.display()))?;
@@ -130,6 +129,10 @@ impl Setup {
         }
         let [low, high] = setup.wiping_force;
         ensure!(low < high, "{}: wiping_force: {low} is not below {high}", path.display());
+        let parts = setup.sensing.validate().and(setup.simulation.validate());
+        parts.with_context(|| path.display().to_string())?;
+        let controller = setup.controller.validate().and_then(|()| setup.controller.impedance.aforce.check_stability());
+        controller.map_err(|error| error.below("controller")).with_context(|| path.display().to_string())?;
         Ok(setup)
     }
 
@@ -162,8 +165,19 @@ mod tests {
             Setup::read(&file).map_err(|error| format!("{error:#}"))
         };
         assert_eq!(read(text.clone()).unwrap(), Setup::default());
-        for (change, word) in [("force = 99.0", "force"), ("forse = 10.0", "forse"), ("", "force")] {
-            let error = read(text.replacen("force = 10.0", change, 1)).unwrap_err();
+        for (setting, change, word) in [
+            ("force = 10.0", "force = 99.0", "force"),
+            ("force = 10.0", "forse = 10.0", "forse"),
+            ("force = 10.0", "", "force"),
+            ("bias = [0.5", "bias = [-0.5", "sensing.bias[0]"),
+            ("noise = [0.3", "noise = [nan", "sensing.noise[0]"),
+            ("substeps = 1", "substeps = 0", "simulation.substeps"),
+            ("ki = 16.0", "ki = -1.0", "controller.force.ki"),
+            ("forgetting = 1.0", "forgetting = 1e9", "controller.impedance.aforce.translation.forgetting"),
+        ] {
+            let changed = text.replacen(setting, change, 1);
+            assert_ne!(changed, text, "{setting}");
+            let error = read(changed).unwrap_err();
             assert!(error.contains(word) && error.contains("config.toml"), "{error}");
         }
     }

@@ -55,13 +55,13 @@ pub struct Disturbance {
     pub payload: f64,
     /// Factor on bias and noise of the estimated wrench.
     pub wrench_error: f64,
-    /// Control samples by which torques arrive late.
-    pub delay: usize,
+    /// Time by which torques arrive late (s), in whole control samples.
+    pub delay: f64,
 }
 
 impl Disturbance {
     /// All is as believed.
-    pub const NONE: Self = Self { table_offset: 0.0, friction: 1.0, payload: 0.0, wrench_error: 1.0, delay: 0 };
+    pub const NONE: Self = Self { table_offset: 0.0, friction: 1.0, payload: 0.0, wrench_error: 1.0, delay: 0.0 };
 
     /// The arm with its payload.
     pub(crate) fn loaded(&self, parameters: &Parameters) -> Parameters {

@@ -132,12 +132,13 @@ fn a_lower_table_is_met_later() {
 #[test]
 fn a_late_torque_moves_the_arm_later() {
     let setup = small(0);
-    let way = |delay: usize, samples: usize| {
+    let way = |delay_ms: f64, samples: usize| {
+        let delay = delay_ms / 1000.0;
         let record = aforce(&setup, Disturbance { delay, ..Disturbance::NONE });
         (record.samples[samples].position - record.samples[0].position).norm()
     };
-    assert!(way(5, 4) < 1e-6 * way(0, 4));
-    assert!((way(5, 5) / way(1, 1) - 1.0).abs() < 1e-6, "four samples later, and alike");
+    assert!(way(5.0, 4) < 1e-6 * way(0.0, 4));
+    assert!((way(5.0, 5) / way(1.0, 1) - 1.0).abs() < 1e-6, "four samples later, and alike");
 }
 
 /// Each sign holds the arm at half of its closed-form limit and loses it at twice the limit. In between, the same alpha

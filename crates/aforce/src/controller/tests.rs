@@ -269,7 +269,7 @@ proptest! {
         }
         let reference = match continued {
             true => Reference::Continued { leash_position: 0.02, leash_rotation: 0.15 },
-            false => Reference::Rebased,
+            false => Reference::Rebased {},
         };
         config = with_reference(&config, reference);
         let max = JointVector::from([80.0, 80.0, 80.0, 80.0, 80.0, 12.0, 12.0]);
