@@ -32,7 +32,7 @@ bench: setup
 
 # What is in results/, once more below runs/, on two cores: the wiping experiment (a minute), experts and random actions
 # (2.5 hours), 103 runs of 20 to 50 minutes and one of two hours, two at a time, and their tables.
-reproduce: setup runs/experts.csv runs/random_robosuite_steps.csv runs/random_1000.csv
+reproduce: setup runs/experts.csv runs/random_robosuite_steps.csv runs/random_robosuite_jump.csv runs/random_1000.csv
 	$(RUN) wiping -- --out runs/wiping
 	$(RUN) sweep -- experiments/configs/small-steps.toml
 	$(RUN) sweep -- experiments/configs/reference.toml
@@ -46,6 +46,9 @@ runs/experts.csv: | setup
 
 runs/random_robosuite_steps.csv: | setup
 	$(RUN) baselines -- random --tasks lift,door,wipe --spaces variable,osc --config experiments/configs/robosuite-steps.toml --episodes 30 --out $@
+
+runs/random_robosuite_jump.csv: | setup
+	$(RUN) baselines -- random --tasks lift,door,wipe --spaces variable,osc --config experiments/configs/robosuite-steps.toml --set env.controller.interpolation.ramp_ratio=0.04 --episodes 30 --out $@
 
 runs/random_1000.csv: | setup
 	$(RUN) baselines -- random --tasks lift,door,wipe --episodes 1000 --out $@

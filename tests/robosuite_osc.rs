@@ -1,5 +1,5 @@
-//! `osc` and `variable` are robosuite's OSC_POSE, fixed and `variable_kp`: torques in random states
-//! agree with its formulas, evaluated in numpy (`scripts/osc_reference.py`).
+//! With a set-point that jumps to its goal, `osc` and `variable` are robosuite's OSC_POSE, fixed and `variable_kp`: torques in
+//! random states agree with its formulas, evaluated in numpy (`scripts/osc_reference.py`).
 
 use aforce::{ActionSpace, Controller, ControllerConfig, Interpolation, JointVector, TorqueLimits, Vector3, Wrench};
 use nalgebra::SVector;

@@ -17,7 +17,7 @@ pub fn markdown(section: Section, groups: &[Group], comparison: &[ComparisonRow]
     let of = if experiment.is_empty() { String::new() } else { format!(", {experiment}") };
     let run = groups[0].runs[0];
     let step = format!("{} m and {} rad", run.position_step_m, run.rotation_step_rad);
-    let mut parts = vec![format!("# {title}{of}: at most {step} per action\n")];
+    let mut parts = vec![format!("# {title}{of}: at most {step} per action and axis\n")];
     parts.extend(notes(&groups));
     parts.push(format!("![Learning curves](curves_{task}.png)\n"));
     let tables = [returns(&groups), energies(&groups), orders_and_ratios(&groups, &comparison), safety(&groups)];

@@ -40,7 +40,7 @@ pub enum Level {
     Mid,
     /// Stiff.
     High,
-    /// robosuite's default operational-space controller, kp 150.
+    /// robosuite's default operational-space controller, kp 150, with this workbench's ramp (robosuite's set-point jumps).
     Osc,
 }
 
