@@ -240,14 +240,16 @@ fn shipped_sweeps_are_the_runs_they_say() {
     assert_eq!((small.len(), small.iter().filter(|run| wipe(run)).count()), (33, 15));
     assert!(small.iter().all(|run| steps(run) == (0.02, if wipe(run) { 0.03 } else { 0.15 })));
 
-    // Beside that, and the reference of `aforce`, a run of the one has the settings of the run of the other with its task,
-    // space and seed.
+    // Beside that, and reference and tolerance of `aforce`, a run of the one has the settings of the run of the other with its
+    // task, space and seed.
     for run in &small {
         let mut same = table_1.iter().find(|other| RunId::of(other) == RunId::of(run)).unwrap().clone();
         let controller = &mut same.env.controller;
         (controller.position_step, controller.rotation_step) = steps(run);
-        assert_eq!(controller.impedance.aforce.form.reference, Reference::Rebased {});
-        controller.impedance.aforce.form.reference = run.env.controller.impedance.aforce.form.reference;
+        let (law, own) = (&mut controller.impedance.aforce, &run.env.controller.impedance.aforce);
+        assert_eq!((law.form.reference, law.translation.tolerance), (Reference::Rebased {}, 0.0375));
+        law.form.reference = own.form.reference;
+        (law.translation.tolerance, law.rotation.tolerance) = (own.translation.tolerance, own.rotation.tolerance);
         assert_eq!(&same, run);
     }
 }
@@ -266,19 +268,16 @@ fn the_sweep_of_references_swaps_them() {
     }
 }
 
-/// Beside the tolerance, which grows as the step does, a run is that of `table-1.toml`.
+/// But for the tolerance, which is that of the small steps, a run is that of `table-1.toml`.
 #[test]
 fn the_sweep_of_the_tolerance_changes_nothing_else() {
     let table_1 = sweep::read(&shipped("table-1.toml")).unwrap();
-    let default = RunConfig::resolve(None, &[]).unwrap().env.controller;
     let runs = sweep::read(&shipped("tolerance.toml")).unwrap();
-    assert_eq!(runs.len(), 6);
+    assert_eq!(runs.len(), 7);
     for run in runs {
         let mut same = table_1.iter().find(|other| RunId::of(other) == RunId::of(&run)).unwrap().clone();
         let law = &mut same.env.controller.impedance.aforce;
-        law.translation.tolerance *= run.env.controller.position_step / default.position_step;
-        assert_eq!(law.translation.tolerance, 0.0375);
-        law.rotation.tolerance *= 2.5;
+        (law.translation.tolerance, law.rotation.tolerance) = (0.015, 0.11);
         assert_eq!(same, run);
     }
 }
