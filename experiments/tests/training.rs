@@ -225,6 +225,11 @@ fn steps(run: &RunConfig) -> (f64, f64) {
     (run.env.controller.position_step, run.env.controller.rotation_step)
 }
 
+/// The run of a sweep with the task, space and seed of `run`.
+fn twin(sweep: &[RunConfig], run: &RunConfig) -> RunConfig {
+    sweep.iter().find(|other| RunId::of(other) == RunId::of(run)).unwrap().clone()
+}
+
 const ROBOSUITE: (f64, f64) = (0.05, 0.5);
 
 #[test]
@@ -243,7 +248,7 @@ fn shipped_sweeps_are_the_runs_they_say() {
     // Beside that, and reference and tolerance of `aforce`, a run of the one has the settings of the run of the other with its
     // task, space and seed.
     for run in &small {
-        let mut same = table_1.iter().find(|other| RunId::of(other) == RunId::of(run)).unwrap().clone();
+        let mut same = twin(&table_1, run);
         let controller = &mut same.env.controller;
         (controller.position_step, controller.rotation_step) = steps(run);
         let (law, own) = (&mut controller.impedance.aforce, &run.env.controller.impedance.aforce);
@@ -261,7 +266,7 @@ fn the_sweep_of_references_swaps_them() {
     let swapped = sweep::read(&shipped("reference.toml")).unwrap();
     assert_eq!(swapped.len(), 6);
     for run in swapped {
-        let mut same = small.iter().find(|other| RunId::of(other) == RunId::of(&run)).unwrap().clone();
+        let mut same = twin(&small, &run);
         let impedance = &mut same.env.controller.impedance;
         std::mem::swap(&mut impedance.aforce.form.reference, &mut impedance.osc.form.reference);
         assert_eq!(same, run);
@@ -275,7 +280,7 @@ fn the_sweep_of_the_tolerance_changes_nothing_else() {
     let runs = sweep::read(&shipped("tolerance.toml")).unwrap();
     assert_eq!(runs.len(), 7);
     for run in runs {
-        let mut same = table_1.iter().find(|other| RunId::of(other) == RunId::of(&run)).unwrap().clone();
+        let mut same = twin(&table_1, &run);
         let law = &mut same.env.controller.impedance.aforce;
         (law.translation.tolerance, law.rotation.tolerance) = (0.015, 0.11);
         assert_eq!(same, run);

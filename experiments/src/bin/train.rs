@@ -13,8 +13,8 @@ use tasks::Env;
 ///
 /// Writes OUT/TASK/SPACE/seed_N: config.toml, manifest.json, episodes.csv, eval.csv,
 /// progress.csv, curves, checkpoints. Ctrl-C or SIGTERM saves at the end of the running
-/// episode and exits with 75; --resume goes on from there to the same bytes of episodes.csv and
-/// eval.csv.
+/// episode and exits with 75; --resume goes on from there to the same bytes of
+/// episodes.csv and eval.csv.
 #[derive(Parser)]
 #[command(version)]
 struct Arguments {
