@@ -3,7 +3,7 @@
 
     VENV/bin/python scripts/mujoco_wipe_reference.py          (VENV as for scripts/mujoco_reference.py)
 
-Exports the Wipe scene (example `export_wipe`), brings the tool down level under a Cartesian spring, presses with a constant force at the
+Exports the Wipe scene (example `export_mjcf`), brings the tool down level under a Cartesian spring, presses with a constant force at the
 joints, then pulls the spring along y. The law is that of crates/physics/tests/wipe.rs, which reads the file. Joint friction is taken out,
 so that statics tells the contact force. Contacts have MuJoCo's default softness: forces do not depend on it.
 """
@@ -75,9 +75,9 @@ def press(xml, force):
 
 def main():
     with tempfile.TemporaryDirectory() as folder:
-        xml = Path(folder) / "wipe.xml"
-        command = ["cargo", "run", "--quiet", "--release", "-p", "physics", "--example", "export_wipe", "--", str(xml)]
+        command = ["cargo", "run", "--quiet", "--release", "-p", "physics", "--example", "export_mjcf", "--", "wipe", "robosuite", folder]
         subprocess.run(command, cwd=ROOT, check=True)
+        xml = Path(folder) / "wipe_robosuite.xml"
         rows = [[force, *press(xml, force)] for force in [5.0, 15.0, 30.0]]
     with open(OUT, "w", newline="\n") as file:
         file.write(f"# MuJoCo {mujoco.__version__}, numpy {np.__version__}; made by scripts/mujoco_wipe_reference.py\n")

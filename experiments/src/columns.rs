@@ -47,7 +47,7 @@ impl Columns {
         Ok(self.values("step")?.into_iter().zip(self.values(column)?).collect())
     }
 
-    /// Mean of the last `window` rows at the step of every row.
+    /// Mean of `window` rows at the step of the last of them, from the first full window on (of all rows if they are fewer).
     pub fn running_mean(&self, column: &str, window: usize) -> Result<Vec<(f64, f64)>> {
         let points = self.points(column)?;
         let mean = |window: &[(f64, f64)]| window.iter().map(|p| p.1).sum::<f64>() / window.len() as f64;

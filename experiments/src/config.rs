@@ -5,20 +5,11 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use anyhow::{Result, ensure};
+use output::program::bad;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use tasks::EnvConfig;
 use toml::{Table, Value};
-
-/// A setting that cannot be: wrong usage, as opposed to a failure.
-#[derive(Debug, thiserror::Error)]
-#[error("{0}")]
-pub struct BadSetting(String);
-
-/// A [`BadSetting`] with this text.
-pub fn bad(message: String) -> anyhow::Error {
-    BadSetting(message).into()
-}
 
 /// Everything that decides the outcome of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -2,6 +2,8 @@
 
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
+use std::thread::sleep;
+use std::time::Duration;
 
 use anyhow::{Context, Result, bail, ensure};
 use output::file;
@@ -118,10 +120,15 @@ impl RunFolder {
         }
         fs_err::create_dir_all(&self.path)?;
         let file = fs_err::File::create(self.lock())?.into_parts().0;
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => bail!("{path}: another process is at work there"),
-            Err(TryLockError::Error(error)) => return Err(error).context(format!("{path}: cannot be locked")),
+        // [`RunFolder::state`], too, holds the lock for a moment.
+        let mut waits = 0..10;
+        loop {
+            match file.try_lock() {
+                Ok(()) => break,
+                Err(TryLockError::WouldBlock) if waits.next().is_some() => sleep(Duration::from_millis(10)),
+                Err(TryLockError::WouldBlock) => bail!("{path}: another process is at work there"),
+                Err(TryLockError::Error(error)) => return Err(error).context(format!("{path}: cannot be locked")),
+            }
         }
         self.can_go_on(config)?;
         if self.done().exists() && !self.is_done(config) {

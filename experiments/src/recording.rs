@@ -1,4 +1,4 @@
-//! What is needed to show an episode in three dimensions: shapes, and where they are at 20 Hz.
+//! What is needed to show an episode in three dimensions: shapes, and where they are after every action.
 
 use aforce::{Pose, Vector3};
 use base64::Engine;

@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 use aforce::ActionSpace;
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
+use output::program::bad;
 use sac::{Act, Actor, Checkpoint};
 use serde::{Deserialize, Serialize};
 use tasks::Env;
 
-use crate::cli::ConfigArgs;
-use crate::config::{RunConfig, bad};
+use crate::cli::{EnvArgs, SettingArgs};
+use crate::config::RunConfig;
 use crate::folder::RunFolder;
 use crate::rollout::Policy;
 
@@ -29,12 +30,12 @@ pub struct SourceArgs {
     /// The task's scripted expert plays
     #[arg(long, conflicts_with_all = ["run", "random"])]
     pub expert: bool,
-    /// Uniformly random actions
+    /// Uniformly random actions (others with another --set seed=N)
     #[arg(long, conflicts_with = "run")]
     pub random: bool,
-    /// Environment and learner
+    /// The environment.
     #[command(flatten)]
-    pub config: ConfigArgs,
+    pub env: EnvArgs,
 }
 
 /// The two checkpoints of a run.
@@ -95,14 +96,15 @@ impl SourceArgs {
                 let hint = "a trained policy plays in one action space; name another run";
                 return Err(bad(format!("--beside {what}: {hint}")));
             }
-            Ok(space) => other.config.space = Some(space),
+            Ok(space) => other.env.space = Some(space),
             Err(not_a_space) => {
                 RunFolder::open(Path::new(what)).map_err(|_| {
                     bad(format!("--beside {what}: neither a run folder nor an action space ({not_a_space})"))
                 })?;
                 (other.run, other.expert, other.random) = (Some(what.into()), false, false);
                 // A run has its own configuration; what --set says holds for both.
-                other.config = ConfigArgs { overrides: self.config.overrides.clone(), ..ConfigArgs::default() };
+                let settings = SettingArgs { overrides: self.env.settings.overrides.clone(), config: None };
+                other.env = EnvArgs { settings, ..EnvArgs::default() };
             }
         }
         Ok(other)
@@ -124,13 +126,13 @@ impl SourceArgs {
     /// If the run or its checkpoint is missing, damaged or made for something else.
     pub fn open(&self) -> Result<Player> {
         let Some(path) = &self.run else {
-            let config = self.config.resolve()?;
+            let config = self.env.resolve()?;
             let env = Env::new(config.env.clone(), 0)?;
             let policy = if self.expert { Policy::Expert } else { Policy::random(config.seed) };
             return Ok(Player { config, env, policy, step: 0 });
         };
         let folder = RunFolder::open(path)?;
-        let config = self.config.on_top_of(&folder)?;
+        let config = self.env.on_top_of(&folder)?;
         let checkpoint = match self.checkpoint {
             Which::Best => folder.best(),
             Which::Last => folder.checkpoint(),

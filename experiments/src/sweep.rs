@@ -5,11 +5,12 @@ use std::path::Path;
 
 use aforce::ActionSpace;
 use anyhow::Result;
+use output::program::bad;
 use serde::Deserialize;
 use tasks::TaskName;
 use toml::{Table, Value};
 
-use crate::config::{RunConfig, bad, parse};
+use crate::config::{RunConfig, parse};
 use crate::rows::RunId;
 
 /// The file: groups of runs, and settings that all of them share.

@@ -241,10 +241,15 @@ fn baselines_make_their_folder() {
     let folder = tempfile::tempdir().unwrap();
     let table = folder.path().join("new/folder/table.csv");
     let mut command = program("baselines");
-    command.args(["random", "--space", "osc", "--episodes", "1", "--set", "env.horizon=2", "--out"]).arg(&table);
+    command.args(["random", "--spaces", "osc", "--episodes", "1", "--set", "env.horizon=2", "--out"]).arg(&table);
     command.assert().success();
     let text = std::fs::read_to_string(&table).unwrap();
     assert!(text.lines().count() == 2 && text.contains("lift,osc,random") && !text.contains("NaN"), "{text}");
     expect(&error(&mut command, 1), &["table.csv", "nothing was overwritten"]);
-    expect(&error(command.args(["--spaces", "aforce"]), 2), &["--space"]);
+    for learners in ["--steps", "--preset", "--seed", "--space"] {
+        expect(&error(program("baselines").args(["random", "--out", "unmade.csv", learners, "5"]), 2), &[learners]);
+    }
+    for learners in ["--steps", "--preset", "--seed"] {
+        expect(&error(program("evaluate").args(["--random", learners, "5"]), 2), &[learners]);
+    }
 }

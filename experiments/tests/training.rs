@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use aforce::Reference;
 use common::{assert_same, error, expect, few, note, program, run_folder, start, states, stored, train, train_for};
-use experiments::cli::ConfigArgs;
+use experiments::cli::EnvArgs;
 use experiments::columns::Columns;
 use experiments::config::RunConfig;
 use experiments::folder::RunFolder;
@@ -71,9 +71,9 @@ fn the_best_checkpoint_plays_its_evaluation_again() {
     let note = note(&run.join("checkpoints/best")).unwrap();
     assert_eq!((note["step"].as_f64(), note["evaluation_return"].as_f64()), (Some(at), Some(best)));
 
-    let config = ConfigArgs::default();
+    let env = EnvArgs::default();
     let checkpoint = Which::Best;
-    let source = SourceArgs { run: Some(run.clone()), checkpoint, sample: false, expert: false, random: false, config };
+    let source = SourceArgs { run: Some(run.clone()), checkpoint, sample: false, expert: false, random: false, env };
     let Player { config, mut env, mut policy, step } = source.open().unwrap();
     let again = folder.path().join("again.csv");
     let starts = (0..2).map(|index| training_evaluation_seed(step / 400, index));

@@ -27,7 +27,7 @@ pub(crate) fn decode(space: ActionSpace, config: &ControllerConfig, action: &[f6
 
     let stiffness = (space.impedance == Impedance::Commanded)
         .then(|| Vector6::from_fn(|axis, _| between(next(), config.impedance.variable.range(axis))));
-    let delta = Vector6::from_fn(|axis, _| next() * if axis < 3 { config.position_step } else { config.rotation_step });
+    let delta = Vector6::from_fn(|axis, _| next() * config.step(axis));
     let force = space.force.then(|| between(next(), [0.0, config.force.force_max]));
     Command { stiffness, delta, force }
 }
@@ -41,8 +41,7 @@ pub fn encode(space: ActionSpace, config: &ControllerConfig, delta: &Vector6, fo
         action.extend([0.0; 6]);
     }
     for axis in 0..6 {
-        let step = if axis < 3 { config.position_step } else { config.rotation_step };
-        action.push((delta[axis] / step).clamp(-1.0, 1.0));
+        action.push((delta[axis] / config.step(axis)).clamp(-1.0, 1.0));
     }
     if space.force {
         action.push((2.0 * force / config.force.force_max - 1.0).clamp(-1.0, 1.0));

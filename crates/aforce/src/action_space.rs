@@ -60,7 +60,7 @@ pub struct ActionEntry {
 }
 
 /// The impedances without and with force, each with its name.
-const NAMED: [(Impedance, &str, &str); 6] = [
+pub(crate) const NAMED: [(Impedance, &str, &str); 6] = [
     (Impedance::Adaptive, "aforce", "aforce-force"),
     (Impedance::Commanded, "variable", "variable-force"),
     (Impedance::Fixed(Level::Low), "low", "low-force"),
@@ -71,11 +71,11 @@ const NAMED: [(Impedance, &str, &str); 6] = [
 
 impl ActionSpace {
     /// Every action space.
-    pub const ALL: [Self; 12] = {
-        let mut all = [Self { impedance: Impedance::Adaptive, force: false }; 12];
+    pub const ALL: [Self; 2 * NAMED.len()] = {
+        let mut all = [Self { impedance: Impedance::Adaptive, force: false }; 2 * NAMED.len()];
         let mut i = 0;
-        while i < 12 {
-            all[i] = Self { impedance: NAMED[i % 6].0, force: i >= 6 };
+        while i < all.len() {
+            all[i] = Self { impedance: NAMED[i % NAMED.len()].0, force: i >= NAMED.len() };
             i += 1;
         }
         all
@@ -112,7 +112,7 @@ impl ActionSpace {
             }
         }
         for (axis, name) in DELTA.into_iter().enumerate() {
-            let (unit, step) = if axis < 3 { ("m", config.position_step) } else { ("rad", config.rotation_step) };
+            let (unit, step) = (if axis < 3 { "m" } else { "rad" }, config.step(axis));
             entries.push(ActionEntry { name, unit, frame: WORLD, low: -step, high: step });
         }
         if self.force {
@@ -202,7 +202,7 @@ mod tests {
             assert_eq!(toml::from_str::<File>(&text).unwrap().space, space);
         }
         let names: std::collections::HashSet<_> = ActionSpace::ALL.iter().map(ActionSpace::name).collect();
-        assert_eq!(names.len(), 12);
+        assert_eq!(names.len(), 2 * NAMED.len());
     }
 
     #[test]
@@ -220,6 +220,7 @@ mod tests {
     fn dimensions_and_entries_agree() {
         let config = crate::testing::robosuite_steps();
         let dims = [6, 12, 6, 6, 6, 6, 7, 13, 7, 7, 7, 7];
+        assert_eq!(dims.len(), ActionSpace::ALL.len());
         for (space, dim) in ActionSpace::ALL.into_iter().zip(dims) {
             assert_eq!(space.dim(), dim, "{space}");
             assert_eq!(space.entries(&config).len(), dim, "{space}");

@@ -26,7 +26,7 @@ impl AdaptiveLaw {
         self.feedforward = Vector6::zeros();
     }
 
-    /// One sample of `dt` seconds, from the error e (m, rad) and its rate (m/s, rad/s): integrate, limit the rate, clamp.
+    /// One sample of `dt` seconds, from the error e (m, rad) and its rate (m/s, rad/s): limit the rates, integrate, clamp.
     pub fn update(&mut self, e: &Vector6, e_dot: &Vector6, dt: f64) {
         let sign = self.config.sign.factor();
         for axis in 0..6 {

@@ -112,7 +112,7 @@ impl AxisLaw {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AdaptiveImpedance {
-    /// Units, damping and error rate.
+    /// Units, damping, error rate and reference.
     pub form: ImpedanceForm,
     /// Sign of the delta term.
     pub sign: DeltaSign,
@@ -125,8 +125,8 @@ pub struct AdaptiveImpedance {
 }
 
 impl AdaptiveImpedance {
-    /// Stiffness in 1/s^2, multiplied by Lambda (the default): the physical set with force-valued rates divided by a
-    /// nominal 5 kg, and robosuite's ceiling of 300.
+    /// Stiffness in 1/s^2, multiplied by Lambda (the default), with robosuite's ceiling of 300. Feed-forward and limits of
+    /// the rates are the physical set's, divided by a nominal 5 kg.
     #[must_use]
     pub fn shaped() -> Self {
         let translation = AxisLaw {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::action_space::{Impedance, Level};
+use crate::action_space::{Impedance, Level, NAMED};
 use crate::adaptive_impedance::AdaptiveImpedance;
 use crate::error::{ConfigError, not_negative, positive, within};
 use crate::force::ForceConfig;
@@ -42,7 +42,7 @@ impl Default for ControllerConfig {
             position_step: 0.02,
             rotation_step: 0.15,
             null_space_stiffness: 10.0,
-            // Differs from robosuite's 0.2: where e_dot counts the reference's velocity, a short ramp is a kick.
+            // Differs from the paper's 0.2: where e_dot counts the reference's velocity, a short ramp is a kick.
             interpolation: Interpolation::Linear { ramp_ratio: 1.0 },
             force: ForceConfig::default(),
             impedance: ImpedanceSettings::default(),
@@ -73,12 +73,17 @@ impl ControllerConfig {
         let impedance = &self.impedance;
         impedance.aforce.validate(control_hz)?;
         impedance.variable.validate()?;
-        for (name, level) in
-            [("low", &impedance.low), ("mid", &impedance.mid), ("high", &impedance.high), ("osc", &impedance.osc)]
-        {
-            level.validate(name)?;
+        for (source, name, _) in NAMED {
+            if let Impedance::Fixed(level) = source {
+                impedance.level(level).validate(name)?;
+            }
         }
         Ok(())
+    }
+
+    /// How far an action entry of 1 moves the goal along (m) or about (rad) an axis, of 0 to 5.
+    pub(crate) fn step(&self, axis: usize) -> f64 {
+        if axis < 3 { self.position_step } else { self.rotation_step }
     }
 
     /// Control samples per action.
@@ -113,6 +118,16 @@ pub struct ImpedanceSettings {
 }
 
 impl ImpedanceSettings {
+    /// The settings of a fixed impedance.
+    pub(crate) fn level(&self, level: Level) -> &FixedImpedance {
+        match level {
+            Level::Low => &self.low,
+            Level::Mid => &self.mid,
+            Level::High => &self.high,
+            Level::Osc => &self.osc,
+        }
+    }
+
     /// These settings of one source of stiffness, the defaults of all others.
     #[must_use]
     pub fn only(&self, impedance: Impedance) -> Self {

@@ -3,7 +3,7 @@
 use nalgebra::UnitVector3;
 
 use crate::action::decode;
-use crate::action_space::{ActionSpace, Impedance, Level};
+use crate::action_space::{ActionSpace, Impedance};
 use crate::adaptation::AdaptiveLaw;
 use crate::config::ControllerConfig;
 use crate::error::ConfigError;
@@ -124,7 +124,8 @@ impl Controller {
         }
     }
 
-    /// One control sample: tau = J^T (-F_ff - F_d - K e - D e_dot) + bias + null space (Nm), limited.
+    /// One control sample: tau = J^T (-F_ff - F_d - K e - D e_dot) + bias + null space (Nm), limited. The shaped convention
+    /// multiplies F_ff, K e and D e_dot by Lambda; for F_d stands F_cmd, with which force control holds it.
     pub fn update(&mut self, y: &Measurement) -> JointVector {
         // Set-point x_d, and how far the force controller owns the contact axis.
         let (x_d, xd_dot) = self.interpolator.step();
@@ -148,7 +149,7 @@ impl Controller {
             self.feedforward = self.form.to_wrench(&axis.release(&f_ff), &operational);
         }
 
-        // F_cmd, with which force control holds F_d: it stands where the paper has F_d.
+        // F_cmd in place of F_d.
         let f_cmd = if self.space.force { self.force.update(&y.wrench, self.dt) } else { Wrench::zeros() };
 
         // Wrench -F_ff - F_cmd - K e - D e_dot.
@@ -160,17 +161,6 @@ impl Controller {
         let tau = y.jacobian.tr_mul(&wrench) + y.bias + null_space;
         self.inertia = operational.diagonal();
         self.exit.pass(&tau, &y.bias, self.dt)
-    }
-}
-
-impl crate::config::ImpedanceSettings {
-    fn level(&self, level: Level) -> &crate::impedance::FixedImpedance {
-        match level {
-            Level::Low => &self.low,
-            Level::Mid => &self.mid,
-            Level::High => &self.high,
-            Level::Osc => &self.osc,
-        }
     }
 }
 

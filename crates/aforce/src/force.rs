@@ -86,9 +86,9 @@ pub struct ForceAxis {
     pub direction: Vector3,
     /// 0: impedance control alone; 1: force control alone.
     pub engagement: f64,
-    /// Least damping of the axis when fully engaged (Ns/m), and the same per apparent mass (1/s).
+    /// Least damping of the axis when fully engaged (Ns/m).
     pub damping_min: f64,
-    /// See `damping_min`: the larger of the two counts.
+    /// The same per apparent mass (1/s); the larger of the two counts.
     pub damping_rate_min: f64,
 }
 
@@ -101,7 +101,7 @@ impl ForceAxis {
     }
 
     /// `[n; 0]`.
-    pub(crate) fn unit_wrench(&self) -> Wrench {
+    pub(crate) fn unit(&self) -> Vector6 {
         stack(&self.direction, &Vector3::zeros())
     }
 
@@ -112,7 +112,7 @@ impl ForceAxis {
         }
         let mass = self.direction.dot(&(space.lambda_p * self.direction));
         let least = self.damping_min.max(self.damping_rate_min * mass);
-        let present = linear(&damp(&self.unit_wrench())).dot(&self.direction);
+        let present = linear(&damp(&self.unit())).dot(&self.direction);
         self.engagement * (least - present).max(0.0)
     }
 }
@@ -179,7 +179,7 @@ impl ForceControl {
         let step = dt / self.config.engagement_time;
         self.engagement = (self.engagement + if in_contact { step } else { -step }).clamp(0.0, 1.0);
         if !in_contact {
-            self.integral = 0.0;
+            (self.desired, self.integral) = (0.0, 0.0);
             self.move_command(0.0, dt);
         } else {
             if !was_in_contact {
@@ -222,7 +222,7 @@ impl ForceControl {
         self.target
     }
 
-    /// F_d (N along n): the ramped target.
+    /// F_d (N along n): the ramped target; 0 without contact.
     #[must_use]
     pub fn desired(&self) -> f64 {
         self.desired

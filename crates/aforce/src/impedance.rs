@@ -54,7 +54,8 @@ impl ImpedanceForm {
     ///
     /// The paper's e_dot counts the reference's velocity. With a linear set-point that is a step at every action, and the
     /// damping term answers it with torque peaks: four to eight times the energy at no gain in return
-    /// (docs/decisions.md). Switch it on together with jerk-limited set-points.
+    /// (docs/decisions.md). Switch it on together with jerk-limited set-points; soft springs in N/m, which crawl without it,
+    /// have it with either.
     #[must_use]
     pub fn continued(convention: Convention) -> Self {
         Self {
@@ -101,7 +102,7 @@ impl ImpedanceForm {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FixedImpedance {
-    /// Units, damping and error rate.
+    /// Units, damping, error rate and reference.
     pub form: ImpedanceForm,
     /// Stiffness of the translational axes (N/m; shaped: 1/s^2).
     pub translation: f64,
@@ -128,7 +129,7 @@ impl FixedImpedance {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CommandedImpedance {
-    /// Units, damping and error rate.
+    /// Units, damping, error rate and reference.
     pub form: ImpedanceForm,
     /// Lowest and highest stiffness of the translational axes (N/m; shaped: 1/s^2).
     pub translation: [f64; 2],
@@ -175,8 +176,7 @@ pub fn impedance_wrench(
     let damping = form.damping_of(stiffness, space);
     let damp = |velocity: &Vector6| form.to_wrench(&damping.component_mul(velocity), space);
     let elastic = form.to_wrench(&axis.release(&(feedforward + stiffness.component_mul(e))), space); // F_ff + K e
-    let viscous =
-        damp(e_dot) + axis.missing_damping(space, damp) * linear(e_dot).dot(&axis.direction) * axis.unit_wrench(); // D e_dot
+    let viscous = damp(e_dot) + axis.missing_damping(space, damp) * linear(e_dot).dot(&axis.direction) * axis.unit(); // D e_dot
     -elastic - viscous
 }
 

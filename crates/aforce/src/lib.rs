@@ -10,6 +10,9 @@
 //! eps   = e + delta e_dot             (eq. 6; the paper prints e - delta e_dot, see [`DeltaSign`])
 //! ```
 //!
+//! In the [`Shaped`](Convention::Shaped) convention F_ff, K e and D e_dot are accelerations, which the arm's inertia Lambda
+//! turns into a wrench; in place of F_d stands the output of the force controller that holds it ([`ForceConfig`]).
+//!
 //! Conventions, stated once and used everywhere: SI units; six-vectors are *linear first*, in world axes, at the tool
 //! point; a [`Wrench`] in a [`Measurement`] is what the environment exerts *on the tool*, and F_d is the wrench the
 //! environment *should* exert (pressing on a table below with 10 N is F_d = +10 N along +z).
@@ -51,14 +54,11 @@ pub use energy::EnergyLedger;
 pub use error::{ConfigError, within};
 pub use force::{ForceAxis, ForceConfig, ForceControl};
 pub use impedance::{CommandedImpedance, Convention, FixedImpedance, ImpedanceForm, impedance_wrench};
-pub use interpolator::{Interpolation, Interpolator};
+pub use interpolator::Interpolation;
 pub use limits::TorqueLimits;
-pub use null_space::null_space_torque;
 pub use operational_space::OperationalSpace;
 pub use reference::Reference;
-pub use spatial::{
-    Jacobian, JointMatrix, JointVector, Measurement, Pose, Twist, Vector3, Vector6, Wrench, pose_error, rotation_vector,
-};
+pub use spatial::{Jacobian, JointMatrix, JointVector, Measurement, Pose, Twist, Vector3, Vector6, Wrench, pose_error};
 pub use stability::{StabilityMargin, stability_margin};
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The control step allocates nothing: neither `update` nor, with linear interpolation, `set_goal`.
+//! The control step allocates nothing: neither `update` nor `set_goal`.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;

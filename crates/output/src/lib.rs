@@ -1,5 +1,5 @@
-//! What programs need to leave results behind: work on all cores, statistics, plots, pictures and films, and the
-//! command and commit they come from.
+//! What programs share: work on all cores, statistics, plots, pictures and films, the command and commit these come
+//! from, how errors are told.
 //!
 //! Apart from the programs, so that those which learn nothing need no libtorch.
 
@@ -7,6 +7,7 @@ pub mod file;
 pub mod parallel;
 pub mod picture;
 pub mod plot;
+pub mod program;
 pub mod statistics;
 
 use std::path::Path;

@@ -71,7 +71,7 @@ const MEMBER_WIDTH: f64 = 0.6;
 const BAND_OPACITY: f64 = 0.18;
 
 /// Okabe and Ito's colours, which colour-blind readers can tell apart, without the yellow, too pale for a line. Three
-/// more follow, because kuva's PNGs show no dashes within short segments: ten action spaces must do without.
+/// more follow, because kuva's PNGs show no dashes within short segments; the spaces of one plot must do with ten.
 const COLORS: [&str; 10] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#8b4513", "#6a3d9a", "#808080"];
 

@@ -1,4 +1,4 @@
-//! Writes a scene for MuJoCo: `export_mjcf lift|door robosuite|identified FOLDER` makes
+//! Writes a scene for MuJoCo: `export_mjcf lift|door|wipe robosuite|identified FOLDER` makes
 //! FOLDER/<scene>_<set>.xml and FOLDER/<scene>_<set>.csv, the table of what the file must
 //! contain.
 
@@ -10,7 +10,7 @@ use aforce::Vector3;
 use physics::mjcf;
 use physics::panda::ParameterSet;
 use physics::scene::{Joint, Scene};
-use physics::scenes::{door, lift};
+use physics::scenes::{door, lift, wipe};
 
 fn main() {
     let arguments: Vec<String> = env::args().skip(1).collect();
@@ -20,9 +20,10 @@ fn main() {
         "identified" => ParameterSet::Identified.parameters(),
         _ => usage(),
     };
-    let (scene, _) = match place.as_str() {
-        "lift" => lift::scene(&parameters, Vector3::repeat(0.021)),
-        "door" => door::scene(&parameters, &door::root(door::MIDDLE)),
+    let scene = match place.as_str() {
+        "lift" => lift::scene(&parameters, Vector3::repeat(0.021)).0,
+        "door" => door::scene(&parameters, &door::root(door::MIDDLE)).0,
+        "wipe" => wipe::scene(&parameters, wipe::TABLE_HEIGHT, wipe::TABLE_FRICTION).0,
         _ => usage(),
     };
     let (folder, name) = (Path::new(folder), format!("{place}_{set}"));
@@ -49,6 +50,6 @@ fn table(scene: &Scene) -> String {
 }
 
 fn usage() -> ! {
-    eprintln!("usage: export_mjcf lift|door robosuite|identified FOLDER");
+    eprintln!("usage: export_mjcf lift|door|wipe robosuite|identified FOLDER");
     process::exit(2)
 }

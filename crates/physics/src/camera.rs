@@ -44,7 +44,7 @@ pub struct Image {
     pub rgb: Vec<u8>,
 }
 
-/// From the sun (unit length after normalisation).
+/// Towards the sun (unit length after normalisation).
 const LIGHT: [f64; 3] = [-0.4, -0.5, 1.0];
 const SKY: [u8; 3] = [238, 241, 245];
 

@@ -100,7 +100,7 @@ impl Gripper {
         self.command = 0.0;
     }
 
-    /// Servo forces (N) of the left and right finger for one substep of `dt` seconds.
+    /// Servo forces (N) of the left and right finger for one step of `dt` seconds.
     /// Only the sign of `action` counts: -1 opens, +1 closes, 0 holds. `q` are the finger
     /// coordinates (m; left positive, right negative when open).
     pub fn update(&mut self, action: f64, q: [f64; 2], dt: f64) -> [f64; 2] {

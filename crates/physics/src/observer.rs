@@ -49,7 +49,8 @@ impl MomentumObserver {
     }
 
     /// The wrench on the tool that explains the external torque best (N, Nm; world axes, at the tool point):
-    /// least squares of the torques. The seventh joint leaves one torque that no wrench explains.
+    /// least squares of the torques. The seventh joint leaves one torque that no wrench explains. Zero in a
+    /// singular posture.
     pub fn wrench(&self) -> Wrench {
         let jacobian = &self.previous.jacobian;
         let normal = (jacobian * jacobian.transpose()).cholesky();

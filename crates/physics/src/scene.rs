@@ -80,7 +80,7 @@ pub struct Axis {
     pub armature: f64,
     /// Stiffness of a spring at rest at zero (Nm/rad or N/m).
     pub spring: f64,
-    /// Spring and damper at the ends of travel, and their unit: see [`Stop`].
+    /// Spring and damper at the ends of travel.
     pub stop: Stop,
 }
 

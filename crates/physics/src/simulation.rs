@@ -140,11 +140,17 @@ impl Simulation {
 
     /// Loads joint `i` (its place in the scene, arm first) with an effort (Nm or N) from
     /// outside, until it is set again or the simulation is reset.
+    ///
+    /// # Panics
+    /// If there is no such joint; so for every method that takes the place of a joint, a geom or a body.
     pub fn set_load(&mut self, i: usize, effort: f64) {
         self.loads[i] = effort;
     }
 
     /// Puts a free body at rest at `pose` (world).
+    ///
+    /// # Panics
+    /// If it is fixed.
     pub fn place(&mut self, body: usize, pose: &Pose) {
         self.engine.place(body, pose);
     }
@@ -209,6 +215,9 @@ impl Simulation {
     }
 
     /// World pose of a moving body.
+    ///
+    /// # Panics
+    /// If it is fixed.
     pub fn body_pose(&self, body: usize) -> Pose {
         self.engine.pose(body)
     }

@@ -9,7 +9,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sac::{Act, Config, Preset, Replay, Sac, Transition};
 
-const OBSERVATIONS: usize = 46;
+const OBSERVATIONS: usize = 42;
 const ACTIONS: usize = 7;
 
 fn learner(config: &Config) -> (Sac, Replay) {

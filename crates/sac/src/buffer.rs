@@ -17,8 +17,8 @@ impl Buffer {
         buffer
     }
 
-    /// The part from `offset` as a tensor of `shape`. It shares the memory: what is written to either is seen in both. Such views are
-    /// made once and used for matrix products only.
+    /// The part from `offset` as a tensor of `shape`. It shares the memory: what is written to either is seen in both. Views
+    /// are for matrix products only.
     pub fn view(&self, offset: usize, shape: &[usize]) -> Tensor {
         let length = shape.iter().product::<usize>() as i64;
         let shape: Vec<i64> = shape.iter().map(|&n| n as i64).collect();

@@ -5,7 +5,7 @@
 //! | `actor.safetensors` | the policy: `actor.0.weight` `(out, in)`, `actor.0.bias`, `actor.2.weight`, ...: a PyTorch `Sequential` of `Linear` and `ReLU` |
 //! | `online_actor.safetensors` | the same for the actor that learns, of which the former is a running mean |
 //! | `critic.safetensors`, `target.safetensors` | the same for `critic_1` and `critic_2` |
-//! | `optimizer.safetensors` | Adam's moments of each of these (`.adam_m`, `.adam_v`), and `log_temperature` with its own |
+//! | `optimizer.safetensors` | Adam's moments (`.adam_m`, `.adam_v`) of `online_actor` and `critic`, and `log_temperature` with its own |
 //! | `state.json` | sizes, settings, number of updates, states of the random generators, and what the caller adds |
 //! | `replay.bin` | the replay memory, if it was given |
 

@@ -4,8 +4,8 @@ use std::sync::Once;
 
 static CHOSEN: Once = Once::new();
 
-/// One. With another busy process beside it, waiting threads slow an update from 9 ms to 300: use one process per seed
-/// instead.
+/// One. With another busy process beside it, threads that wait for each other slow an update some thirtyfold: use one
+/// process per seed instead.
 pub(crate) fn use_one() {
     CHOSEN.call_once(|| {
         tch::set_num_interop_threads(1);

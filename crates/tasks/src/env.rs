@@ -24,7 +24,7 @@ pub struct EnvConfig {
     pub space: ActionSpace,
     /// The arm's numbers.
     pub robot: ParameterSet,
-    /// Actions until an episode is truncated.
+    /// Actions until an episode is truncated. Door's penalty and all of Wipe's reward are scaled with it.
     pub horizon: u32,
     /// Standard deviation of the joint angles around the home pose at reset (rad).
     pub initial_noise: f64,
@@ -117,7 +117,7 @@ impl Env {
     /// An environment whose unseeded episodes follow from `seed`.
     ///
     /// # Errors
-    /// If the controller's configuration is not usable.
+    /// As [`EnvConfig::validate`].
     pub fn new(config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
         config.validate()?;
         let mut task = config.task.create(config.horizon);
@@ -161,7 +161,8 @@ impl Env {
         &self.observation
     }
 
-    /// Applies one action in [-1, 1]^n for one policy interval.
+    /// Applies one action in [-1, 1]^n for one policy interval: the entries of the action space
+    /// ([`ActionSpace::entries`]), then, where there is a gripper, one whose sign counts: -1 opens, +1 closes.
     ///
     /// # Panics
     /// If `action` has not [`Env::action_dim`] entries.

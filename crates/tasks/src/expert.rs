@@ -1,6 +1,6 @@
 //! Turns what a scripted expert wants into an action of any action space.
 
-use aforce::{Controller, ControllerConfig, Measurement, Reference, encode, pose_error};
+use aforce::{Controller, ControllerConfig, Measurement, encode, pose_error};
 use nalgebra::UnitVector3;
 
 use crate::task::Waypoint;
@@ -23,10 +23,6 @@ pub fn action_towards(
     y: &Measurement,
     contact_axis: UnitVector3<f64>,
 ) -> Vec<f64> {
-    let reference = match *controller.reference() {
-        Reference::Rebased {} => &y.pose,
-        Reference::Continued { .. } => controller.goal(),
-    };
     let mut goal = waypoint.pose;
     if waypoint.force > 0.0 {
         let n = contact_axis.into_inner();
@@ -38,5 +34,5 @@ pub fn action_towards(
         let target = along(y.pose.translation.vector) - depth;
         goal.translation.vector += n * (target - along(goal.translation.vector));
     }
-    encode(controller.space(), config, &pose_error(&goal, reference), waypoint.force)
+    encode(controller.space(), config, &pose_error(&goal, controller.origin(y)), waypoint.force)
 }

@@ -3,7 +3,7 @@
 use aforce::{Controller, EnergyLedger, JointVector};
 use physics::ContactReading;
 
-/// Record of one 20 Hz action, summed or averaged over its control samples.
+/// Record of one action, summed or averaged over its control samples.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Interval {
     /// Control samples taken in.

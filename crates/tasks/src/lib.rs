@@ -1,7 +1,7 @@
 //! Contact manipulation tasks for reinforcement learning.
 //!
 //! [`Env`] holds a [`Task`], a simulated arm and an [`aforce::Controller`], and owns the
-//! only loop: one action at 20 Hz becomes 25 torques at 500 Hz (or 50 at 1 kHz) and comes
+//! only loop: one action (by default at 20 Hz) becomes torques (25 at 500 Hz) and comes
 //! back as a reward, an observation and an [`Interval`] of energies and forces.
 
 mod door;

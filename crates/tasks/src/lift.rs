@@ -1,4 +1,4 @@
-//! Lift: raise a cube 4 cm above the table (robosuite 1.4 `Lift`).
+//! Lift: raise a cube until its centre is 4 cm above the table (robosuite 1.4 `Lift`).
 
 use aforce::{Measurement, Pose, Vector3};
 use nalgebra::{Translation3, UnitQuaternion, UnitVector3};

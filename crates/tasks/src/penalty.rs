@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Reward lost when the contact force exceeds a limit.
+/// Reward lost when the contact force exceeds a limit, before the task scales it: Door and Wipe take off a share, Lift nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ForcePenalty {
@@ -19,7 +19,7 @@ impl Default for ForcePenalty {
 }
 
 impl ForcePenalty {
-    /// Penalty (reward units, at least 0) of an action whose largest force was `force` N; `None` within the limit.
+    /// Penalty (unscaled, at least 0) of an action whose largest force was `force` N; `None` within the limit.
     pub fn of(&self, force: f64) -> Option<f64> {
         (force > self.limit).then_some(self.weight * force)
     }

@@ -47,7 +47,7 @@ impl TaskName {
     }
 }
 
-/// A task: a scene, its randomness, what is observed, what is rewarded. Called at 20 Hz;
+/// A task: a scene, its randomness, what is observed, what is rewarded. Called once per action;
 /// the loop that drives it is [`crate::Env::step`].
 pub trait Task: Send {
     /// Builds the scene of one episode, everything random drawn from `rng`; the arm is

@@ -6,17 +6,18 @@ use std::process::ExitCode;
 
 use anyhow::{Result, ensure};
 use clap::{Parser, ValueEnum};
-use experiments::cli::{self, ConfigArgs};
+use experiments::cli::{self, SettingArgs};
 use experiments::config::RunConfig;
 use experiments::rollout::{Policy, episode};
 use experiments::rows::Outcome;
 use experiments::seeds::evaluation_seed;
-use output::{file, statistics};
+use output::{file, program, statistics};
 use serde::Serialize;
 use tasks::{Env, TaskName};
 
 /// Play the evaluation episodes with the scripted expert or with random actions, and write a row per task and action
 /// space. One thread per processor core, each with an environment of its own; the table does not depend on their number.
+/// An episode takes about half a second of one core.
 #[derive(Parser)]
 #[command(version)]
 struct Arguments {
@@ -26,16 +27,16 @@ struct Arguments {
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Tasks (default: the configuration's)
-    #[arg(long, value_delimiter = ',', conflicts_with = "task", value_parser = cli::task_parser())]
+    #[arg(long, value_delimiter = ',', value_parser = cli::task_parser())]
     tasks: Vec<TaskName>,
-    /// Action spaces (default: that of --space, or all)
-    #[arg(long, value_delimiter = ',', conflicts_with = "space")]
+    /// Action spaces (default: all)
+    #[arg(long, value_delimiter = ',')]
     spaces: Vec<aforce::ActionSpace>,
     /// Episodes per action space
     #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..))]
     episodes: u32,
     #[command(flatten)]
-    config: ConfigArgs,
+    settings: SettingArgs,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, ValueEnum)]
@@ -69,18 +70,15 @@ struct Row {
 }
 
 fn main() -> ExitCode {
-    cli::run(|| run(&Arguments::parse()))
+    program::run(|| run(&Arguments::parse()))
 }
 
 fn run(arguments: &Arguments) -> Result<ExitCode> {
     let out = arguments.out.display();
     ensure!(!arguments.out.exists(), "{out}: exists; nothing was overwritten");
-    let config = arguments.config.resolve()?;
-    let spaces = match (&arguments.spaces[..], arguments.config.space) {
-        ([], Some(space)) => vec![space],
-        ([], None) => aforce::ActionSpace::ALL.to_vec(),
-        (spaces, _) => spaces.to_vec(),
-    };
+    let config = arguments.settings.resolve()?;
+    let all = || aforce::ActionSpace::ALL.to_vec();
+    let spaces = if arguments.spaces.is_empty() { all() } else { arguments.spaces.clone() };
     let tasks = if arguments.tasks.is_empty() { vec![config.env.task] } else { arguments.tasks.clone() };
     let pairs: Vec<_> = tasks.iter().flat_map(|&task| spaces.iter().map(move |&space| (task, space))).collect();
     if let Some(folder) = arguments.out.parent() {

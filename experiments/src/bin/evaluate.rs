@@ -5,13 +5,13 @@ use std::process::ExitCode;
 
 use anyhow::{Result, bail};
 use clap::Parser;
-use experiments::cli;
 use experiments::rollout::evaluate;
 use experiments::rows::{Outcome, RunId};
 use experiments::seeds::evaluation_seed;
 use experiments::source::{Player, SourceArgs};
 use experiments::table::Table;
-use output::statistics::{deviation, mean};
+use output::program;
+use output::statistics::{deviation, mean, range};
 
 /// Evaluate a trained policy, a scripted expert or random actions.
 ///
@@ -30,7 +30,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    cli::run(|| run(&Arguments::parse()))
+    program::run(|| run(&Arguments::parse()))
 }
 
 fn run(arguments: &Arguments) -> Result<ExitCode> {
@@ -47,7 +47,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     for (name, column) in COLUMNS {
         let values: Vec<f64> = outcomes.iter().map(column).collect();
         let (mean, spread) = (mean(&values), if values.len() > 1 { deviation(&values) } else { 0.0 });
-        let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(l, h), &v| (l.min(v), h.max(v)));
+        let [low, high] = range(&values);
         println!("  {name:<28} {mean:10.3} +- {spread:<9.3} {low:10.3} .. {high:.3}");
     }
     Ok(ExitCode::SUCCESS)

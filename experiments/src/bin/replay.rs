@@ -5,14 +5,14 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::Parser;
-use experiments::config::bad;
 use experiments::seeds::evaluation_seed;
 use experiments::source::{Player, SourceArgs};
 use experiments::take::Take;
 use experiments::view::View;
-use experiments::{cli, page, sheet};
+use experiments::{page, sheet};
 use output::picture::{GifWriter, write_png};
 use output::plot;
+use output::program::{self, bad};
 use physics::camera::Image;
 use tasks::{Env, Step};
 
@@ -65,7 +65,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    cli::run(|| run(&Arguments::parse()))
+    program::run(|| run(&Arguments::parse()))
 }
 
 fn run(arguments: &Arguments) -> Result<ExitCode> {

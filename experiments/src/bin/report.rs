@@ -6,14 +6,13 @@ use std::process::ExitCode;
 
 use anyhow::{Result, bail, ensure};
 use clap::Parser;
-use experiments::cli;
 use experiments::config::RunConfig;
 use experiments::curves;
 use experiments::folder::RunFolder;
+use experiments::markdown;
 use experiments::report::{Section, comparison, groups, sections, summary};
 use experiments::summary::{RunSummary, find_runs};
-use experiments::tables::markdown;
-use output::{file, plot};
+use output::{file, plot, program};
 
 /// Summarise all runs below a folder.
 ///
@@ -32,7 +31,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    cli::run(|| run(&Arguments::parse()))
+    program::run(|| run(&Arguments::parse()))
 }
 
 fn run(arguments: &Arguments) -> Result<ExitCode> {
@@ -72,7 +71,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         let out = out.join(section.experiment);
         fs_err::create_dir_all(&out)?;
         plot::write(&curves::of_runs(&of_section)?, &out.join(format!("curves_{}", section.task)))?;
-        let tables = markdown(section, &groups, &comparison);
+        let tables = markdown::tables(section, &groups, &comparison);
         file::replace(&out.join(format!("tables_{}.md", section.task)), tables.as_bytes())?;
         println!("{tables}");
     }

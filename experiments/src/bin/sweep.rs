@@ -7,13 +7,14 @@ use std::process::{Command, ExitCode};
 use anyhow::{Context, Result};
 use clap::Parser;
 use experiments::cli;
-use experiments::config::{RunConfig, bad};
+use experiments::config::RunConfig;
 use experiments::folder::{RunFolder, State};
 use experiments::pool::{self, Ended, Job, last_line};
 use experiments::rows::RunId;
 use experiments::stop::Stop;
 use experiments::sweep;
 use experiments::train::{self, RunOptions};
+use output::program::{self, bad};
 
 /// Train every run of a sweep, several at a time, each a process with one thread.
 ///
@@ -43,7 +44,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    cli::run(|| run(&Arguments::parse()))
+    program::run(|| run(&Arguments::parse()))
 }
 
 fn run(arguments: &Arguments) -> Result<ExitCode> {

@@ -5,8 +5,9 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::Parser;
-use experiments::cli::{self, ConfigArgs};
+use experiments::cli::RunArgs;
 use experiments::train::{self, RunOptions};
+use output::program;
 use tasks::Env;
 
 /// Train a policy with SAC.
@@ -19,7 +20,7 @@ use tasks::Env;
 #[command(version)]
 struct Arguments {
     #[command(flatten)]
-    config: ConfigArgs,
+    run: RunArgs,
     /// Folder of the experiment
     #[arg(long, default_value = "runs/train", value_name = "DIR")]
     out: PathBuf,
@@ -31,11 +32,11 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    cli::run(|| run(&Arguments::parse()))
+    program::run(|| run(&Arguments::parse()))
 }
 
 fn run(arguments: &Arguments) -> Result<ExitCode> {
-    let config = arguments.config.resolve()?;
+    let config = arguments.run.resolve()?;
     if arguments.describe {
         describe(&Env::new(config.env, 0)?);
         return Ok(ExitCode::SUCCESS);

@@ -11,7 +11,7 @@ use output::statistics::{deviation, mean};
 use crate::metrics::{METRICS, cell, column, measure};
 use crate::setup::Setup;
 use crate::trial::{Disturbance, Trial};
-use crate::{Run, run, spaces};
+use crate::{Run, simulate, spaces};
 
 /// The metrics of every trial with every space.
 pub struct Comparison {
@@ -27,7 +27,7 @@ impl Comparison {
     pub fn run(setup: &Setup, seed: u64, trials: u64) -> Result<Self> {
         let jobs: Vec<(ActionSpace, Trial)> =
             spaces().into_iter().flat_map(|s| (0..trials).map(move |i| (s, Trial::random(seed, i)))).collect();
-        let wipe = |&(space, trial): &_| run(&Run { setup, space, trial, disturbance: Disturbance::NONE });
+        let wipe = |&(space, trial): &_| simulate(&Run { setup, space, trial, disturbance: Disturbance::NONE });
         let rows = parallel::map(&jobs, |job| anyhow::Ok(measure(&wipe(job)?, setup.force)))?;
         let mut rows = rows.into_iter();
         Ok(Comparison { values: [(); 4].map(|()| rows.by_ref().take(trials as usize).collect()) })

@@ -11,7 +11,7 @@ use crate::metrics::{METRICS, cell, measure};
 use crate::sensing::WrenchSource;
 use crate::setup::Setup;
 use crate::trial::{Disturbance, Trial};
-use crate::{Run, run};
+use crate::{Run, simulate};
 
 /// What is different.
 pub struct Condition {
@@ -113,8 +113,9 @@ pub fn write(
     let rows = parallel::map(&jobs, |&(condition, space)| {
         let mut setup = setup.clone();
         (condition.change)(&mut setup);
-        let wipe =
-            |i| run(&Run { setup: &setup, space, trial: Trial::random(seed, i), disturbance: condition.disturbance });
+        let wipe = |i| {
+            simulate(&Run { setup: &setup, space, trial: Trial::random(seed, i), disturbance: condition.disturbance })
+        };
         let all = (0..trials).map(|i| Ok(measure(&wipe(i)?, setup.force))).collect::<Result<Vec<_>>>()?;
         let of = |metric: usize| mean(&all.iter().map(|row| row[metric]).collect::<Vec<_>>());
         anyhow::Ok((0..METRICS.len()).map(of).map(cell).collect::<Vec<_>>())

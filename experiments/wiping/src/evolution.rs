@@ -8,7 +8,7 @@ use output::plot::{self, Panel, Series};
 use crate::record::{Record, Sample};
 use crate::setup::Setup;
 use crate::trial::{Disturbance, Trial};
-use crate::{Run, run, spaces};
+use crate::{Run, simulate, spaces};
 
 /// The figure ends here (s): three of eight rotations, which all look like the third. The table goes on.
 const FIGURE_END: f64 = 12.0;
@@ -22,7 +22,7 @@ const THINNING: usize = 10;
 pub fn write(setup: &Setup, out: &Path) -> Result<()> {
     let [aforce, ..] = spaces();
     let trial = Trial::nominal();
-    let record = run(&Run { setup, space: aforce, trial, disturbance: Disturbance::NONE })?;
+    let record = simulate(&Run { setup, space: aforce, trial, disturbance: Disturbance::NONE })?;
     record.write_csv(&out.join("evolution.csv"))?;
     plot::write(&panels(&record, &trial, setup.force), &out.join("evolution"))
 }

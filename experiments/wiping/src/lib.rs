@@ -18,7 +18,7 @@ mod setup;
 mod trial;
 
 pub use record::{Outcome, Phase, Record, Sample};
-pub use run::{Run, run};
+pub use run::{Run, simulate};
 pub use sensing::{Sensing, WrenchSource};
 pub use setup::Setup;
 pub use trial::{Disturbance, Trial};

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::{Result, ensure};
 use clap::Parser;
+use output::program;
 use serde::{Deserialize, Serialize};
 use wiping::comparison::Comparison;
 use wiping::{Setup, conditions, delta_sign, evolution, spaces};
@@ -18,7 +19,7 @@ use wiping::{Setup, conditions, delta_sign, evolution, spaces};
 #[command(version)]
 struct Arguments {
     /// Folder for tables and figures: new, empty, or with results of this program, which are replaced
-    #[arg(long, value_name = "FOLDER", default_value = "results/wiping")]
+    #[arg(long, value_name = "FOLDER", default_value = "runs/wiping")]
     out: PathBuf,
     /// Another set-up: a complete config.toml of an earlier run, changed
     #[arg(long, value_name = "FILE")]
@@ -78,16 +79,10 @@ impl Manifest {
 }
 
 fn main() -> ExitCode {
-    match run(&Arguments::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error:#}");
-            ExitCode::FAILURE
-        }
-    }
+    program::run(|| run(&Arguments::parse()))
 }
 
-fn run(arguments: &Arguments) -> Result<()> {
+fn run(arguments: &Arguments) -> Result<ExitCode> {
     let Arguments { out, config, seed, trials } = arguments;
     let setup = config.as_ref().map_or_else(|| Ok(Setup::default()), |path| Setup::read(path))?;
     let manifest = Manifest::begin(out, *seed)?;
@@ -110,5 +105,5 @@ fn run(arguments: &Arguments) -> Result<()> {
     }
     manifest.end(out)?;
     eprintln!("tables and figures are in {}", out.display());
-    Ok(())
+    Ok(ExitCode::SUCCESS)
 }

@@ -39,7 +39,7 @@ pub struct Run<'a> {
 ///
 /// # Errors
 /// If the controller's configuration is not allowed.
-pub fn run(run: &Run) -> Result<Record> {
+pub fn simulate(run: &Run) -> Result<Record> {
     let mut wiping = Wiping::new(run)?;
     let config = &run.setup.controller;
     let patience = PATIENCE + run.setup.press_time + f64::from(run.setup.rotations) * run.setup.period;

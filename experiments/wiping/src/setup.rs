@@ -7,6 +7,7 @@ use aforce::{
     ImpedanceSettings, Interpolation, Reference,
 };
 use anyhow::{Context, Result, ensure};
+use output::program::bad;
 use physics::SimulationConfig;
 use physics::panda::{ParameterSet, Parameters};
 use serde::{Deserialize, Serialize};
@@ -33,7 +34,7 @@ pub struct Setup {
     pub period: f64,
     /// Radius of the spot of paint (m): tracked exactly, the circles cover 0.5 cm more.
     pub spot_radius: f64,
-    /// Contact force between which paint comes off (N).
+    /// Lowest and highest contact force at which paint comes off (N).
     pub wiping_force: [f64; 2],
     /// How the external wrench is known.
     pub sensing: Sensing,
@@ -114,26 +115,29 @@ impl Setup {
     /// # Errors
     /// If it cannot be read, a setting is missing or unknown, or a value is not allowed.
     pub fn read(path: &Path) -> Result<Self> {
-        let setup: Setup = toml::from_str(&fs_err::read_to_string(path)?)
-            .with_context(|| format!("{}: not a complete set-up", path.display()))?;
+        let text = fs_err::read_to_string(path)?;
+        let setup = toml::from_str(&text).context("not a complete set-up").and_then(Setup::validated);
+        setup.map_err(|error| bad(format!("{}: {error:#}", path.display())))
+    }
+
+    fn validated(self) -> Result<Self> {
         let ranges = [
-            ("force", setup.force, 0.0..=setup.controller.force.force_max),
-            ("press_time", setup.press_time, 0.0..=60.0),
-            ("rotations", f64::from(setup.rotations), 1.0..=1000.0),
-            ("circle_radius", setup.circle_radius, 0.0..=0.2),
-            ("period", setup.period, 0.1..=60.0),
-            ("spot_radius", setup.spot_radius, 0.01..=0.2),
+            ("force", self.force, 0.0..=self.controller.force.force_max),
+            ("press_time", self.press_time, 0.0..=60.0),
+            ("rotations", f64::from(self.rotations), 1.0..=1000.0),
+            ("circle_radius", self.circle_radius, 0.0..=0.2),
+            ("period", self.period, 0.1..=60.0),
+            ("spot_radius", self.spot_radius, 0.01..=0.2),
         ];
         for (name, value, range) in ranges {
-            aforce::within(name, value, range).with_context(|| path.display().to_string())?;
+            aforce::within(name, value, range)?;
         }
-        let [low, high] = setup.wiping_force;
-        ensure!(low < high, "{}: wiping_force: {low} is not below {high}", path.display());
-        let parts = setup.sensing.validate().and(setup.simulation.validate());
-        parts.with_context(|| path.display().to_string())?;
-        let controller = setup.controller.validate().and_then(|()| setup.controller.impedance.aforce.check_stability());
-        controller.map_err(|error| error.below("controller")).with_context(|| path.display().to_string())?;
-        Ok(setup)
+        let [low, high] = self.wiping_force;
+        ensure!(low < high, "wiping_force: {low} is not below {high}");
+        self.sensing.validate().and(self.simulation.validate())?;
+        let controller = self.controller.validate().and_then(|()| self.controller.impedance.aforce.check_stability());
+        controller.map_err(|error| error.below("controller"))?;
+        Ok(self)
     }
 
     /// The arm.

@@ -1,8 +1,9 @@
 //! The experiment, small: what adapts, what is held, what comes back the same.
 
+use aforce::Reference;
 use wiping::comparison::Comparison;
 use wiping::delta_sign::{self, DAMPINGS, SIGNS};
-use wiping::{Disturbance, Phase, Record, Run, Sample, Setup, Trial, evolution, run, spaces};
+use wiping::{Disturbance, Phase, Record, Run, Sample, Setup, Trial, evolution, simulate, spaces};
 
 fn small(rotations: u32) -> Setup {
     Setup { rotations, ..Setup::default() }
@@ -10,7 +11,7 @@ fn small(rotations: u32) -> Setup {
 
 fn aforce(setup: &Setup, disturbance: Disturbance) -> Record {
     let [space, ..] = spaces();
-    run(&Run { setup, space, trial: Trial::nominal(), disturbance }).unwrap()
+    simulate(&Run { setup, space, trial: Trial::nominal(), disturbance }).unwrap()
 }
 
 fn mean(samples: &[&Sample], of: impl Fn(&Sample) -> f64) -> f64 {
@@ -155,6 +156,28 @@ fn the_printed_sign_destabilises_where_the_closed_form_says_so() {
     }
     let (damping, literal) = (of(0, 0.8), of(2, 1.2));
     assert!(damping.alpha > literal.alpha && damping.stable && !literal.stable, "{damping:?} {literal:?}");
+}
+
+/// The script aims from where the controller counts.
+#[test]
+fn a_rebased_reference_wipes_as_well() {
+    let mut setup = small(1);
+    setup.controller.impedance.aforce.form.reference = Reference::Rebased {};
+    let record = aforce(&setup, Disturbance::NONE);
+    assert!(record.completed && record.force_reached(setup.force).is_some());
+}
+
+#[test]
+fn a_setting_that_cannot_be_is_wrong_usage() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, out) = (folder.path().join("setup.toml"), folder.path().join("out"));
+    std::fs::write(&file, "force = 10.0\nforse = 1.0\n").unwrap();
+    let mut program = std::process::Command::new(env!("CARGO_BIN_EXE_wiping"));
+    let program = program.arg("--config").arg(&file).arg("--out").arg(&out).output().unwrap();
+    let message = String::from_utf8_lossy(&program.stderr);
+    assert_eq!(program.status.code(), Some(2), "{message}");
+    assert!(message.contains("setup.toml") && message.contains("forse") && message.lines().count() == 1, "{message}");
+    assert!(!out.exists());
 }
 
 #[test]

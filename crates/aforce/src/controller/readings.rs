@@ -4,7 +4,7 @@ use super::Controller;
 use crate::action_space::ActionSpace;
 use crate::impedance::Convention;
 use crate::reference::Reference;
-use crate::spatial::{Pose, Vector6, Wrench};
+use crate::spatial::{Measurement, Pose, Vector6, Wrench};
 
 impl Controller {
     /// The action space that this controller decodes.
@@ -35,10 +35,13 @@ impl Controller {
         self.form.convention
     }
 
-    /// What the pose delta of an action is added to.
+    /// The pose to which an action that comes now adds its delta: the measured one, or the last goal.
     #[must_use]
-    pub fn reference(&self) -> &Reference {
-        &self.form.reference
+    pub fn origin<'a>(&'a self, y: &'a Measurement) -> &'a Pose {
+        match self.form.reference {
+            Reference::Rebased {} => &y.pose,
+            Reference::Continued { .. } => &self.goal,
+        }
     }
 
     /// F_ff as it acts (N, Nm; world axes). It enters the torque law with a minus sign.
@@ -47,13 +50,13 @@ impl Controller {
         &self.feedforward
     }
 
-    /// The force along the contact axis that the latest action asks for (N). F_d ramps to it while the axis is engaged.
+    /// The force along the contact axis that the latest action asks for (N). F_d ramps to it while in contact.
     #[must_use]
     pub fn requested_force(&self) -> f64 {
         self.force.target()
     }
 
-    /// F_d, to which the force controller holds the force along the contact axis (N).
+    /// F_d, to which the force controller holds the force along the contact axis (N); 0 without contact.
     #[must_use]
     pub fn desired_force(&self) -> f64 {
         self.force.desired()

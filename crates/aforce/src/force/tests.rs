@@ -82,7 +82,7 @@ fn losing_contact_ends_the_command_and_forgets() {
     feed(&mut control, 8.0, 1000);
     assert!(control.integral > 1.0);
     feed(&mut control, 0.0, 5);
-    assert!(!control.in_contact() && control.integral == 0.0);
+    assert!(!control.in_contact() && control.integral == 0.0 && control.desired() == 0.0);
     feed(&mut control, 0.0, 50);
     assert_eq!(control.command(), 0.0);
     assert_eq!(control.axis().engagement, 0.0);

@@ -33,7 +33,7 @@ impl Engine {
             let frame = manifold.subshape_pos1().map_or(*frame, |sub| *frame * *sub);
             for contact in &manifold.points {
                 // The normal impulse is the step's total, the tangential one the last
-                // substep's. One of the pair is a link: between bodies that are not, the
+                // substep's. One of the pair belongs to a multibody: between bodies that do not, the
                 // engine would store the friction of all points at each of them.
                 let friction = contact.data.warmstart_tangent_world * substeps as f64;
                 let force = (friction - manifold.data.normal * contact.data.impulse) / dt;

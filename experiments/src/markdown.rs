@@ -9,7 +9,7 @@ use crate::summary::{RunSummary, SOLVED};
 use output::statistics::{FEWEST_FOR_INTERVAL, deviation, interval, iqm, mean, range};
 
 /// The runs of a section in Markdown: notes, curves, return, energy, the comparison with `aforce`, safety.
-pub fn markdown(section: Section, groups: &[Group], comparison: &[ComparisonRow]) -> String {
+pub fn tables(section: Section, groups: &[Group], comparison: &[ComparisonRow]) -> String {
     let Section { experiment, task } = section;
     let groups: Vec<&Group> = groups.iter().filter(|group| group.section == section).collect();
     let comparison: Vec<_> = comparison.iter().filter(|row| row.experiment == experiment && row.task == task).collect();
@@ -163,7 +163,7 @@ fn spread(group: &Group, of: fn(&RunSummary) -> f64, digits: usize) -> String {
     }
 }
 
-/// The good and the bad.
+/// One value per run, in order of seeds.
 fn every(group: &Group, of: fn(&RunSummary) -> f64, digits: usize) -> String {
     group.values(of).iter().map(|value| format!("{value:.digits$}")).collect::<Vec<_>>().join(", ")
 }
@@ -210,7 +210,7 @@ mod tests {
 
     fn text(runs: &[RunSummary]) -> String {
         let groups = groups(runs);
-        markdown(sections(&groups)[0], &groups, &comparison(&groups))
+        tables(sections(&groups)[0], &groups, &comparison(&groups))
     }
 
     #[test]
