@@ -16,7 +16,7 @@ use crate::folder::RunFolder;
 /// Exit code of a run that a signal stopped after it saved itself: try again.
 pub const STOPPED: u8 = 75;
 
-/// Exit code of a sweep of which some runs failed.
+/// Exit code where some of many runs failed, or could not be read.
 pub const SOME_FAILED: u8 = 3;
 
 /// Where a configuration comes from, for every program; the command line wins over the file.
@@ -82,10 +82,13 @@ impl EnvArgs {
     /// The configuration of an existing run with these flags on top.
     ///
     /// # Errors
-    /// As [`SettingArgs::resolve`]; also if there is a file: the run has its own.
+    /// As [`SettingArgs::resolve`]; also if there is a file or a key that is not the environment's: the run has its own.
     pub fn on_top_of(&self, folder: &RunFolder) -> Result<RunConfig> {
         if self.settings.config.is_some() {
             return Err(bad("--config cannot be combined with --run: the run has its own configuration".into()));
+        }
+        if let Some((key, _)) = self.settings.overrides.iter().find(|(key, _)| !key.starts_with("env.")) {
+            return Err(bad(format!("--set {key} cannot be combined with --run: of a run only env. can be changed")));
         }
         RunConfig::resolve(Some(&folder.config()), &self.overrides())
     }

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
+use crate::table::whole_lines;
+
 /// A table as named columns of numbers; booleans are 0 and 1, text and empty cells are NaN.
 pub struct Columns {
     path: PathBuf,
@@ -13,12 +15,17 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// Reads a CSV file.
+    /// Reads a CSV file but for a last line that a kill left half-written.
     ///
     /// # Errors
     /// If it is missing or not a table.
     pub fn read(path: &Path) -> Result<Self> {
-        let mut reader = csv::Reader::from_path(path).with_context(|| path.display().to_string())?;
+        let text = fs_err::read_to_string(path)?;
+        Self::parse(path, whole_lines(&text)).with_context(|| path.display().to_string())
+    }
+
+    fn parse(path: &Path, text: &str) -> Result<Self> {
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
         let headers = reader.headers()?.iter().map(String::from).collect();
         let number = |text: &str| match text {
             "true" => 1.0,

@@ -203,6 +203,9 @@ fn same_kind(old: &Table, new: &Table) -> bool {
     new.get("kind").is_none_or(|kind| old.get("kind") == Some(kind))
 }
 
+/// Likeness (Jaro) from which on a known key may be what was meant.
+const LIKE: f64 = 0.75;
+
 /// The parser's message with the dotted key that it is about, and the nearest known key for an unknown one.
 fn explain(error: &toml::de::Error) -> String {
     // The key is told by `Display` alone, on the last line.
@@ -211,20 +214,18 @@ fn explain(error: &toml::de::Error) -> String {
     let message = error.message();
     let mut quoted = message.split('`').skip(1).step_by(2);
     let unknown = quoted.next().filter(|_| message.starts_with("unknown field"));
-    let nearest = unknown.and_then(|unknown| {
-        let likeness = |known: &&str| strsim::jaro(known, unknown);
-        Some((unknown, quoted.max_by(|a, b| likeness(a).total_cmp(&likeness(b)))?))
-    });
-    match (nearest, key) {
-        (Some((unknown, nearest)), None) => format!("unknown key {unknown:?}; did you mean {nearest:?}?"),
-        (Some((unknown, nearest)), Some(key)) => {
-            let section = key.strip_suffix(unknown).unwrap_or(key).trim_end_matches('.');
-            let section = if section.is_empty() { String::new() } else { format!("{section}.") };
-            format!("unknown key \"{section}{unknown}\"; did you mean \"{section}{nearest}\"?")
-        }
-        (None, Some(key)) => format!("{key}: {message}"),
-        (None, None) => message.into(),
-    }
+    let Some(unknown) = unknown else {
+        return key.map_or(message.into(), |key| format!("{key}: {message}"));
+    };
+    let section = key.map_or("", |key| key.strip_suffix(unknown).unwrap_or(key).trim_end_matches('.'));
+    let section = if section.is_empty() { String::new() } else { format!("{section}.") };
+    let known: Vec<&str> = quoted.collect();
+    let likeness = |known: &&str| strsim::jaro(known, unknown);
+    let hint = match known.iter().copied().max_by(|a, b| likeness(a).total_cmp(&likeness(b))) {
+        Some(nearest) if likeness(&nearest) > LIKE => format!("did you mean \"{section}{nearest}\"?"),
+        _ => format!("known are {}", known.join(", ")),
+    };
+    format!("unknown key \"{section}{unknown}\"; {hint}")
 }
 
 #[cfg(test)]

@@ -82,19 +82,24 @@ impl RunFolder {
         RunFolder { path: out.join(task).join(space).join(format!("seed_{}", config.seed)) }
     }
 
-    /// A folder that exists.
+    /// Any folder.
+    pub fn at(path: &Path) -> Self {
+        RunFolder { path: path.into() }
+    }
+
+    /// A folder that holds a run.
     ///
     /// # Errors
     /// If it holds no configuration.
     pub fn open(path: &Path) -> Result<Self> {
-        let folder = RunFolder { path: path.into() };
+        let folder = Self::at(path);
         if !folder.config().is_file() {
             bail!("{}: not a run folder, it has no config.toml", path.display());
         }
         Ok(folder)
     }
 
-    /// Makes the folder ready for `config`, for this process alone.
+    /// Keeps the folder for `config` and this process alone. What lies there stays as it is until [`RunFolder::begin`].
     ///
     /// # Errors
     /// If it holds another run, or a run and `resume` is not asked for, or another process is at work there.
@@ -117,6 +122,9 @@ impl RunFolder {
                 stored.steps,
                 config.steps
             );
+        } else {
+            let nothing = !Checkpoint::exists(&self.checkpoint())? && last_step(&self.episodes())? == 0;
+            ensure!(nothing, "{path} holds a run without its config.toml: put it back, or choose another --out");
         }
         fs_err::create_dir_all(&self.path)?;
         let file = fs_err::File::create(self.lock())?.into_parts().0;
@@ -131,12 +139,19 @@ impl RunFolder {
             }
         }
         self.can_go_on(config)?;
-        if self.done().exists() && !self.is_done(config) {
-            // The run is to go on beyond its former end.
+        Ok(Lock(file))
+    }
+
+    /// From now on the folder holds this run, even if it had ended after fewer steps. Called when all that it needs has been
+    /// read: a run that cannot go on stays what it was.
+    ///
+    /// # Errors
+    /// If the disk does not take it.
+    pub fn begin(&self, config: &RunConfig) -> Result<()> {
+        if self.done().exists() {
             fs_err::remove_file(self.done())?;
         }
-        file::replace(&self.config(), config.to_toml().as_bytes())?;
-        Ok(Lock(file))
+        file::replace(&self.config(), config.to_toml().as_bytes())
     }
 
     /// How far the run `config` has come here.

@@ -27,18 +27,25 @@ pub struct Job {
 pub struct Ended {
     /// The job's name.
     pub name: String,
-    /// Its exit code; `None` if a signal killed it or it could not be started.
+    /// Its exit code, 126 if it could not be started; `None` if a signal killed it.
     pub code: Option<i32>,
     /// Where its output is.
     pub log: PathBuf,
+    /// The last error it told of, or its last words.
+    pub words: String,
 }
 
 struct Running {
     name: String,
     child: Child,
     log: PathBuf,
+    /// Length of what the log held before (bytes).
+    old: usize,
     bar: ProgressBar,
 }
+
+/// The code that a shell gives to what cannot be started.
+const NOT_STARTED: Option<i32> = Some(126);
 
 /// How often children are looked after.
 const POLL: Duration = Duration::from_millis(200);
@@ -57,8 +64,9 @@ pub fn run(jobs: Vec<Job>, parallel: usize, stop: &Stop) -> Vec<Ended> {
             match start(job, &display) {
                 Ok(job) => running.push(job),
                 Err(reason) => {
-                    display.line(&format!("ENDED  {name}  {reason:#}"));
-                    ended.push(Ended { name, code: None, log });
+                    let words = format!("{reason:#}");
+                    display.line(&format!("ENDED  {name}  {words}"));
+                    ended.push(Ended { name, code: NOT_STARTED, log, words });
                 }
             }
         }
@@ -82,7 +90,8 @@ pub fn run(jobs: Vec<Job>, parallel: usize, stop: &Stop) -> Vec<Ended> {
                 }
                 Some(status) => {
                     display.ended(&job, status.code());
-                    ended.push(Ended { name: job.name, code: status.code(), log: job.log });
+                    let words = last_words(&job.log, job.old);
+                    ended.push(Ended { name: job.name, code: status.code(), log: job.log, words });
                 }
             }
         }
@@ -94,16 +103,25 @@ fn start(Job { name, mut command, log }: Job, display: &Display) -> Result<Runni
         fs_err::create_dir_all(folder)?;
     }
     let file = OpenOptions::new().create(true).append(true).open(&log)?.into_parts().0;
+    let old = file.metadata()?.len() as usize;
     // In a process group of its own, so that a terminal's Ctrl-C reaches it once: through us.
     command.stdin(Stdio::null()).stdout(file.try_clone()?).stderr(file).process_group(0);
     let child = command.spawn().with_context(|| name.clone())?;
-    Ok(Running { bar: display.begun(&name), name, child, log })
+    Ok(Running { bar: display.begun(&name), name, child, log, old })
 }
 
 /// The last line a job wrote, empty if none.
-pub fn last_line(log: &std::path::Path) -> String {
+fn last_line(log: &std::path::Path) -> String {
     let text = fs_err::read_to_string(log).unwrap_or_default();
     text.lines().last().unwrap_or_default().trim().into()
+}
+
+/// The last line after the first `old` bytes that tells of an error, or else the last line.
+fn last_words(log: &std::path::Path, old: usize) -> String {
+    let text = fs_err::read_to_string(log).unwrap_or_default();
+    let lines: Vec<&str> = text.get(old..).unwrap_or(&text).lines().collect();
+    let error = lines.iter().rev().find(|line| line.starts_with("error:") || line.contains("panicked at"));
+    error.or(lines.last()).map_or(String::new(), |line| line.trim().into())
 }
 
 /// A bar for all jobs and a line for each that runs; plain lines where there is no terminal.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use aforce::ActionSpace;
 use anyhow::{Context, Result, bail};
-use clap::{Args, ValueEnum};
+use clap::{ArgGroup, Args, ValueEnum};
 use output::program::bad;
 use sac::{Act, Actor, Checkpoint};
 use serde::{Deserialize, Serialize};
@@ -17,21 +17,23 @@ use crate::rollout::Policy;
 
 /// Whose episodes are played.
 #[derive(Debug, Clone, Args)]
+#[group(skip)]
+#[command(group = ArgGroup::new("who").required(true))]
 pub struct SourceArgs {
     /// Folder of a run whose trained policy plays
-    #[arg(long, value_name = "DIR", required_unless_present_any = ["expert", "random"])]
+    #[arg(long, value_name = "DIR", group = "who")]
     pub run: Option<PathBuf>,
     /// Which of the run's checkpoints
-    #[arg(long, default_value = "best", requires = "run")]
+    #[arg(long, default_value = "best", conflicts_with_all = ["expert", "random"])]
     pub checkpoint: Which,
     /// Sample from the policy instead of taking its mean action
-    #[arg(long, requires = "run")]
+    #[arg(long, conflicts_with_all = ["expert", "random"])]
     pub sample: bool,
     /// The task's scripted expert plays
-    #[arg(long, conflicts_with_all = ["run", "random"])]
+    #[arg(long, group = "who")]
     pub expert: bool,
     /// Uniformly random actions (others with another --set seed=N)
-    #[arg(long, conflicts_with = "run")]
+    #[arg(long, group = "who")]
     pub random: bool,
     /// The environment.
     #[command(flatten)]

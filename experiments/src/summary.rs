@@ -52,14 +52,15 @@ pub struct RunSummary {
     pub commit: String,
 }
 
-/// All run folders below `root` in which an episode has ended, sorted by path.
+/// All folders below `root` in which a run has left something, sorted by path.
 ///
 /// # Errors
 /// If a folder cannot be read.
 pub fn find_runs(root: &Path) -> Result<Vec<RunFolder>> {
     let mut paths: Vec<PathBuf> = fs_err::read_dir(root)?.map(|entry| Ok(entry?.path())).collect::<Result<_>>()?;
     paths.sort();
-    if let Some(folder) = RunFolder::open(root).ok().filter(|folder| folder.episodes().is_file()) {
+    let folder = RunFolder::at(root);
+    if folder.episodes().is_file() || folder.done().is_file() {
         return Ok(vec![folder]);
     }
     let mut runs = vec![];

@@ -44,6 +44,14 @@ pub fn read(path: &Path) -> Result<Vec<RunConfig>> {
     let text = fs_err::read_to_string(path)?;
     let name = path.display().to_string();
     let file: File = parse(&text).map_err(|problem| bad(format!("{name}: {problem}")))?;
+    for table in [&file.run].into_iter().chain(file.group.iter().map(|group| &group.run)) {
+        let env = |key| table.get("env").and_then(|env| env.get(key));
+        for (key, value) in [("seed", table.get("seed")), ("env.task", env("task")), ("env.space", env("space"))] {
+            if value.is_some() {
+                return Err(bad(format!("{name}: run.{key}: a group's tasks, spaces and seeds say that")));
+            }
+        }
+    }
     let mut runs = vec![];
     for group in &file.group {
         for &task in &group.tasks {
@@ -112,7 +120,9 @@ mod tests {
             (group.replace("aforce", "aforze"), "aforze"),
             (group.replace("lift", "left"), "left"),
             (group.to_string() + "run = { learner = { gama = 1 } }", "did you mean \"learner.gamma\""),
-            (group.to_string() + "steps = 3", "steps"),
+            (group.to_string() + "steps = 3", "known are tasks"),
+            (group.to_string() + "run = { seed = 2 }", "run.seed"),
+            (group.to_string() + "run = { env = { space = \"osc\" } }", "run.env.space"),
         ] {
             let error = sweep(&text).unwrap_err().to_string();
             assert!(error.contains(word) && error.contains("sweep.toml"), "{error}");

@@ -91,8 +91,7 @@ impl Rows {
     /// None if not even the header is complete.
     fn read(path: &Path) -> Result<Option<Self>> {
         let text = fs_err::read_to_string(path)?;
-        let whole = text.rfind('\n').map_or("", |end| &text[..=end]);
-        let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(whole.as_bytes());
+        let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(whole_lines(&text).as_bytes());
         let headers = reader.headers()?.clone();
         if headers.is_empty() {
             return Ok(None);
@@ -107,6 +106,11 @@ impl Rows {
         };
         Ok(Some(Rows { rows: reader.records().map(row).collect::<Result<_>>()?, headers }))
     }
+}
+
+/// A table without the last line, if a kill cut it.
+pub(crate) fn whole_lines(text: &str) -> &str {
+    text.rfind('\n').map_or("", |end| &text[..=end])
 }
 
 #[cfg(test)]

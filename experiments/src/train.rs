@@ -15,13 +15,13 @@ use crate::cli;
 use crate::config::RunConfig;
 use crate::curves;
 use crate::display::Display;
-use crate::folder::RunFolder;
+use crate::folder::{RunFolder, State};
 use crate::rollout::{Policy, evaluate, learner_view, mean};
 use crate::rows::{Episode, Progress, RunId, SCHEMA, TrainingKey};
 use crate::seeds::{sub_seed, training_evaluation_seed};
 use crate::source::Purpose;
 use crate::stop::Stop;
-use crate::table::{Table, cut_after};
+use crate::table::{Table, cut_after, last_step};
 use crate::tensorboard::TensorBoard;
 
 /// Actions between rows of `progress.csv`.
@@ -105,9 +105,13 @@ pub fn in_folder(config: &RunConfig, out: &Path, options: RunOptions) -> Result<
     let _lock = folder.prepare(config, options.resume)?;
     let mut display = Display::new(config.steps, options.quiet);
     display.line(&format!("run folder {}", folder.path().display()));
-    if folder.done().exists() {
+    if folder.state(config) == State::Done {
         display.line("all its steps are done");
         return Ok(ExitCode::SUCCESS);
+    }
+    let random = config.learner.random_steps;
+    if config.steps <= random {
+        display.line(&format!("nothing will be learned: the first {random} actions of a run are random"));
     }
 
     let ending = train(config, &folder, options.tensorboard, &Stop::on_signals()?, &mut display)?;
@@ -132,6 +136,7 @@ pub fn train(
 ) -> Result<Ending> {
     let mut run = Run::start(config, folder, tensorboard)?;
     let mut manifest = folder.begin_manifest(config, run.counters.step)?;
+    folder.begin(config)?;
 
     let ending = run.train(stop, display);
     manifest.status = match ending {
@@ -141,8 +146,9 @@ pub fn train(
     }
     .into();
     manifest.wall_s = run.wall_s();
-    folder.write_manifest(&manifest)?;
-    ending.with_context(|| format!("{}", folder.path().display()))
+    let written = folder.write_manifest(&manifest);
+    let ending = ending.with_context(|| format!("{}", folder.path().display()))?;
+    written.map(|()| ending)
 }
 
 impl<'a> Run<'a> {
@@ -153,8 +159,9 @@ impl<'a> Run<'a> {
         let (observations, actions) = (env.observation_components().len(), env.action_dim());
         let (sac, replay, counters) = if Checkpoint::exists(&folder.checkpoint())? {
             let saved = Checkpoint::load(&folder.checkpoint(), observations, actions)?;
-            let replay = saved.replay.context("the checkpoint holds no replay: only a training run can be resumed")?;
-            let counters: Counters = serde_json::from_value(saved.caller).context("checkpoint counters")?;
+            let at = || folder.checkpoint().display().to_string();
+            let replay = saved.replay.with_context(|| format!("{}: no replay memory to go on with", at()))?;
+            let counters: Counters = serde_json::from_value(saved.caller).with_context(at)?;
             env.set_episode_stream(counters.episode_stream.clone());
             (saved.sac, replay, counters)
         } else {
@@ -169,6 +176,16 @@ impl<'a> Run<'a> {
             let sac = Sac::new(&config.learner, observations, actions, seed("learner"))?;
             (sac, Replay::new(&config.learner, observations, actions), counters)
         };
+        let evaluated = counters.step / config.evaluate_every * config.evaluate_every;
+        for (path, step) in [(folder.episodes(), counters.step), (folder.eval(), evaluated), (folder.progress(), 0)] {
+            let last = last_step(&path)?;
+            ensure!(
+                last >= step,
+                "{}: ends at action {last}, the checkpoint is of {}: rows are missing",
+                path.display(),
+                counters.step
+            );
+        }
         for path in [folder.episodes(), folder.eval(), folder.progress()] {
             cut_after(&path, counters.step)?;
         }
@@ -197,6 +214,7 @@ impl<'a> Run<'a> {
         let config = self.config;
         let scaled = config.learner.scaled_observations;
         let mut action = vec![0.0f32; self.env.action_dim()];
+        let mut asked = false;
         while self.counters.step < config.steps {
             let mut episode = Episode::default();
             self.env.reset(None);
@@ -231,6 +249,10 @@ impl<'a> Run<'a> {
                     self.evaluate(display)?;
                 }
                 display.step(self.counters.step);
+                if stop.requested() && !asked {
+                    asked = true;
+                    display.line("stopping at the end of this episode; another Ctrl-C stops at once, without saving");
+                }
                 if step.terminated || step.truncated {
                     break;
                 }
@@ -243,6 +265,10 @@ impl<'a> Run<'a> {
             if self.counters.step - self.saved_step >= config.checkpoint_every {
                 self.save()?;
             }
+        }
+        if self.counters.best_return.is_none() {
+            // Too short a run for an evaluation on the way.
+            self.evaluate(display)?;
         }
         self.save()?;
         fs_err::write(self.folder.done(), "")?;

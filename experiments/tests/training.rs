@@ -180,6 +180,57 @@ fn a_run_without_its_checkpoint_is_not_begun_anew() {
     assert_same(&run, &kept, &tables[..4]);
 }
 
+/// A finished run that cannot be taken on stays what it was: what is missing or damaged is named, nothing is written.
+#[test]
+fn a_run_that_cannot_go_on_stays_finished() {
+    let folder = tempfile::tempdir().unwrap();
+    train(folder.path()).assert().success();
+    let run = run_folder(folder.path());
+    let all = ["config.toml", "episodes.csv", "eval.csv", "progress.csv", "manifest.json", "DONE"];
+    let text = |name: &str| std::fs::read(run.join(name)).unwrap();
+    let before: Vec<Vec<u8>> = all.iter().map(|name| text(name)).collect();
+    let damages: [(&str, fn(&Path), &str); 5] = [
+        ("checkpoints/last/replay.bin", |path| std::fs::remove_file(path).unwrap(), "no replay memory"),
+        ("checkpoints/last/actor.safetensors", |path| std::fs::write(path, "cut").unwrap(), "actor.safetensors"),
+        ("episodes.csv", |path| std::fs::write(path, first_lines(path, 3)).unwrap(), "rows are missing"),
+        ("eval.csv", |path| std::fs::remove_file(path).unwrap(), "rows are missing"),
+        ("config.toml", |path| std::fs::remove_file(path).unwrap(), "without its config.toml"),
+    ];
+    for (name, damage, word) in damages {
+        let whole = text(name);
+        damage(&run.join(name));
+        expect(&error(train_for(3000, folder.path()).arg("--resume"), 1), &["seed_7", word]);
+        std::fs::write(run.join(name), whole).unwrap();
+        let after: Vec<Vec<u8>> = all.iter().map(|name| text(name)).collect();
+        assert!(before == after, "{name}");
+    }
+    train_for(3000, folder.path()).arg("--resume").assert().success();
+}
+
+fn first_lines(path: &Path, n: usize) -> String {
+    std::fs::read_to_string(path).unwrap().lines().take(n).map(|line| format!("{line}\n")).collect()
+}
+
+/// Too short for an evaluation on the way: it gets one at the end, so that it can be played and reported.
+#[test]
+fn a_short_run_is_evaluated_once() {
+    let folder = tempfile::tempdir().unwrap();
+    train_for(300, folder.path()).assert().success();
+    let run = run_folder(folder.path());
+    let steps = Columns::read(&run.join("eval.csv")).unwrap().values("step").unwrap();
+    assert_eq!(steps, [300.0]);
+    program("report").arg(folder.path()).assert().success();
+    let mut evaluate = program("evaluate");
+    evaluate.args(["--episodes", "1", "--run"]).arg(&run).assert().success();
+    expect(&error(evaluate.args(["--set", "learner.scaled_observations=false"]), 2), &["learner.scaled_observations"]);
+
+    // A finished run that cannot be read is missed by nobody.
+    let other = folder.path().join("lift/aforce/seed_8");
+    std::fs::create_dir(&other).unwrap();
+    std::fs::write(other.join("DONE"), "").unwrap();
+    expect(&error(program("report").arg(folder.path()), 3), &["left out", "seed_8"]);
+}
+
 /// What was killed before it had a checkpoint begins anew, with the row it was writing cut off.
 #[test]
 fn a_run_killed_before_its_first_checkpoint_begins_anew() {

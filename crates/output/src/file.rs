@@ -24,7 +24,19 @@ pub fn write_table(path: &Path, rows: &[impl Serialize]) -> Result<()> {
     replace(path, &table.into_inner()?)
 }
 
-pub(crate) fn unfinished(path: &Path) -> PathBuf {
+/// Makes the folder of a file that is to come; fails now if the file could not be written then.
+pub fn prepare(path: &Path) -> Result<()> {
+    ensure!(!path.is_dir() && path.file_name().is_some(), "{} is a folder", path.display());
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder)?;
+    }
+    fs::write(unfinished(path), "")?;
+    fs::remove_file(unfinished(path))?;
+    Ok(())
+}
+
+/// Where a file is written before it is there.
+pub fn unfinished(path: &Path) -> PathBuf {
     with_suffix(path, ".tmp")
 }
 

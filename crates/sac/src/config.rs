@@ -119,10 +119,10 @@ impl Config {
         };
         let rate = "above 0, at most 1";
         check(
-            !self.hidden.is_empty() && self.hidden.iter().all(|&n| n > 0),
+            !self.hidden.is_empty() && self.hidden.iter().all(|n| (1..=16_384).contains(n)),
             "hidden",
             &format!("{:?}", self.hidden),
-            "one or more sizes above 0",
+            "one or more sizes of 1 to 16384",
         )?;
         check(self.batch_size > 0, "batch_size", &self.batch_size, "at least 1")?;
         check(

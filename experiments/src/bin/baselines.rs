@@ -11,7 +11,8 @@ use experiments::config::RunConfig;
 use experiments::rollout::{Policy, episode};
 use experiments::rows::Outcome;
 use experiments::seeds::evaluation_seed;
-use output::{file, program, statistics};
+use output::program::{self, bad};
+use output::{file, statistics};
 use serde::Serialize;
 use tasks::{Env, TaskName};
 
@@ -81,9 +82,12 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let spaces = if arguments.spaces.is_empty() { all() } else { arguments.spaces.clone() };
     let tasks = if arguments.tasks.is_empty() { vec![config.env.task] } else { arguments.tasks.clone() };
     let pairs: Vec<_> = tasks.iter().flat_map(|&task| spaces.iter().map(move |&space| (task, space))).collect();
-    if let Some(folder) = arguments.out.parent() {
-        fs_err::create_dir_all(folder)?;
+    for (at, (task, space)) in pairs.iter().enumerate() {
+        if pairs[..at].contains(&(*task, *space)) {
+            return Err(bad(format!("{} with {space} is asked for twice", task.as_str())));
+        }
     }
+    file::prepare(&arguments.out)?;
     let rows = output::parallel::map(&pairs, |&(task, space)| {
         let mut config = config.clone();
         (config.env.task, config.env.space) = (task, space);

@@ -10,8 +10,8 @@ use experiments::rows::{Outcome, RunId};
 use experiments::seeds::evaluation_seed;
 use experiments::source::{Player, SourceArgs};
 use experiments::table::Table;
-use output::program;
 use output::statistics::{deviation, mean, range};
+use output::{file, program};
 
 /// Evaluate a trained policy, a scripted expert or random actions.
 ///
@@ -37,12 +37,19 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let Player { config, mut env, mut policy, step } = arguments.source.open()?;
     let mut table = match &arguments.csv {
         Some(path) if path.exists() => bail!("{}: exists; nothing was overwritten", path.display()),
-        Some(path) => Table::append(path)?,
+        // It appears when it is complete.
+        Some(path) => {
+            file::prepare(path)?;
+            Table::append(&file::unfinished(path))?
+        }
         None => Table::discard(),
     };
     let id = RunId::of(&config);
     let starts = (0..arguments.episodes).map(evaluation_seed);
     let outcomes = evaluate(&mut env, &mut policy, starts, step, &id, &mut table)?;
+    if let Some(path) = &arguments.csv {
+        fs_err::rename(file::unfinished(path), path)?;
+    }
     println!("{} with {}, {} policy, {} episodes", id.task, id.space, policy.name(), arguments.episodes);
     for (name, column) in COLUMNS {
         let values: Vec<f64> = outcomes.iter().map(column).collect();

@@ -10,6 +10,7 @@ use experiments::source::{Player, SourceArgs};
 use experiments::take::Take;
 use experiments::view::View;
 use experiments::{page, sheet};
+use output::file;
 use output::picture::{GifWriter, write_png};
 use output::plot;
 use output::program::{self, bad};
@@ -73,6 +74,17 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     if [html, png, sheet, gif, plot, csv].iter().all(|file| file.is_none()) {
         return Err(bad("nothing to show: name at least one of --html, --png, --sheet, --gif, --plot, --csv".into()));
     }
+    for path in [html, png, sheet, gif, plot, csv].into_iter().flatten() {
+        file::prepare(path)?;
+    }
+    let beside = arguments.beside.as_ref().map(|what| arguments.source.beside(what)).transpose()?;
+    if let Some(other) = &beside {
+        let [here, there] = [&arguments.source, other].map(|source| source.open().map(|player| player.config.env.task));
+        let (here, there) = (here?.as_str(), there?.as_str());
+        if here != there {
+            return Err(bad(format!("--beside plays {there}, not {here}")));
+        }
+    }
     let mut pictures = Pictures { arguments, tiles: vec![], film: None };
     let take = play(arguments, &arguments.source, |env, step, take| pictures.add(env, step, take))?;
     pictures.finish()?;
@@ -88,13 +100,8 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     println!("return {:.1} in {} actions", take.total, take.traces.actions());
     if let Some(path) = &arguments.html {
         let mut takes = vec![take];
-        if let Some(what) = &arguments.beside {
-            let other = play(arguments, &arguments.source.beside(what)?, |_, _, _| Ok(()))?;
-            let (here, there) = (takes[0].task, other.task);
-            if here != there {
-                return Err(bad(format!("--beside {what}: plays {there}, not {here}")));
-            }
-            takes.push(other);
+        if let Some(other) = &beside {
+            takes.push(play(arguments, other, |_, _, _| Ok(()))?);
         }
         page::write(path, &takes)?;
     }

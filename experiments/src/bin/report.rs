@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use anyhow::{Result, bail, ensure};
 use clap::Parser;
+use experiments::cli;
 use experiments::config::RunConfig;
 use experiments::curves;
 use experiments::folder::RunFolder;
@@ -19,7 +20,8 @@ use output::{file, plot, program};
 /// Writes runs.csv (a row per run), summary.csv (each metric over seeds), comparison.csv (every space against aforce),
 /// and, in the folder of each experiment, tables_TASK.md (the paper's table, beside what others published) and curves_TASK
 /// (learning curves with every seed). Runs are compared within the folder that holds their tasks: an experiment. A sweep
-/// that is still going on is reported as far as it has come.
+/// that is still going on is reported as far as it has come. A finished run that cannot be read is left out and named, and
+/// the exit code is 3.
 #[derive(Parser)]
 #[command(version)]
 struct Arguments {
@@ -41,6 +43,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     fs_err::create_dir_all(out)?;
 
     let (mut runs, mut rows) = (vec![], vec![]);
+    let mut ending = ExitCode::SUCCESS;
     for folder in folders {
         match RunSummary::of(&folder, &arguments.runs) {
             Ok(row) => {
@@ -50,7 +53,12 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
                 rows.push(row);
                 runs.push(folder);
             }
-            Err(reason) => eprintln!("left out: {reason:#}"),
+            Err(reason) => {
+                eprintln!("left out: {reason:#}");
+                if folder.done().exists() {
+                    ending = ExitCode::from(cli::SOME_FAILED);
+                }
+            }
         }
     }
     ensure!(!rows.is_empty(), "{}: no run has been evaluated yet", arguments.runs.display());
@@ -75,7 +83,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         file::replace(&out.join(format!("tables_{}.md", section.task)), tables.as_bytes())?;
         println!("{tables}");
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(ending)
 }
 
 /// Runs of a group stand for each other: they have to differ in their seed and in nothing else. Groups are compared: their

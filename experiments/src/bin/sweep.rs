@@ -9,7 +9,7 @@ use clap::Parser;
 use experiments::cli;
 use experiments::config::RunConfig;
 use experiments::folder::{RunFolder, State};
-use experiments::pool::{self, Ended, Job, last_line};
+use experiments::pool::{self, Ended, Job};
 use experiments::rows::RunId;
 use experiments::stop::Stop;
 use experiments::sweep;
@@ -20,7 +20,8 @@ use output::program::{self, bad};
 ///
 /// Runs that are done are skipped, runs that were stopped or killed go on where they saved themselves, a run that fails
 /// hides no other: it is named at the end, and the exit code is 3. Ctrl-C or SIGTERM lets running ones save themselves
-/// and exits with 75. The same command continues.
+/// and exits with 75. The same command continues. Runs at which another process is at work are left to it; the exit code
+/// is 75 then.
 #[derive(Parser)]
 #[command(version)]
 struct Arguments {
@@ -68,7 +69,19 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
 
     let program = std::env::current_exe().context("the path of this program")?;
     let jobs = runs.iter().enumerate().map(|(index, run)| (index, run, RunFolder::below(&out, run)));
-    let jobs = jobs.filter(|(_, run, folder)| folder.state(run) != State::Done).map(|(index, run, folder)| {
+    let (mut done, mut elsewhere) = (0, 0);
+    let jobs = jobs.filter(|(_, run, folder)| match folder.state(run) {
+        State::Done => {
+            done += 1;
+            false
+        }
+        State::Running => {
+            elsewhere += 1;
+            false
+        }
+        State::New | State::Begun => true,
+    });
+    let jobs = jobs.map(|(index, run, folder)| {
         // This very program: a build in the meantime changes the file, not this sweep.
         let mut command = Command::new("/proc/self/exe");
         command.arg0(&program).arg(&arguments.file).arg("--out").arg(&out).args(["--index", &index.to_string()]);
@@ -78,23 +91,25 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         Job { name: name(run), command, log: folder.path().join("log.txt") }
     });
     let jobs: Vec<Job> = jobs.collect();
-    println!("{} runs, {} done before, in {}", runs.len(), runs.len() - jobs.len(), out.display());
+    let busy = if elsewhere == 0 { String::new() } else { format!(", {elsewhere} at work in other processes") };
+    println!("{} runs, {done} done before{busy}, in {}", runs.len(), out.display());
     let parallel =
         arguments.jobs.map_or_else(|| std::thread::available_parallelism().map_or(1, Into::into), usize::from);
     let stop = Stop::on_signals()?;
     let ended = pool::run(jobs, parallel, &stop);
 
-    let stopped = |job: &Ended| job.code == Some(cli::STOPPED.into());
+    // A signal that comes before a run listens kills it: it is stopped all the same.
+    let stopped = |job: &Ended| job.code == Some(cli::STOPPED.into()) || job.code.is_none() && stop.requested();
     let failed: Vec<&Ended> = ended.iter().filter(|job| job.code != Some(0) && !stopped(job)).collect();
     for job in &failed {
-        eprintln!("failed: {}: {} ({})", job.name, last_line(&job.log), job.log.display());
+        eprintln!("failed: {}: {} ({})", job.name, job.words, job.log.display());
     }
     Ok(if stop.requested() {
         ExitCode::from(cli::STOPPED)
     } else if !failed.is_empty() {
         ExitCode::from(cli::SOME_FAILED)
-    } else if ended.iter().any(stopped) {
-        // Somebody stopped a run, not the sweep.
+    } else if elsewhere > 0 || ended.iter().any(stopped) {
+        // Somebody stopped a run, not the sweep, or is still at work.
         ExitCode::from(cli::STOPPED)
     } else {
         ExitCode::SUCCESS

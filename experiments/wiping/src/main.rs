@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::{Result, ensure};
 use clap::Parser;
-use output::program;
+use output::{file, program};
 use serde::{Deserialize, Serialize};
 use wiping::comparison::Comparison;
 use wiping::{Setup, conditions, delta_sign, evolution, spaces};
@@ -74,7 +74,7 @@ impl Manifest {
     }
 
     fn write(&self, out: &Path) -> Result<()> {
-        Ok(fs_err::write(out.join(Self::FILE), serde_json::to_string_pretty(self)? + "\n")?)
+        file::replace(&out.join(Self::FILE), (serde_json::to_string_pretty(self)? + "\n").as_bytes())
     }
 }
 

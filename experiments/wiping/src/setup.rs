@@ -6,7 +6,7 @@ use aforce::{
     AdaptiveImpedance, AxisLaw, ControllerConfig, Convention, FixedImpedance, ForceConfig, ImpedanceForm,
     ImpedanceSettings, Interpolation, Reference,
 };
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, anyhow, ensure};
 use output::program::bad;
 use physics::SimulationConfig;
 use physics::panda::{ParameterSet, Parameters};
@@ -116,7 +116,9 @@ impl Setup {
     /// If it cannot be read, a setting is missing or unknown, or a value is not allowed.
     pub fn read(path: &Path) -> Result<Self> {
         let text = fs_err::read_to_string(path)?;
-        let setup = toml::from_str(&text).context("not a complete set-up").and_then(Setup::validated);
+        let setup = toml::from_str(&text)
+            .map_err(|error| anyhow!("not a complete set-up: {}", error.message()))
+            .and_then(Setup::validated);
         setup.map_err(|error| bad(format!("{}: {error:#}", path.display())))
     }
 
