@@ -31,13 +31,14 @@ bench: setup
 	$(CARGO) bench --workspace
 
 # What is in results/, once more below runs/, on two cores: the wiping experiment (a minute), experts and random actions
-# (2.5 hours), 104 runs of 20 to 50 minutes and one of two hours, two at a time, and their tables.
+# (2.5 hours), 110 runs of 20 to 50 minutes and one of two hours, two at a time, and their tables.
 reproduce: setup runs/experts.csv runs/random_robosuite_steps.csv runs/random_robosuite_jump.csv runs/random_1000.csv
 	$(RUN) wiping -- --out runs/wiping
 	$(RUN) sweep -- experiments/configs/small-steps.toml
 	$(RUN) sweep -- experiments/configs/reference.toml
 	$(RUN) sweep -- experiments/configs/leash.toml
 	$(RUN) sweep -- experiments/configs/tolerance.toml
+	$(RUN) sweep -- experiments/configs/soft.toml
 	$(RUN) sweep -- experiments/configs/table-1.toml
 	$(RUN) report -- runs
 

@@ -338,6 +338,22 @@ fn the_sweep_of_the_tolerance_changes_nothing_else() {
     }
 }
 
+/// But for the stiffness, a run is that of `table-1.toml`.
+#[test]
+fn the_sweep_of_softness_changes_nothing_else() {
+    let table_1 = sweep::read(&shipped("table-1.toml")).unwrap();
+    let runs = sweep::read(&shipped("soft.toml")).unwrap();
+    assert_eq!(runs.len(), 6);
+    for run in runs {
+        let mut same = twin(&table_1, &run);
+        let soft = if run.env.task == TaskName::Wipe { 23.0 } else { 47.0 };
+        let impedance = &mut same.env.controller.impedance;
+        impedance.aforce = run.env.controller.impedance.aforce; // In no use.
+        (impedance.osc.translation, impedance.osc.rotation) = (soft, soft);
+        assert_eq!(same, run);
+    }
+}
+
 /// A new file is to be named here.
 #[test]
 fn shipped_configurations_are_read() {
@@ -358,6 +374,7 @@ fn shipped_configurations_are_read() {
             "reference.toml",
             "robosuite-steps.toml",
             "small-steps.toml",
+            "soft.toml",
             "table-1.toml",
             "tolerance.toml"
         ]
