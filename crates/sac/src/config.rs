@@ -222,10 +222,11 @@ mod tests {
         assert_eq!(message(|c| c.gamma = 1.0), "gamma = 1 is out of range: at least 0, below 1");
         assert_eq!(
             message(|c| c.hidden = vec![256, 0]),
-            "hidden = [256, 0] is out of range: one or more sizes above 0"
+            "hidden = [256, 0] is out of range: one or more sizes of 1 to 16384"
         );
         for (change, field) in [
-            ((|c| c.batch_size = 0) as fn(&mut Config), "batch_size"),
+            ((|c| c.hidden = vec![999_999_999]) as fn(&mut Config), "hidden"),
+            (|c| c.batch_size = 0, "batch_size"),
             (|c| c.actor_learning_rate = 0.0, "actor_learning_rate"),
             (|c| c.critic_learning_rate = f64::NAN, "critic_learning_rate"),
             (|c| c.temperature_learning_rate = -1e-3, "temperature_learning_rate"),
