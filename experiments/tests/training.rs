@@ -189,7 +189,8 @@ fn a_run_that_cannot_go_on_stays_finished() {
     let all = ["config.toml", "episodes.csv", "eval.csv", "progress.csv", "manifest.json", "DONE"];
     let text = |name: &str| std::fs::read(run.join(name)).unwrap();
     let before: Vec<Vec<u8>> = all.iter().map(|name| text(name)).collect();
-    let damages: [(&str, fn(&Path), &str); 5] = [
+    type Damage = fn(&Path);
+    let damages: [(&str, Damage, &str); 5] = [
         ("checkpoints/last/replay.bin", |path| std::fs::remove_file(path).unwrap(), "no replay memory"),
         ("checkpoints/last/actor.safetensors", |path| std::fs::write(path, "cut").unwrap(), "actor.safetensors"),
         ("episodes.csv", |path| std::fs::write(path, first_lines(path, 3)).unwrap(), "rows are missing"),

@@ -1,7 +1,7 @@
 //! The paper's wiping experiment (AFORCE, arXiv 2110.09904, figure 3) in simulation: a Panda controlled at 1 kHz wipes a
 //! spot of paint off a table, driven by a script at 20 Hz. Nothing is learned.
 //!
-//! [`run`] is the loop; [`Setup`] is everything that is fixed, [`Trial`] what varies from one wipe to the next, and
+//! [`simulate`] is the loop; [`Setup`] is everything that is fixed, [`Trial`] what varies from one wipe to the next, and
 //! [`Disturbance`] what the script and the controller's model do not know. The four parts of the experiment each write
 //! their own files.
 
