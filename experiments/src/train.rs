@@ -177,7 +177,7 @@ impl<'a> Run<'a> {
             (sac, Replay::new(&config.learner, observations, actions), counters)
         };
         let evaluated = counters.step / config.evaluate_every * config.evaluate_every;
-        for (path, step) in [(folder.episodes(), counters.step), (folder.eval(), evaluated), (folder.progress(), 0)] {
+        for (path, step) in [(folder.episodes(), counters.step), (folder.eval(), evaluated)] {
             let last = last_step(&path)?;
             ensure!(
                 last >= step,
