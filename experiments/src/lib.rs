@@ -24,6 +24,7 @@ pub mod sweep;
 pub mod table;
 pub mod take;
 pub mod tensorboard;
+pub mod text;
 pub mod traces;
 pub mod train;
 pub mod view;

@@ -44,7 +44,9 @@ pub struct RunSummary {
     pub energy_net_per_action_j: f64,
     pub squared_torque_per_action_nm2s: f64,
     pub copper_loss_per_action_j: f64,
+    pub mean_stiffness: f64,
     pub penalised_episode_share: f64,
+    pub penalised_action_share: f64,
     pub mean_penalty_per_episode: f64,
     pub excess_impulse_per_episode_ns: f64,
     pub diverged_episodes: usize,
@@ -70,10 +72,15 @@ pub fn find_runs(root: &Path) -> Result<Vec<RunFolder>> {
     Ok(runs)
 }
 
+/// A group's name within its section: the action space, and the preset where it is not the usual one.
+pub fn label(space: &str, preset: &str) -> String {
+    if preset == "desktop" { space.into() } else { format!("{space} ({preset})") }
+}
+
 impl RunSummary {
-    /// What tables and legends call it: the action space, and the preset where it is not the usual one.
+    /// What tables and legends call it.
     pub fn label(&self) -> String {
-        if self.preset == "desktop" { self.space.clone() } else { format!("{} ({})", self.space, self.preset) }
+        label(&self.space, &self.preset)
     }
 
     /// From the tables of a run found below `root`.
@@ -130,7 +137,9 @@ impl RunSummary {
             energy_net_per_action_j: per_action("energy_net_j")?,
             squared_torque_per_action_nm2s: per_action("squared_torque_nm2s")?,
             copper_loss_per_action_j: per_action("copper_loss_j")?,
+            mean_stiffness: mean(&training.values("mean_stiffness")?),
             penalised_episode_share: with("penalised_steps")? as f64 / lengths.len() as f64,
+            penalised_action_share: per_action("penalised_steps")?,
             mean_penalty_per_episode: mean(&training.values("penalty")?),
             excess_impulse_per_episode_ns: mean(&training.values("excess_impulse_ns")?),
             diverged_episodes: with("diverged")?,

@@ -3,6 +3,8 @@
 
 mod common;
 
+use std::path::{Path, PathBuf};
+
 use common::{
     assert_same, error, expect, few, last_step, note, program, run_folder, start, states, stored, train, train_for,
 };
@@ -212,6 +214,27 @@ fn a_sweep_hides_no_run_and_repeats_none() {
     let larger = config.replace("seed = 1\n", "seed = 2\n").replace("position_step = 0.02", "position_step = 0.05");
     std::fs::write(again.join("config.toml"), larger).unwrap();
     expect(&error(program("report").arg(&out), 1), &["again", "position_step: there 0.05, here 0.02"]);
+}
+
+/// What people read in `results` is what the runs beside it say.
+#[test]
+fn committed_tables_are_of_the_committed_runs() {
+    let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("../results");
+    let out = tempfile::tempdir().unwrap();
+    std::fs::copy(results.join("claims.md.j2"), out.path().join("claims.md.j2")).unwrap();
+    program("report").arg(&results).arg("--out").arg(out.path()).assert().success();
+    let mut texts = ["runs.csv", "summary.csv", "comparison.csv", "claims.md"].map(PathBuf::from).to_vec();
+    for experiment in
+        std::fs::read_dir(out.path()).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_dir())
+    {
+        let files = std::fs::read_dir(&experiment).unwrap().map(|entry| entry.unwrap().path());
+        let tables = files.filter(|path| path.extension().is_some_and(|extension| extension == "md"));
+        texts.extend(tables.map(|path| path.strip_prefix(out.path()).unwrap().to_path_buf()));
+    }
+    for text in texts {
+        let [made, committed] = [out.path(), &results].map(|root| std::fs::read_to_string(root.join(&text)).unwrap());
+        assert!(made == committed, "{}: run report results", text.display());
+    }
 }
 
 #[test]

@@ -13,13 +13,15 @@ use experiments::folder::RunFolder;
 use experiments::markdown;
 use experiments::report::{Section, comparison, groups, sections, summary};
 use experiments::summary::{RunSummary, find_runs};
+use experiments::text;
 use output::{file, plot, program};
 
 /// Summarise all runs below a folder.
 ///
 /// Writes runs.csv (a row per run), summary.csv (each metric over seeds), comparison.csv (every space against aforce),
 /// and, in the folder of each experiment, tables_TASK.md (the paper's table, beside what others published) and curves_TASK
-/// (learning curves with every seed). Runs are compared within the folder that holds their tasks: an experiment. A sweep
+/// (learning curves with every seed); NAME.md from every NAME.md.j2 that lies where it writes: text that people wrote, with
+/// figures from the runs. Runs are compared within the folder that holds their tasks: an experiment. A sweep
 /// that is still going on is reported as far as it has come. A finished run that cannot be read is left out and named, and
 /// the exit code is 3.
 #[derive(Parser)]
@@ -82,6 +84,12 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         let tables = markdown::tables(section, &groups, &comparison);
         file::replace(&out.join(format!("tables_{}.md", section.task)), tables.as_bytes())?;
         println!("{tables}");
+    }
+    for entry in fs_err::read_dir(out)? {
+        let template = entry?.path();
+        let Some(name) = template.to_str().filter(|name| name.ends_with(".md.j2")) else { continue };
+        let text = text::fill(name, &fs_err::read_to_string(&template)?, &rows, &comparison)?;
+        file::replace(&template.with_extension(""), text.as_bytes())?;
     }
     Ok(ending)
 }

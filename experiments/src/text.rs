@@ -1,0 +1,116 @@
+//! Text that people write, with figures that come from the runs.
+
+use anyhow::{Context, Result, anyhow};
+use minijinja::syntax::SyntaxConfig;
+use minijinja::value::{Serde, Value, ValueKind};
+use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior};
+use serde_json::{Value as Json, json};
+
+use crate::report::ComparisonRow;
+use crate::summary::{RunSummary, label};
+use output::statistics;
+
+/// Fills in a template in Jinja's language, `name` being what errors call it. It knows
+/// `runs[EXPERIMENT][TASK][SPACE][COLUMN]`, a column of `runs.csv` as a list over the runs of a group,
+/// `comparison[EXPERIMENT][TASK][SPACE][QUANTITY]`, a row of `comparison.csv`, and the filters `mean` (of a list) and
+/// `digits(n)` (of a number, of each in a list, or of a row of `comparison.csv` with its interval).
+///
+/// # Errors
+/// If it is no template, or asks for runs, columns or quantities that do not exist.
+pub fn fill(name: &str, template: &str, runs: &[RunSummary], comparison: &[ComparisonRow]) -> Result<String> {
+    let mut environment = Environment::new();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).keep_trailing_newline(true).build()?);
+    environment.add_filter("mean", |values: Vec<f64>| statistics::mean(&values));
+    environment.add_filter("digits", digits);
+    let known = Serde(json!({ "runs": by_group(runs)?, "comparison": by_space(comparison)? }));
+    environment.render_named_str(name, template, known).map_err(|error| {
+        let line = error.line().unwrap_or_default();
+        anyhow!("{name}, line {line}: {error}")
+    })
+}
+
+fn by_group(runs: &[RunSummary]) -> Result<Json> {
+    let mut tree = Json::Null;
+    for run in runs {
+        let group = &mut tree[&run.experiment][&run.task][run.label()];
+        for (column, value) in serde_json::to_value(run)?.as_object().context("a row has columns")? {
+            match &mut group[column] {
+                Json::Array(values) => values.push(value.clone()),
+                new => *new = json!([value]),
+            }
+        }
+    }
+    Ok(tree)
+}
+
+fn by_space(comparison: &[ComparisonRow]) -> Result<Json> {
+    let mut tree = Json::Null;
+    for row in comparison {
+        tree[&row.experiment][&row.task][label(&row.space, &row.preset)][&row.quantity] = serde_json::to_value(row)?;
+    }
+    Ok(tree)
+}
+
+fn digits(value: &Value, digits: usize) -> Result<String, Error> {
+    if let Ok(number) = f64::try_from(value.clone()) {
+        return Ok(format!("{number:.digits$}"));
+    }
+    match value.kind() {
+        ValueKind::Seq => {
+            let each: Result<Vec<_>, _> = value.try_iter()?.map(|value| self::digits(&value, digits)).collect();
+            Ok(each?.join(", "))
+        }
+        ValueKind::Map => {
+            let of = |name| value.get_attr(name);
+            let text = self::digits(&of("value")?, digits)?;
+            let (low, high) = (of("ci_low")?, of("ci_high")?);
+            if low.is_none() {
+                return Ok(text);
+            }
+            Ok(format!("{text} ({} to {})", self::digits(&low, digits)?, self::digits(&high, digits)?))
+        }
+        kind => Err(Error::new(ErrorKind::InvalidOperation, format!("digits: a number is needed, not {kind}"))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::{comparison, groups, tests::runs};
+
+    fn filled(template: &str) -> Result<String> {
+        let mut all = runs("aforce", 5);
+        all.extend(runs("osc", 2));
+        all.extend(runs("variable", 5));
+        fill("a.md.j2", template, &all, &comparison(&groups(&all)))
+    }
+
+    #[test]
+    fn figures_come_from_the_runs() {
+        let text = filled(
+            "{% set lift = runs[''].lift %}{{ lift.osc.final_return | digits(1) }}: {{ lift.aforce.seed | mean | digits(0) }}\n",
+        );
+        assert_eq!(text.unwrap(), "60.0, 61.0: 2\n");
+        let text = filled(
+            "{% for space in ['osc', 'variable'] -%}
+             {{ comparison[''].lift[space]['probability that reference ends higher'] | digits(2) }};
+             {%- endfor %}",
+        );
+        let text = text.unwrap();
+        assert!(text.starts_with("0.80;0.50 (0.") && text.ends_with(");"), "of two seeds no interval: {text}");
+    }
+
+    #[test]
+    fn what_is_not_there_is_named_with_its_line() {
+        for (template, hint) in [
+            ("a\n{{ runs[''].wipe.osc.final_return | mean }}", "line 2: undefined value"),
+            ("{{ runs[''].lift.osc.energy | digits(1) }}", "line 1: "),
+            ("{{ runs[''].lift.osc.steps_to_450 | digits(1) }}", "a number is needed, not none"),
+            ("\n\n{{ runs", "line 3: syntax error"),
+        ] {
+            let error = filled(template).unwrap_err().to_string();
+            assert!(error.starts_with("a.md.j2, ") && error.contains(hint), "{error}");
+        }
+    }
+}
