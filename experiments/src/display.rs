@@ -13,8 +13,9 @@ pub struct Display {
     bar: ProgressBar,
     quiet: bool,
     steps: u64,
-    started: Instant,
-    started_step: Option<u64>,
+    /// Since when the rate is counted, and the action then: the last evaluation, as random actions at the start are quicker.
+    since: Instant,
+    since_step: Option<u64>,
     recent: Vec<f64>,
 }
 
@@ -30,13 +31,13 @@ impl Display {
         }
         let style = ProgressStyle::with_template("{bar:24} {pos}/{len} {per_sec} eta {eta} {wide_msg}");
         bar.set_style(style.expect("a valid template"));
-        Display { bar, quiet, steps, started: Instant::now(), started_step: None, recent: vec![] }
+        Display { bar, quiet, steps, since: Instant::now(), since_step: None, recent: vec![] }
     }
 
     /// `step` actions are done.
     pub fn step(&mut self, step: u64) {
-        if self.started_step.is_none() {
-            self.started_step = Some(step - 1);
+        if self.since_step.is_none() {
+            self.since_step = Some(step - 1);
             self.bar.reset_elapsed();
         }
         self.bar.set_position(step);
@@ -52,8 +53,9 @@ impl Display {
 
     /// An evaluation was made.
     pub fn evaluation(&mut self, step: u64, outcomes: &[Outcome]) {
-        let elapsed = self.started.elapsed().as_secs_f64();
-        let rate = (step - self.started_step.unwrap_or(0)) as f64 / elapsed.max(1e-9);
+        let elapsed = self.since.elapsed().as_secs_f64();
+        let rate = (step - self.since_step.unwrap_or(0)) as f64 / elapsed.max(1e-9);
+        (self.since, self.since_step) = (Instant::now(), Some(step));
         let left = (self.steps - step.min(self.steps)) as f64 / rate.max(1e-9);
         let training = self.recent.iter().sum::<f64>() / self.recent.len().max(1) as f64;
         let text = format!(

@@ -15,6 +15,7 @@ pub mod recording;
 pub mod report;
 pub mod rollout;
 pub mod rows;
+pub mod scatter;
 pub mod seeds;
 pub mod sheet;
 pub mod source;

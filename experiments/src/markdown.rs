@@ -13,7 +13,7 @@ pub fn tables(section: Section, groups: &[Group], comparison: &[ComparisonRow]) 
     let Section { experiment, task } = section;
     let groups: Vec<&Group> = groups.iter().filter(|group| group.section == section).collect();
     let comparison: Vec<_> = comparison.iter().filter(|row| row.experiment == experiment && row.task == task).collect();
-    let title = task[..1].to_uppercase() + &task[1..];
+    let title = section.title();
     let of = if experiment.is_empty() { String::new() } else { format!(", {experiment}") };
     let run = groups[0].runs[0];
     let step = format!("{} m and {} rad", run.position_step_m, run.rotation_step_rad);

@@ -21,6 +21,11 @@ impl<'a> Section<'a> {
     pub fn of(run: &'a RunSummary) -> Self {
         Section { experiment: &run.experiment, task: &run.task }
     }
+
+    /// The task's name as a heading.
+    pub fn title(&self) -> String {
+        self.task[..1].to_uppercase() + &self.task[1..]
+    }
 }
 
 /// The runs of a section with an action space and a preset; seeds differ.

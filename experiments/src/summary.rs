@@ -187,12 +187,13 @@ mod tests {
             let energies = [0.7, -0.1, 30.0, 0.2].map(|share| (share * total).to_string()).join(",");
             let (penalised, impulse, diverged) = (k % 4 / 3, 2 * k, k > 14);
             format!(
-                "2,{},{k},true,true,{total},{energy},{long},{penalised},{k},{impulse},{diverged},{energies}",
-                5000 * k
+                "2,{},{k},true,true,{total},{energy},{long},{penalised},{k},{impulse},{diverged},{},{energies}",
+                5000 * k,
+                10 * k
             )
         });
         let header = format!(
-            "schema,step,{columns},length,penalised_steps,penalty,excess_impulse_ns,diverged,\
+            "schema,step,{columns},length,penalised_steps,penalty,excess_impulse_ns,diverged,mean_stiffness,\
              energy_positive_j,energy_net_j,squared_torque_nm2s,copper_loss_j"
         );
         write("episodes.csv", &header, training.collect());
@@ -223,6 +224,7 @@ mod tests {
             assert!((energy - expected).abs() < 1e-9, "{energies:?}");
         }
         assert_eq!((row.penalised_episode_share, row.mean_penalty_per_episode), (0.25, 8.5));
+        assert_eq!((row.penalised_action_share, row.mean_stiffness), (4.0 / 75_001.0, 85.0));
         assert_eq!((row.excess_impulse_per_episode_ns, row.diverged_episodes, row.done), (17.0, 2, false));
         let solved = run(root.path(), "lift/osc/seed_1", 2.0, 400.0);
         assert_eq!((solved.steps_to_450, solved.wall_min_to_450), (Some(50_000), Some(5.0)));

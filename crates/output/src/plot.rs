@@ -1,4 +1,4 @@
-//! Learning curves on paper: a grid of line panels as SVG and PNG.
+//! Curves on paper: a grid of panels as SVG and PNG.
 //!
 //! Every call to `kuva`, a young crate, stays in this file, so that it can be replaced.
 
@@ -56,6 +56,8 @@ pub struct Panel {
     pub marks: Vec<(String, f64)>,
     /// Both axes are logarithmic.
     pub logarithmic: bool,
+    /// Zero belongs to both axes.
+    pub from_zero: bool,
 }
 
 /// Size of one panel in SVG units: two by two of them are about 1000 x 700.
@@ -198,6 +200,10 @@ fn draw_panel(panel: &Panel, labels: &[&str], marks: &[&str]) -> (Vec<Plot>, Lay
         }
     }
     let empty = x_range == Range::EMPTY;
+    if panel.from_zero {
+        x_range.include(0.0);
+        y_range.include(0.0);
+    }
     // Lines may end at the edge; half a dot would be missing there.
     let axes = [x_range.axis(if dots { 0.03 } else { 0.0 }), y_range.axis(0.04)];
     let [x_axis, y_axis] = if panel.logarithmic { axes.map(Range::powers_of_ten) } else { axes };

@@ -12,6 +12,7 @@ use experiments::curves;
 use experiments::folder::RunFolder;
 use experiments::markdown;
 use experiments::report::{Section, comparison, groups, sections, summary};
+use experiments::scatter;
 use experiments::summary::{RunSummary, find_runs};
 use experiments::text;
 use output::{file, plot, program};
@@ -19,8 +20,8 @@ use output::{file, plot, program};
 /// Summarise all runs below a folder.
 ///
 /// Writes runs.csv (a row per run), summary.csv (each metric over seeds), comparison.csv (every space against aforce),
-/// and, in the folder of each experiment, tables_TASK.md (the paper's table, beside what others published) and curves_TASK
-/// (learning curves with every seed); NAME.md from every NAME.md.j2 that lies where it writes: text that people wrote, with
+/// and, in the folder of each experiment, tables_TASK.md (the paper's table, beside what others published), curves_TASK
+/// (learning curves with every seed) and energy_return (a dot per run); NAME.md from every NAME.md.j2 that lies where it writes: text that people wrote, with
 /// figures from the runs. Runs are compared within the folder that holds their tasks: an experiment. A sweep
 /// that is still going on is reported as far as it has come. A finished run that cannot be read is left out and named, and
 /// the exit code is 3.
@@ -71,8 +72,9 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     file::write_table(&out.join("summary.csv"), &summary(&groups))?;
     file::write_table(&out.join("comparison.csv"), &comparison)?;
 
-    for section in sections(&groups) {
-        let of_section: Vec<_> = runs.iter().zip(&rows).filter(|(_, row)| Section::of(row) == section).collect();
+    let sections = sections(&groups);
+    for section in &sections {
+        let of_section: Vec<_> = runs.iter().zip(&rows).filter(|(_, row)| Section::of(row) == *section).collect();
         let commits: BTreeSet<&str> = of_section.iter().map(|(_, row)| row.commit.as_str()).collect();
         if commits.len() > 1 {
             let list = commits.into_iter().collect::<Vec<_>>().join(", ");
@@ -81,9 +83,13 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         let out = out.join(section.experiment);
         fs_err::create_dir_all(&out)?;
         plot::write(&curves::of_runs(&of_section)?, &out.join(format!("curves_{}", section.task)))?;
-        let tables = markdown::tables(section, &groups, &comparison);
+        let tables = markdown::tables(*section, &groups, &comparison);
         file::replace(&out.join(format!("tables_{}.md", section.task)), tables.as_bytes())?;
         println!("{tables}");
+    }
+    for experiment in sections.iter().map(|section| section.experiment).collect::<BTreeSet<_>>() {
+        let panels = scatter::energy_and_return(experiment, &sections, &groups);
+        plot::write(&panels, &out.join(experiment).join("energy_return"))?;
     }
     for entry in fs_err::read_dir(out)? {
         let template = entry?.path();

@@ -1,0 +1,45 @@
+//! What runs earned against what they spent: a dot per run.
+
+use output::plot::{Panel, Series};
+
+use crate::report::{Group, Section};
+use crate::summary::RunSummary;
+
+/// A panel per task of `experiment`, with every run of every group.
+pub fn energy_and_return(experiment: &str, sections: &[Section], groups: &[Group]) -> Vec<Panel> {
+    let panel = |section: &Section| Panel {
+        title: section.title(),
+        x_label: "J per action, training".into(),
+        y_label: "final return".into(),
+        series: groups.iter().filter(|group| group.section == *section).map(dots).collect(),
+        from_zero: true,
+        ..Panel::default()
+    };
+    sections.iter().filter(|section| section.experiment == experiment).map(panel).collect()
+}
+
+fn dots(group: &Group) -> Series {
+    let dot = |run: &&RunSummary| vec![(run.energy_per_action_j, run.final_return)];
+    Series { label: group.runs[0].label(), members: group.runs.iter().map(dot).collect(), ..Series::default() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::{groups, sections, tests::runs};
+
+    #[test]
+    fn every_run_is_one_dot_in_the_panel_of_its_task() {
+        let mut all = runs("aforce", 3);
+        all.extend(runs("osc", 2));
+        let mut door = runs("osc", 1);
+        (door[0].task, door[0].energy_per_action_j) = ("door".into(), 2.5);
+        all.extend(door);
+        let groups = groups(&all);
+        let panels = energy_and_return("", &sections(&groups), &groups);
+        let dots = |panel: &Panel| panel.series.iter().map(|series| series.members.len()).collect::<Vec<_>>();
+        assert_eq!((panels[0].title.as_str(), dots(&panels[0])), ("Lift", vec![3, 2]));
+        assert_eq!((panels[1].title.as_str(), dots(&panels[1])), ("Door", vec![1]));
+        assert_eq!(panels[1].series[0].members, [[(2.5, 60.0)]]);
+    }
+}
