@@ -1,6 +1,6 @@
 //! Text that people write, with figures that come from the runs.
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result};
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::{Serde, Value, ValueKind};
 use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior};
@@ -24,10 +24,7 @@ pub fn fill(name: &str, template: &str, runs: &[RunSummary], comparison: &[Compa
     environment.add_filter("mean", |values: Vec<f64>| statistics::mean(&values));
     environment.add_filter("digits", digits);
     let known = Serde(json!({ "runs": by_group(runs)?, "comparison": by_space(comparison)? }));
-    environment.render_named_str(name, template, known).map_err(|error| {
-        let line = error.line().unwrap_or_default();
-        anyhow!("{name}, line {line}: {error}")
-    })
+    Ok(environment.render_named_str(name, template, known)?)
 }
 
 fn by_group(runs: &[RunSummary]) -> Result<Json> {
@@ -104,13 +101,13 @@ mod tests {
     #[test]
     fn what_is_not_there_is_named_with_its_line() {
         for (template, hint) in [
-            ("a\n{{ runs[''].wipe.osc.final_return | mean }}", "line 2: undefined value"),
-            ("{{ runs[''].lift.osc.energy | digits(1) }}", "line 1: "),
+            ("a\n{{ runs[''].wipe.osc.final_return | mean }}", "undefined value (in a.md.j2:2)"),
+            ("{{ runs[''].lift.osc.energy | digits(1) }}", "(in a.md.j2:1)"),
             ("{{ runs[''].lift.osc.steps_to_450 | digits(1) }}", "a number is needed, not none"),
-            ("\n\n{{ runs", "line 3: syntax error"),
+            ("\n\n{{ runs", "syntax error"),
         ] {
             let error = filled(template).unwrap_err().to_string();
-            assert!(error.starts_with("a.md.j2, ") && error.contains(hint), "{error}");
+            assert!(error.contains("a.md.j2:") && error.contains(hint), "{error}");
         }
     }
 }
