@@ -219,7 +219,7 @@ fn a_sweep_hides_no_run_and_repeats_none() {
 
 /// What people read in `results` is what the runs beside it say.
 #[test]
-fn committed_tables_are_of_the_committed_runs() {
+fn committed_tables_and_curves_are_of_the_committed_runs() {
     let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("../results");
     let out = tempfile::tempdir().unwrap();
     std::fs::copy(results.join("claims.md.j2"), out.path().join("claims.md.j2")).unwrap();
@@ -229,8 +229,9 @@ fn committed_tables_are_of_the_committed_runs() {
         std::fs::read_dir(out.path()).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_dir())
     {
         let files = std::fs::read_dir(&experiment).unwrap().map(|entry| entry.unwrap().path());
-        let tables = files.filter(|path| path.extension().is_some_and(|extension| extension == "md"));
-        texts.extend(tables.map(|path| path.strip_prefix(out.path()).unwrap().to_path_buf()));
+        let made =
+            files.filter(|path| path.extension().is_some_and(|extension| extension == "md" || extension == "svg"));
+        texts.extend(made.map(|path| path.strip_prefix(out.path()).unwrap().to_path_buf()));
     }
     for text in texts {
         let [made, committed] = [out.path(), &results].map(|root| std::fs::read_to_string(root.join(&text)).unwrap());
