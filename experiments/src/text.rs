@@ -1,5 +1,8 @@
 //! Text that people write, with figures that come from the runs.
 
+use std::collections::BTreeMap;
+use std::path::Path;
+
 use anyhow::{Context, Result};
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::{Serde, Value, ValueKind};
@@ -10,21 +13,28 @@ use crate::report::ComparisonRow;
 use crate::summary::{RunSummary, label};
 use output::statistics;
 
-/// Fills in a template in Jinja's language, `name` being what errors call it. It knows
-/// `runs[EXPERIMENT][TASK][SPACE][COLUMN]`, a column of `runs.csv` as a list over the runs of a group,
-/// `comparison[EXPERIMENT][TASK][SPACE][QUANTITY]`, a row of `comparison.csv`, and the filters `mean` (of a list) and
-/// `digits(n)` (of a number, of each in a list, or of a row of `comparison.csv` with its interval).
+/// Fills in the template `path`, in Jinja's language. It knows `runs[EXPERIMENT][TASK][SPACE][COLUMN]`, a column of
+/// `runs.csv` as a list over the runs of a group, `comparison[EXPERIMENT][TASK][SPACE][QUANTITY]`, a row of
+/// `comparison.csv`, `rows(FILE)`, the rows of any other CSV file, its path counted from the template's folder, and the
+/// filters `mean` (of a list) and `digits(n)` (of a number, of each in a list, or of a row of `comparison.csv` with its
+/// interval).
 ///
 /// # Errors
-/// If it is no template, or asks for runs, columns or quantities that do not exist.
-pub fn fill(name: &str, template: &str, runs: &[RunSummary], comparison: &[ComparisonRow]) -> Result<String> {
+/// If it is no template, or asks for files, runs, columns or quantities that do not exist.
+pub fn fill(path: &Path, runs: &[RunSummary], comparison: &[ComparisonRow]) -> Result<String> {
+    let template = fs_err::read_to_string(path)?;
+    let folder = path.parent().context("a file lies in a folder")?.to_path_buf();
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).keep_trailing_newline(true).build()?);
     environment.add_filter("mean", |values: Vec<f64>| statistics::mean(&values));
     environment.add_filter("digits", digits);
+    environment.add_function("rows", move |file: &str| {
+        let problem = |error: anyhow::Error| Error::new(ErrorKind::InvalidOperation, format!("{error:#}"));
+        rows(&folder.join(file)).map(|rows| Value::from(Serde(rows))).map_err(problem)
+    });
     let known = Serde(json!({ "runs": by_group(runs)?, "comparison": by_space(comparison)? }));
-    Ok(environment.render_named_str(name, template, known)?)
+    Ok(environment.render_named_str(&path.display().to_string(), &template, known)?)
 }
 
 fn by_group(runs: &[RunSummary]) -> Result<Json> {
@@ -47,6 +57,18 @@ fn by_space(comparison: &[ComparisonRow]) -> Result<Json> {
         tree[&row.experiment][&row.task][label(&row.space, &row.preset)][&row.quantity] = serde_json::to_value(row)?;
     }
     Ok(tree)
+}
+
+/// By column; what reads as a number is one.
+fn rows(path: &Path) -> Result<Vec<BTreeMap<String, Json>>> {
+    let table = fs_err::File::open(path)?;
+    let row = |row: Result<BTreeMap<String, String>, csv::Error>| {
+        let typed = |(column, text): (String, String)| {
+            (column, text.parse::<f64>().map_or(json!(text), |number| json!(number)))
+        };
+        Ok(row.with_context(|| path.display().to_string())?.into_iter().map(typed).collect())
+    };
+    csv::Reader::from_reader(table).into_deserialize().map(row).collect()
 }
 
 fn digits(value: &Value, digits: usize) -> Result<String, Error> {
@@ -80,7 +102,11 @@ mod tests {
         let mut all = runs("aforce", 5);
         all.extend(runs("osc", 2));
         all.extend(runs("variable", 5));
-        fill("a.md.j2", template, &all, &comparison(&groups(&all)))
+        let folder = tempfile::tempdir()?;
+        let path = folder.path().join("a.md.j2");
+        fs_err::write(&path, template)?;
+        fs_err::write(folder.path().join("b.csv"), "space,energy_j\nosc,2.5\naforce,1.5\n")?;
+        fill(&path, &all, &comparison(&groups(&all)))
     }
 
     #[test]
@@ -96,15 +122,19 @@ mod tests {
         );
         let text = text.unwrap();
         assert!(text.starts_with("0.80;0.50 (0.") && text.ends_with(");"), "of two seeds no interval: {text}");
+        let text =
+            filled("{{ rows('b.csv') | selectattr('space', 'eq', 'aforce') | map(attribute='energy_j') | mean }}");
+        assert_eq!(text.unwrap(), "1.5");
     }
 
     #[test]
     fn what_is_not_there_is_named_with_its_line() {
         for (template, hint) in [
-            ("a\n{{ runs[''].wipe.osc.final_return | mean }}", "undefined value (in a.md.j2:2)"),
-            ("{{ runs[''].lift.osc.energy | digits(1) }}", "(in a.md.j2:1)"),
+            ("a\n{{ runs[''].wipe.osc.final_return | mean }}", "a.md.j2:2"),
+            ("{{ runs[''].lift.osc.energy | digits(1) }}", "a.md.j2:1"),
             ("{{ runs[''].lift.osc.steps_to_450 | digits(1) }}", "a number is needed, not none"),
             ("\n\n{{ runs", "syntax error"),
+            ("{{ rows('c.csv') }}", "c.csv"),
         ] {
             let error = filled(template).unwrap_err().to_string();
             assert!(error.contains("a.md.j2:") && error.contains(hint), "{error}");

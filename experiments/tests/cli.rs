@@ -222,7 +222,6 @@ fn a_sweep_hides_no_run_and_repeats_none() {
 fn committed_tables_and_curves_are_of_the_committed_runs() {
     let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("../results");
     let out = tempfile::tempdir().unwrap();
-    std::fs::copy(results.join("claims.md.j2"), out.path().join("claims.md.j2")).unwrap();
     program("report").arg(&results).arg("--out").arg(out.path()).assert().success();
     let mut texts = ["runs.csv", "summary.csv", "comparison.csv", "claims.md"].map(PathBuf::from).to_vec();
     for experiment in

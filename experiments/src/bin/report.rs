@@ -21,10 +21,10 @@ use output::{file, plot, program};
 ///
 /// Writes runs.csv (a row per run), summary.csv (each metric over seeds), comparison.csv (every space against aforce),
 /// and, in the folder of each experiment, tables_TASK.md (the paper's table, beside what others published), curves_TASK
-/// (learning curves with every seed) and energy_return (a dot per run); NAME.md from every NAME.md.j2 that lies where it writes: text that people wrote, with
-/// figures from the runs. Runs are compared within the folder that holds their tasks: an experiment. A sweep
-/// that is still going on is reported as far as it has come. A finished run that cannot be read is left out and named, and
-/// the exit code is 3.
+/// (learning curves with every seed) and energy_return (a dot per run); and NAME from every NAME.j2 beside the runs: text
+/// that people wrote, with figures from the tables. Runs are compared within the folder that holds their tasks: an
+/// experiment. A sweep that is still going on is reported as far as it has come. A finished run that cannot be read is left
+/// out and named, and the exit code is 3.
 #[derive(Parser)]
 #[command(version)]
 struct Arguments {
@@ -91,11 +91,10 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         let panels = scatter::energy_and_return(experiment, &sections, &groups);
         plot::write(&panels, &out.join(experiment).join("energy_return"))?;
     }
-    for entry in fs_err::read_dir(out)? {
+    for entry in fs_err::read_dir(&arguments.runs)? {
         let template = entry?.path();
-        let Some(name) = template.to_str().filter(|name| name.ends_with(".md.j2")) else { continue };
-        let text = text::fill(name, &fs_err::read_to_string(&template)?, &rows, &comparison)?;
-        file::replace(&template.with_extension(""), text.as_bytes())?;
+        let Some(name) = template.file_name().and_then(|name| name.to_str()?.strip_suffix(".j2")) else { continue };
+        file::replace(&out.join(name), text::fill(&template, &rows, &comparison)?.as_bytes())?;
     }
     Ok(ending)
 }
