@@ -4,6 +4,9 @@ PYTHON ?= python3
 CARGO ?= cargo
 RUN = $(CARGO) run --quiet --release --bin
 DEMO = runs/demo/lift/aforce/seed_1
+# The spaces of table-1.toml, and its environment: the same in all of its runs.
+TABLE_1 = --tasks lift,door,wipe --spaces aforce,variable,osc,aforce-force,variable-force,osc-force,low-force \
+	--config results/table-1/lift/aforce/seed_1/config.toml --episodes 30
 
 .PHONY: setup demo test check bench reproduce
 
@@ -32,7 +35,8 @@ bench: setup
 
 # What is in results/, once more below runs/, on two cores: the wiping experiment (a minute), experts and random actions
 # (2.5 hours), 110 runs of 20 to 50 minutes and one of two hours, two at a time, and their tables.
-reproduce: setup runs/experts.csv runs/random_robosuite_steps.csv runs/random_robosuite_jump.csv runs/random_1000.csv
+reproduce: setup runs/experts.csv runs/experts_table_1.csv runs/random_table_1.csv runs/random_robosuite_steps.csv \
+		runs/random_robosuite_jump.csv runs/random_1000.csv
 	$(RUN) wiping -- --out runs/wiping
 	$(RUN) sweep -- experiments/configs/small-steps.toml
 	$(RUN) sweep -- experiments/configs/reference.toml
@@ -44,6 +48,12 @@ reproduce: setup runs/experts.csv runs/random_robosuite_steps.csv runs/random_ro
 
 runs/experts.csv: | setup
 	$(RUN) baselines -- expert --tasks lift,door,wipe --episodes 50 --out $@
+
+runs/experts_table_1.csv: | setup
+	$(RUN) baselines -- expert $(TABLE_1) --out $@
+
+runs/random_table_1.csv: | setup
+	$(RUN) baselines -- random $(TABLE_1) --out $@
 
 runs/random_robosuite_steps.csv: | setup
 	$(RUN) baselines -- random --tasks lift,door,wipe --spaces variable,osc --config experiments/configs/robosuite-steps.toml --episodes 30 --out $@
