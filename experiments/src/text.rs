@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use minijinja::syntax::SyntaxConfig;
-use minijinja::value::{Serde, Value, ValueKind};
+use minijinja::value::{Kwargs, Serde, Value, ValueKind};
 use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior};
 use serde_json::{Value as Json, json};
 
@@ -15,8 +15,8 @@ use output::statistics;
 
 /// Fills in the template `path`, in Jinja's language. It knows `runs[EXPERIMENT][TASK][SPACE][COLUMN]`, a column of
 /// `runs.csv` as a list over the runs of a group, `comparison[EXPERIMENT][TASK][SPACE][QUANTITY]`, a row of
-/// `comparison.csv`, `rows(FILE)`, the rows of any other CSV file, its path counted from the template's folder, and the
-/// filters `mean` (of a list) and `digits(n)` (of a number, of each in a list, or of a row of `comparison.csv` with its
+/// `comparison.csv`, `rows(FILE, COLUMN=VALUE, ...)`, the rows of any other CSV file (its path counted from the
+/// template's folder) whose columns read so, and the filters `mean` (of a list) and `digits(n)` (of a number, of each in a list, or of a row of `comparison.csv` with its
 /// interval).
 ///
 /// # Errors
@@ -29,9 +29,11 @@ pub fn fill(path: &Path, runs: &[RunSummary], comparison: &[ComparisonRow]) -> R
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).keep_trailing_newline(true).build()?);
     environment.add_filter("mean", |values: Vec<f64>| statistics::mean(&values));
     environment.add_filter("digits", digits);
-    environment.add_function("rows", move |file: &str| {
+    environment.add_function("rows", move |file: &str, wanted: Kwargs| {
         let problem = |error: anyhow::Error| Error::new(ErrorKind::InvalidOperation, format!("{error:#}"));
-        rows(&folder.join(file)).map(|rows| Value::from(Serde(rows))).map_err(problem)
+        let wanted = wanted.args().map(|column| Ok((column, wanted.get::<Value>(column)?.to_string())));
+        let wanted = wanted.collect::<Result<Vec<_>, Error>>()?;
+        rows(&folder.join(file), &wanted).map(|rows| Value::from(Serde(rows))).map_err(problem)
     });
     let known = Serde(json!({ "runs": by_group(runs)?, "comparison": by_space(comparison)? }));
     Ok(environment.render_named_str(&path.display().to_string(), &template, known)?)
@@ -59,16 +61,25 @@ fn by_space(comparison: &[ComparisonRow]) -> Result<Json> {
     Ok(tree)
 }
 
-/// By column; what reads as a number is one.
-fn rows(path: &Path) -> Result<Vec<BTreeMap<String, Json>>> {
-    let table = fs_err::File::open(path)?;
-    let row = |row: Result<BTreeMap<String, String>, csv::Error>| {
-        let typed = |(column, text): (String, String)| {
-            (column, text.parse::<f64>().map_or(json!(text), |number| json!(number)))
-        };
-        Ok(row.with_context(|| path.display().to_string())?.into_iter().map(typed).collect())
+/// Those whose columns read as `wanted`, by column; what reads as a number is one.
+fn rows(path: &Path, wanted: &[(&str, String)]) -> Result<Vec<BTreeMap<String, Json>>> {
+    let mut table = csv::Reader::from_reader(fs_err::File::open(path)?);
+    let columns = table.headers()?.clone();
+    if let Some((column, _)) = wanted.iter().find(|(column, _)| !columns.iter().any(|name| name == *column)) {
+        bail!("{}: no column {column}", path.display());
+    }
+    let typed = |(column, text): (String, String)| {
+        let value = text.parse::<f64>().map_or(json!(text), |number| json!(number));
+        (column, value)
     };
-    csv::Reader::from_reader(table).into_deserialize().map(row).collect()
+    let mut rows = Vec::new();
+    for row in table.deserialize::<BTreeMap<String, String>>() {
+        let row = row.with_context(|| path.display().to_string())?;
+        if wanted.iter().all(|(column, text)| row[*column] == *text) {
+            rows.push(row.into_iter().map(typed).collect());
+        }
+    }
+    Ok(rows)
 }
 
 fn digits(value: &Value, digits: usize) -> Result<String, Error> {
@@ -123,8 +134,8 @@ mod tests {
         let text = text.unwrap();
         assert!(text.starts_with("0.80;0.50 (0.") && text.ends_with(");"), "of two seeds no interval: {text}");
         let text =
-            filled("{{ rows('b.csv') | selectattr('space', 'eq', 'aforce') | map(attribute='energy_j') | mean }}");
-        assert_eq!(text.unwrap(), "1.5");
+            filled("{{ rows('b.csv', space='aforce')[0].energy_j + 1 }}, {{ rows('b.csv', energy_j=2.5)[0].space }}");
+        assert_eq!(text.unwrap(), "2.5, osc");
     }
 
     #[test]
@@ -135,6 +146,7 @@ mod tests {
             ("{{ runs[''].lift.osc.steps_to_450 | digits(1) }}", "a number is needed, not none"),
             ("\n\n{{ runs", "syntax error"),
             ("{{ rows('c.csv') }}", "c.csv"),
+            ("{{ rows('b.csv', seed=1) }}", "no column seed"),
         ] {
             let error = filled(template).unwrap_err().to_string();
             assert!(error.contains("a.md.j2:") && error.contains(hint), "{error}");
