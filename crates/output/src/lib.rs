@@ -3,6 +3,7 @@
 //!
 //! Apart from the programs, so that those which learn nothing need no libtorch.
 
+mod axis;
 pub mod file;
 pub mod parallel;
 pub mod picture;
