@@ -4,9 +4,13 @@ PYTHON ?= python3
 CARGO ?= cargo
 RUN = $(CARGO) run --quiet --release --bin
 DEMO = runs/demo/lift/aforce/seed_1
-# The spaces of table-1.toml, and its environment: the same in all of its runs.
-TABLE_1 = --tasks lift,door,wipe --spaces aforce,variable,osc,aforce-force,variable-force,osc-force,low-force \
-	--config results/table-1/lift/aforce/seed_1/config.toml --episodes 30
+# The environment of table-1.toml, the same in all of its runs, and its spaces.
+TABLE_1 = --config results/table-1/lift/aforce/seed_1/config.toml --episodes 30
+TABLE_1_SPACES = --tasks lift,door,wipe --spaces aforce,variable,osc,aforce-force,variable-force,osc-force,low-force
+# There, AFORCE's stiffness from another lower bound on (1/s2), the stem of the target's name.
+BOUNDS = $(foreach bound,80 40 20 10 5,runs/lower-bound/random_$(bound).csv runs/lower-bound/expert_$(bound).csv)
+FROM_BOUND = $(foreach key,stiffness_min stiffness_start,$(foreach axes,translation rotation,\
+	--set env.controller.impedance.aforce.$(axes).$(key)=$*))
 
 .PHONY: setup demo test check bench reproduce
 
@@ -36,7 +40,7 @@ bench: setup
 # What is in results/, once more below runs/, on two cores: the wiping experiment (a minute), experts and random actions
 # (2.5 hours), 110 runs of 20 to 50 minutes and one of two hours, two at a time, and their tables.
 reproduce: setup runs/experts.csv runs/experts_table_1.csv runs/random_table_1.csv runs/random_robosuite_steps.csv \
-		runs/random_robosuite_jump.csv runs/random_1000.csv
+		runs/random_robosuite_jump.csv runs/random_1000.csv $(BOUNDS)
 	$(RUN) wiping -- --out runs/wiping
 	$(RUN) sweep -- experiments/configs/small-steps.toml
 	$(RUN) sweep -- experiments/configs/reference.toml
@@ -50,10 +54,16 @@ runs/experts.csv: | setup
 	$(RUN) baselines -- expert --tasks lift,door,wipe --episodes 50 --out $@
 
 runs/experts_table_1.csv: | setup
-	$(RUN) baselines -- expert $(TABLE_1) --out $@
+	$(RUN) baselines -- expert $(TABLE_1_SPACES) $(TABLE_1) --out $@
 
 runs/random_table_1.csv: | setup
-	$(RUN) baselines -- random $(TABLE_1) --out $@
+	$(RUN) baselines -- random $(TABLE_1_SPACES) $(TABLE_1) --out $@
+
+runs/lower-bound/random_%.csv: | setup
+	$(RUN) baselines -- random --tasks lift,door --spaces aforce $(TABLE_1) $(FROM_BOUND) --out $@
+
+runs/lower-bound/expert_%.csv: | setup
+	$(RUN) baselines -- expert --tasks lift,door --spaces aforce $(TABLE_1) $(FROM_BOUND) --out $@
 
 runs/random_robosuite_steps.csv: | setup
 	$(RUN) baselines -- random --tasks lift,door,wipe --spaces variable,osc --config experiments/configs/robosuite-steps.toml --episodes 30 --out $@
