@@ -38,7 +38,7 @@ bench: setup
 	$(CARGO) bench --workspace
 
 # What is in results/, once more below runs/, on two cores: the wiping experiment (a minute), experts and random actions
-# (2.5 hours), 110 runs of 20 to 50 minutes and one of two hours, two at a time, and their tables.
+# (2.8 hours), 110 runs of 20 to 50 minutes and one of two hours, two at a time, and their tables.
 reproduce: setup runs/experts.csv runs/experts_table_1.csv runs/random_table_1.csv runs/random_robosuite_steps.csv \
 		runs/random_robosuite_jump.csv runs/random_1000.csv $(BOUNDS)
 	$(RUN) wiping -- --out runs/wiping
