@@ -16,8 +16,8 @@ use output::statistics;
 /// Fills in the template `path`, in Jinja's language. It knows `runs[EXPERIMENT][TASK][SPACE][COLUMN]`, a column of
 /// `runs.csv` as a list over the runs of a group, `comparison[EXPERIMENT][TASK][SPACE][QUANTITY]`, a row of
 /// `comparison.csv`, `rows(FILE, COLUMN=VALUE, ...)`, the rows of any other CSV file (its path counted from the
-/// template's folder) whose columns read so, and the filters `mean` (of a list) and `digits(n)` (of a number, of each in a list, or of a row of `comparison.csv` with its
-/// interval).
+/// template's folder) whose columns read so, and the filters `mean` (of a list) and `digits(n)` (of a number, of each
+/// in a list, or of a row of `comparison.csv` with its interval).
 ///
 /// # Errors
 /// If it is no template, or asks for files, runs, columns or quantities that do not exist.
