@@ -1,17 +1,27 @@
 //! Text that people write, with figures that come from the runs.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::{Kwargs, Serde, Value, ValueKind};
 use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior};
 use serde_json::{Value as Json, json};
+use walkdir::WalkDir;
 
 use crate::report::ComparisonRow;
 use crate::summary::{RunSummary, label};
 use output::statistics;
+
+/// Every file NAME.j2 in or below a folder.
+///
+/// # Errors
+/// If a folder cannot be read.
+pub fn find_templates(root: &Path) -> Result<Vec<PathBuf>> {
+    let files: Vec<_> = WalkDir::new(root).into_iter().map(|entry| Ok(entry?.into_path())).collect::<Result<_>>()?;
+    Ok(files.into_iter().filter(|path| path.extension().is_some_and(|extension| extension == "j2")).collect())
+}
 
 /// Fills in the template `path`, in Jinja's language. It knows `runs[EXPERIMENT][TASK][SPACE][COLUMN]`, a column of
 /// `runs.csv` as a list over the runs of a group, `comparison[EXPERIMENT][TASK][SPACE][QUANTITY]`, a row of

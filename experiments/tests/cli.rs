@@ -3,13 +3,14 @@
 
 mod common;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use common::{
     assert_same, error, expect, few, last_step, note, program, run_folder, start, states, stored, train, train_for,
 };
 use experiments::columns::Columns;
 use experiments::folder::RunFolder;
+use walkdir::WalkDir;
 
 #[test]
 fn bad_input_is_named() {
@@ -223,17 +224,14 @@ fn committed_tables_and_curves_are_of_the_committed_runs() {
     let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("../results");
     let out = tempfile::tempdir().unwrap();
     program("report").arg(&results).arg("--out").arg(out.path()).assert().success();
-    let mut texts = ["runs.csv", "summary.csv", "comparison.csv", "claims.md"].map(PathBuf::from).to_vec();
-    for experiment in
-        std::fs::read_dir(out.path()).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_dir())
-    {
-        let files = std::fs::read_dir(&experiment).unwrap().map(|entry| entry.unwrap().path());
-        let made =
-            files.filter(|path| path.extension().is_some_and(|extension| extension == "md" || extension == "svg"));
-        texts.extend(made.map(|path| path.strip_prefix(out.path()).unwrap().to_path_buf()));
+    let made = WalkDir::new(out.path()).into_iter().map(|entry| entry.unwrap().into_path());
+    let texts: Vec<_> = made.filter(|path| path.extension().is_some_and(|extension| extension != "png")).collect();
+    for filled in ["claims.md", "small-steps/README.md"] {
+        assert!(texts.contains(&out.path().join(filled)), "{filled}");
     }
     for text in texts {
-        let [made, committed] = [out.path(), &results].map(|root| std::fs::read_to_string(root.join(&text)).unwrap());
+        let text = text.strip_prefix(out.path()).unwrap();
+        let [made, committed] = [out.path(), &results].map(|root| std::fs::read_to_string(root.join(text)).unwrap());
         assert!(made == committed, "{}: run report results", text.display());
     }
 }

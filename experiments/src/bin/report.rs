@@ -21,7 +21,7 @@ use output::{file, plot, program};
 ///
 /// Writes runs.csv (a row per run), summary.csv (each metric over seeds), comparison.csv (every space against aforce),
 /// and, in the folder of each experiment, tables_TASK.md (the paper's table, beside what others published), curves_TASK
-/// (learning curves with every seed) and energy_return (a dot per run); and NAME from every NAME.j2 beside the runs: text
+/// (learning curves with every seed) and energy_return (a dot per run); and NAME from every NAME.j2 in these folders: text
 /// that people wrote, with figures from the tables. Runs are compared within the folder that holds their tasks: an
 /// experiment. A sweep that is still going on is reported as far as it has come. A finished run that cannot be read is left
 /// out and named, and the exit code is 3.
@@ -91,10 +91,10 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         let panels = scatter::energy_and_return(experiment, &sections, &groups);
         plot::write(&panels, &out.join(experiment).join("energy_return"))?;
     }
-    for entry in fs_err::read_dir(&arguments.runs)? {
-        let template = entry?.path();
-        let Some(name) = template.file_name().and_then(|name| name.to_str()?.strip_suffix(".j2")) else { continue };
-        file::replace(&out.join(name), text::fill(&template, &rows, &comparison)?.as_bytes())?;
+    for template in text::find_templates(&arguments.runs)? {
+        let filled = out.join(template.strip_prefix(&arguments.runs)?).with_extension("");
+        file::prepare(&filled)?;
+        file::replace(&filled, text::fill(&template, &rows, &comparison)?.as_bytes())?;
     }
     Ok(ending)
 }
