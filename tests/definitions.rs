@@ -122,6 +122,19 @@ fn differences_of_positions_point_robosuites_way() {
     });
 }
 
+/// As in robosuite, where markers are taken off when the reward is computed, from observations made before.
+#[test]
+fn in_wipe_a_marker_is_observed_as_wiped_one_action_later() {
+    let mut earlier = 0.0;
+    follow_expert(TaskName::Wipe, |env, step| {
+        let share = entry(env, "proportion_wiped");
+        assert_abs_diff_eq!(share, earlier, epsilon = ROUNDING);
+        let wiped = step.reward_terms[1] / (50.0 * NORMALISATION) / 100.0;
+        earlier = if step.success { 1.0 } else { share + wiped };
+    });
+    assert!(earlier > 0.3, "{earlier}");
+}
+
 #[test]
 fn scaled_observations_are_centred_scaled_and_clipped_at_10() {
     let components = [Component::new("a", "m", 0.5, 4.0), Component::new("b", "1", -1.0, 0.5)];

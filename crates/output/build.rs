@@ -2,6 +2,9 @@
 
 use std::process::Command;
 
+/// What a program is made of, from the repository's root.
+const SOURCES: [&str; 5] = ["Cargo.lock", "Cargo.toml", "rust-toolchain.toml", "crates", "experiments"];
+
 fn main() {
     println!("cargo::rustc-env=WORKBENCH_COMMIT={}", commit());
     for file in ["HEAD", "index"] {
@@ -9,8 +12,8 @@ fn main() {
             println!("cargo::rerun-if-changed={path}");
         }
     }
-    for folder in ["Cargo.lock", "crates", "experiments"] {
-        println!("cargo::rerun-if-changed=../../{folder}");
+    for source in SOURCES {
+        println!("cargo::rerun-if-changed=../../{source}");
     }
 }
 
@@ -19,7 +22,7 @@ fn commit() -> String {
     let Some(commit) = git(&["rev-parse", "--short=12", "HEAD"]) else {
         return "unknown".into();
     };
-    let sources = ["Cargo.lock", "Cargo.toml", "crates", "experiments"].map(|path| format!(":/{path}"));
+    let sources = SOURCES.map(|path| format!(":/{path}"));
     let mut status = vec!["status", "--porcelain", "--untracked-files=no", "--"];
     status.extend(sources.iter().map(String::as_str));
     let changed = git(&status).is_some_and(|files| !files.is_empty());

@@ -57,8 +57,10 @@ impl Checkpoint {
     ///
     /// [`Error::Io`] if the disk is full or not writable; the old checkpoint stays.
     pub fn save(folder: &Path, sac: &Sac, replay: Option<&Replay>, caller: Value) -> Result<(), Error> {
-        recover(folder)?;
         let (new, old) = (beside(folder, "new"), beside(folder, "old"));
+        if !folder.exists() && old.exists() {
+            fs::rename(&old, folder)?;
+        }
         for leftover in [&new, &old] {
             if leftover.exists() {
                 fs::remove_dir_all(leftover)?;
@@ -69,7 +71,7 @@ impl Checkpoint {
         if folder.exists() {
             fs::rename(folder, &old)?;
         }
-        // A kill here is what `recover` is for.
+        // A kill here is what `current` is for.
         fs::rename(&new, folder)?;
         if old.exists() {
             fs::remove_dir_all(&old)?;
@@ -77,14 +79,10 @@ impl Checkpoint {
         Ok(())
     }
 
-    /// Whether there is a checkpoint in `folder`. One that a kill left under its temporary name is put in place.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Io`] if it cannot be put in place.
-    pub fn exists(folder: &Path) -> Result<bool, Error> {
-        recover(folder)?;
-        Ok(folder.exists())
+    /// Whether there is a checkpoint in `folder`, if only under the name that a kill left it.
+    #[must_use]
+    pub fn exists(folder: &Path) -> bool {
+        current(folder).exists()
     }
 
     /// Reads the checkpoint in `folder`, for a task with these sizes.
@@ -94,6 +92,7 @@ impl Checkpoint {
     /// [`Error::Io`] or [`Error::Checkpoint`], in one line that names the file and says what is wrong: missing, damaged, or made for
     /// other sizes.
     pub fn load(folder: &Path, observation_dim: usize, action_dim: usize) -> Result<Self, Error> {
+        let folder = &current(folder);
         let state = read_state(folder, observation_dim, action_dim)?;
         let mut sac = Sac::zeros(&state.config, observation_dim, action_dim);
         sac.updates = state.updates;
@@ -132,6 +131,7 @@ impl Actor {
     /// As [`Checkpoint::load`].
     pub fn load(folder: &Path, observation_dim: usize, action_dim: usize, seed: u64) -> Result<(Self, Value), Error> {
         crate::threads::use_one();
+        let folder = &current(folder);
         let state = read_state(folder, observation_dim, action_dim)?;
         let rng = ChaCha8Rng::seed_from_u64(seed);
         let mut actor = Self::zeros(&state.config, observation_dim, action_dim, rng);
@@ -175,7 +175,6 @@ fn write(folder: &Path, sac: &Sac, replay: Option<&Replay>, caller: Value) -> Re
 }
 
 fn read_state(folder: &Path, observation_dim: usize, action_dim: usize) -> Result<State, Error> {
-    recover(folder)?;
     let path = folder.join("state.json");
     let state: State = serde_json::from_slice(&fs::read(&path)?).map_err(|e| Error::checkpoint(&path, e))?;
     if state.format != FORMAT {
@@ -197,13 +196,11 @@ fn read_policy(folder: &Path, policy: &mut Networks) -> Result<(), Error> {
     Tensors::read(folder.join("actor.safetensors"))?.copy(&entries, "", &mut policy.values)
 }
 
-/// If a save was killed between its two renames, the old checkpoint gets its name back.
-fn recover(folder: &Path) -> Result<(), Error> {
+/// Where the checkpoint is: a kill between the two renames of a save leaves it under its temporary name. Readers look there
+/// and rename nothing, as the run may be at work.
+fn current(folder: &Path) -> PathBuf {
     let old = beside(folder, "old");
-    if !folder.exists() && old.exists() {
-        fs::rename(old, folder)?;
-    }
-    Ok(())
+    if !folder.exists() && old.exists() { old } else { folder.into() }
 }
 
 /// `runs/checkpoints/last` -> `runs/checkpoints/.last.new`.

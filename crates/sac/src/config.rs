@@ -124,7 +124,7 @@ impl Config {
             &format!("{:?}", self.hidden),
             "one or more sizes of 1 to 16384",
         )?;
-        check(self.batch_size > 0, "batch_size", &self.batch_size, "at least 1")?;
+        check((1..=65_536).contains(&self.batch_size), "batch_size", &self.batch_size, "1 to 65536")?;
         check(
             self.actor_learning_rate > 0.0 && self.actor_learning_rate <= 1.0,
             "actor_learning_rate",
@@ -146,7 +146,7 @@ impl Config {
             "0 (fixed temperature) to 1",
         )?;
         check(self.gamma >= 0.0 && self.gamma < 1.0, "gamma", &self.gamma, "at least 0, below 1")?;
-        check(self.n_step >= 1, "n_step", &self.n_step, "at least 1")?;
+        check((1..=1000).contains(&self.n_step), "n_step", &self.n_step, "1 to 1000")?;
         check(self.tau > 0.0 && self.tau <= 1.0, "tau", &self.tau, rate)?;
         check(self.target_period >= 1, "target_period", &self.target_period, "at least 1")?;
         let average = self.policy_average;
@@ -227,11 +227,13 @@ mod tests {
         for (change, field) in [
             ((|c| c.hidden = vec![999_999_999]) as fn(&mut Config), "hidden"),
             (|c| c.batch_size = 0, "batch_size"),
+            (|c| c.batch_size = 1_000_000, "batch_size"),
             (|c| c.actor_learning_rate = 0.0, "actor_learning_rate"),
             (|c| c.critic_learning_rate = f64::NAN, "critic_learning_rate"),
             (|c| c.temperature_learning_rate = -1e-3, "temperature_learning_rate"),
             (|c| c.gamma = f64::NAN, "gamma"),
             (|c| c.n_step = 0, "n_step"),
+            (|c| (c.n_step, c.random_steps) = (1_000_000, 1_000_000), "n_step"),
             (|c| c.tau = 0.0, "tau"),
             (|c| c.target_period = 0, "target_period"),
             (|c| c.policy_average = 1.5, "policy_average"),

@@ -70,7 +70,8 @@ pub trait Task: Send {
     /// What the terms of a [`Reward`] are for, in their order; at most [`REWARD_TERMS`].
     fn reward_terms(&self) -> &'static [&'static str];
 
-    /// Reward of one action; called once after each. `penalty` is the action's force penalty (at least 0), which a task
+    /// Reward of one action; called once after each, and after its [`observe`](Self::observe), as in robosuite: what a reward
+    /// changes in the task is observed one action later. `penalty` is the action's force penalty (at least 0), which a task
     /// takes off in its own scale or ignores; `None` if the force stayed within its limit.
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: Option<f64>) -> Reward;
 
