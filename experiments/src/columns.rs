@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
+use crate::config::RunConfig;
+use crate::folder::RunFolder;
 use crate::table::whole_lines;
 
 /// A table as named columns of numbers; booleans are 0 and 1, text and empty cells are NaN.
@@ -22,6 +24,21 @@ impl Columns {
     pub fn read(path: &Path) -> Result<Self> {
         let text = fs_err::read_to_string(path)?;
         Self::parse(path, whole_lines(&text)).with_context(|| path.display().to_string())
+    }
+
+    /// The evaluations of a run but for a last one that is under way or was cut short.
+    ///
+    /// # Errors
+    /// If they, or the run's configuration, cannot be read.
+    pub fn evaluations(run: &RunFolder) -> Result<Self> {
+        let mut table = Self::read(&run.eval())?;
+        let steps = table.values("step")?;
+        let of_last = steps.iter().rev().take_while(|&&step| Some(&step) == steps.last()).count();
+        let config = RunConfig::resolve(Some(&run.config()), &[])?;
+        if of_last < config.evaluation_episodes as usize {
+            table.rows.truncate(steps.len() - of_last);
+        }
+        Ok(table)
     }
 
     fn parse(path: &Path, text: &str) -> Result<Self> {

@@ -28,7 +28,7 @@ const FORCE: [&str; 3] = ["Contact force that 99 % of the actions stay below", "
 /// If a table cannot be read or a picture not written.
 pub fn draw(folder: &RunFolder) -> Result<()> {
     let training = Columns::read(&folder.episodes())?;
-    let eval = Columns::read(&folder.eval())?;
+    let eval = Columns::evaluations(folder)?;
     let panels = PANELS.iter().chain([&STIFFNESS]).map(|&[title, unit, column]| {
         let training = in_thousands(training.running_mean(column, WINDOW)?);
         let eval = in_thousands(eval.mean_by_step(column)?);
@@ -48,12 +48,14 @@ pub fn draw(folder: &RunFolder) -> Result<()> {
 /// If a table cannot be read.
 pub fn of_runs(runs: &[(&RunFolder, &RunSummary)]) -> Result<Vec<Panel>> {
     let mut labels: Vec<String> = vec![];
-    for (_, run) in runs {
+    // Those of the usual preset first: a space then has the same colour for every task.
+    let (usual, other): (Vec<_>, Vec<_>) = runs.iter().partition(|(_, run)| run.preset == runs[0].1.preset);
+    for (_, run) in usual.into_iter().chain(other) {
         if !labels.contains(&run.label()) {
             labels.push(run.label());
         }
     }
-    let tables = runs.iter().map(|(folder, _)| Columns::read(&folder.eval())).collect::<Result<Vec<_>>>()?;
+    let tables = runs.iter().map(|(folder, _)| Columns::evaluations(folder)).collect::<Result<Vec<_>>>()?;
     let drawn = |&[title, unit, column]: &[&str; 3]| {
         let of_group = |label: &String| {
             let seeds = runs.iter().zip(&tables).filter(|((_, run), _)| run.label() == *label);

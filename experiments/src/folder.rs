@@ -8,7 +8,6 @@ use std::time::Duration;
 use anyhow::{Context, Result, bail, ensure};
 use output::file;
 use sac::Checkpoint;
-use serde::{Deserialize, Serialize};
 
 use crate::config::RunConfig;
 use crate::table::last_step;
@@ -34,45 +33,6 @@ pub enum State {
     Running,
     /// All steps are done.
     Done,
-}
-
-/// What took a run on.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Continuation {
-    /// From this training action on.
-    pub step: u64,
-    /// As in [`Manifest`].
-    pub commit: String,
-    /// As in [`Manifest`].
-    pub command: Vec<String>,
-}
-
-/// Where a run came from: `manifest.json`.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Manifest {
-    /// Version of this file.
-    pub schema: u32,
-    /// The command line that started the run, program name first.
-    pub command: Vec<String>,
-    /// Commit of the checkout the program was built in, with `-dirty` if it was changed.
-    pub commit: String,
-    /// Who took the run on after an interruption, if it was another program or another command.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub continued: Vec<Continuation>,
-    /// Hash of the configuration.
-    pub config_hash: String,
-    /// Seed of the run.
-    pub seed: u64,
-    /// Processor model.
-    pub cpu: String,
-    /// Version of this program.
-    pub version: String,
-    /// Start, seconds since 1970.
-    pub started_unix_s: u64,
-    /// `running`, `stopped`, `failed` or `done`; a run that was killed stays `running`.
-    pub status: String,
-    /// Time spent in this and earlier parts of the run (s).
-    pub wall_s: f64,
 }
 
 impl RunFolder {
@@ -123,7 +83,7 @@ impl RunFolder {
                 config.steps
             );
         } else {
-            let nothing = !Checkpoint::exists(&self.checkpoint())? && last_step(&self.episodes())? == 0;
+            let nothing = !Checkpoint::exists(&self.checkpoint()) && last_step(&self.episodes())? == 0;
             ensure!(nothing, "{path} holds a run without its config.toml: put it back, or choose another --out");
         }
         fs_err::create_dir_all(&self.path)?;
@@ -178,7 +138,7 @@ impl RunFolder {
     /// A run is taken on from its checkpoint. Without one it would begin anew and cut off its tables: only what was killed
     /// before its first checkpoint may do that, not a folder out of which the checkpoint was taken.
     fn can_go_on(&self, config: &RunConfig) -> Result<()> {
-        if self.is_done(config) || Checkpoint::exists(&self.checkpoint())? {
+        if self.is_done(config) || Checkpoint::exists(&self.checkpoint()) {
             return Ok(());
         }
         let before_the_first = config.checkpoint_every + u64::from(config.env.horizon);
@@ -240,77 +200,4 @@ impl RunFolder {
     pub fn done(&self) -> PathBuf {
         self.path.join("DONE")
     }
-
-    /// Writes the manifest.
-    ///
-    /// # Errors
-    /// If the disk does not take it.
-    pub fn write_manifest(&self, manifest: &Manifest) -> Result<()> {
-        let path = self.path.join("manifest.json");
-        let text = serde_json::to_string_pretty(manifest).context("manifest")?;
-        file::replace(&path, (text + "\n").as_bytes())
-    }
-
-    /// The manifest of a run that begins at `step`, or goes on from there; also written.
-    ///
-    /// # Errors
-    /// If there is one and it is damaged, or the disk does not take it.
-    pub fn begin_manifest(&self, config: &RunConfig, step: u64) -> Result<Manifest> {
-        let mut manifest = Manifest::start(config);
-        if step > 0 {
-            let Manifest { commit, command, .. } = manifest;
-            manifest = self.manifest()?;
-            let last = manifest.continued.last();
-            let known = last.map_or((&manifest.commit, &manifest.command), |last| (&last.commit, &last.command));
-            if known != (&commit, &command) {
-                manifest.continued.push(Continuation { step, commit, command });
-            }
-            manifest.status = "running".into();
-        }
-        self.write_manifest(&manifest)?;
-        Ok(manifest)
-    }
-
-    /// Reads the manifest.
-    ///
-    /// # Errors
-    /// If it is missing or damaged.
-    pub fn manifest(&self) -> Result<Manifest> {
-        let path = self.path.join("manifest.json");
-        serde_json::from_str(&fs_err::read_to_string(&path)?).with_context(|| format!("{}", path.display()))
-    }
-}
-
-impl Manifest {
-    /// Every commit that had a part in the run, in order.
-    pub fn commits(&self) -> String {
-        let mut commits = vec![self.commit.as_str()];
-        commits.extend(self.continued.iter().map(|part| part.commit.as_str()));
-        commits.dedup();
-        commits.join(" ")
-    }
-
-    /// A run that starts now.
-    pub fn start(config: &RunConfig) -> Self {
-        let since_1970 = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
-        Manifest {
-            schema: 1,
-            command: output::command(),
-            commit: output::commit(),
-            continued: vec![],
-            config_hash: config.hash(),
-            seed: config.seed,
-            cpu: cpu_model(),
-            version: env!("CARGO_PKG_VERSION").into(),
-            started_unix_s: since_1970.map_or(0, |t| t.as_secs()),
-            status: "running".into(),
-            wall_s: 0.0,
-        }
-    }
-}
-
-fn cpu_model() -> String {
-    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
-    model.map_or("unknown".into(), |(_, name)| name.trim().to_string())
 }

@@ -7,6 +7,8 @@ pub mod config;
 pub mod curves;
 pub mod display;
 pub mod folder;
+mod learner_log;
+pub mod manifest;
 pub mod markdown;
 pub mod page;
 pub mod pool;

@@ -56,6 +56,7 @@ fn returns(groups: &[&Group]) -> Table {
         "mean of the whole curve",
         &format!("{SOLVED} after, thousand actions"),
         "success at the end",
+        "sampled actions: return; success",
     ]);
     for group in groups {
         let theirs = published::of(group.section.task, group.space).map_or(String::new(), |(who, row)| {
@@ -73,6 +74,7 @@ fn returns(groups: &[&Group]) -> Table {
             spread(group, |run| run.curve_return, 1),
             group.runs.iter().map(solved).collect::<Vec<_>>().join(", "),
             spread(group, |run| run.final_success, 2),
+            format!("{}; {}", spread(group, |run| run.sampled_return, 1), spread(group, |run| run.sampled_success, 2)),
         ]);
     }
     table
@@ -244,7 +246,8 @@ mod tests {
         assert!(energies.contains("| 5.00 +- 0.00 | 5.00, 5.00, 5.00, 5.00, 5.00 | 131 |"), "{energies}");
         assert!(against.starts_with("| `variable` | 0.50, "), "{against}");
         assert!(
-            against.contains("| 1.00, 1.00 to 1.00 | 2.50, 2.50 to 2.50 |") && against.ends_with("| 19 |"),
+            against.contains("| 0.50, 0.50 to 0.50 | 1.00, 1.00 to 1.00 | 2.50, 2.50 to 2.50 |")
+                && against.ends_with("| 19 |"),
             "{against}"
         );
         assert!(safety.starts_with("| `variable` | 0.25 +- 0.00 |  | 148.0 +- 0.0 | 149 |"), "{safety}");

@@ -89,8 +89,13 @@ const METRICS: [Metric; 11] = [
     ("excess_impulse_per_episode_ns", |run| run.excess_impulse_per_episode_ns),
 ];
 
-/// Of two runs, one ends higher, and one learns faster: its whole curve is higher on average.
-pub const ORDERS: [Metric; 2] = [("ends higher", |run| run.final_return), ("learns faster", |run| run.curve_return)];
+/// Of two runs, one ends higher, one does so with sampled actions, and one learns faster: its whole curve is higher on
+/// average.
+pub const ORDERS: [Metric; 3] = [
+    ("ends higher", |run| run.final_return),
+    ("ends higher with sampled actions", |run| run.sampled_return),
+    ("learns faster", |run| run.curve_return),
+];
 
 /// Definitions of energy, during training. Net work has either sign: a ratio of it says nothing.
 pub const ENERGIES: [Metric; 4] = [
@@ -167,36 +172,43 @@ pub struct ComparisonRow {
 /// Probability that the reference ends higher and learns faster than a space, and the space's energy over the reference's.
 pub fn comparison(groups: &[Group]) -> Vec<ComparisonRow> {
     let mut rows = vec![];
-    for reference in groups.iter().filter(|group| group.space.starts_with("aforce")) {
-        let same = |group: &&Group| group.section == reference.section && group.preset == reference.preset;
-        for other in groups.iter().filter(same).filter(|group| group.space != reference.space) {
-            let mut compare = |quantity: String, of: fn(&RunSummary) -> f64, statistic: fn(&[f64], &[f64]) -> f64| {
-                let (a, b) = (reference.values(of), other.values(of));
-                let enough = a.len().min(b.len()) >= FEWEST_FOR_INTERVAL;
-                let ci = enough.then(|| interval(&[&a, &b], |s| statistic(&s[0], &s[1])));
-                rows.push(ComparisonRow {
-                    experiment: other.section.experiment.into(),
-                    task: other.section.task.into(),
-                    preset: other.preset.into(),
-                    space: other.space.into(),
-                    n_space: b.len(),
-                    reference: reference.space.into(),
-                    n_reference: a.len(),
-                    quantity,
-                    value: statistic(&a, &b),
-                    ci_low: ci.map(|ci| ci[0]),
-                    ci_high: ci.map(|ci| ci[1]),
-                });
-            };
-            for (order, of) in ORDERS {
-                compare(format!("probability that reference {order}"), of, probability_of_improvement);
-            }
-            for (name, of) in ENERGIES {
-                compare(format!("{name}: space / reference"), of, |a, b| mean(b) / mean(a));
-            }
+    for other in groups {
+        let Some(reference) = reference(other, groups) else { continue };
+        let mut compare = |quantity: String, of: fn(&RunSummary) -> f64, statistic: fn(&[f64], &[f64]) -> f64| {
+            let (a, b) = (reference.values(of), other.values(of));
+            let enough = a.len().min(b.len()) >= FEWEST_FOR_INTERVAL;
+            let ci = enough.then(|| interval(&[&a, &b], |s| statistic(&s[0], &s[1])));
+            rows.push(ComparisonRow {
+                experiment: other.section.experiment.into(),
+                task: other.section.task.into(),
+                preset: other.preset.into(),
+                space: other.space.into(),
+                n_space: b.len(),
+                reference: reference.space.into(),
+                n_reference: a.len(),
+                quantity,
+                value: statistic(&a, &b),
+                ci_low: ci.map(|ci| ci[0]),
+                ci_high: ci.map(|ci| ci[1]),
+            });
+        };
+        for (order, of) in ORDERS {
+            compare(format!("probability that reference {order}"), of, probability_of_improvement);
+        }
+        for (name, of) in ENERGIES {
+            compare(format!("{name}: space / reference"), of, |a, b| mean(b) / mean(a));
         }
     }
     rows
+}
+
+/// What a group is compared with, if it is not that itself.
+fn reference<'a>(group: &Group, groups: &'a [Group<'a>]) -> Option<&'a Group<'a>> {
+    let named = |space| {
+        let same = |other: &&Group| (other.section, other.preset, other.space) == (group.section, group.preset, space);
+        groups.iter().find(same)
+    };
+    named("aforce-force").or_else(|| named("aforce")).filter(|reference| reference.space != group.space)
 }
 
 #[cfg(test)]
@@ -229,6 +241,21 @@ pub(crate) mod tests {
         let [low, high] = [enough.ci_low.unwrap(), enough.ci_high.unwrap()];
         assert!(60.0 < low && low < 62.0 && 62.0 < high && high < 64.0, "{low} to {high}");
         assert_eq!((few.ci_low, few.ci_high), (None, None));
+    }
+
+    #[test]
+    fn there_is_one_reference() {
+        let all = [runs("aforce", 1), runs("osc", 1), runs("aforce-force", 1)].concat();
+        let with = |runs: &[RunSummary]| {
+            let mut pairs: Vec<_> =
+                comparison(&groups(runs)).into_iter().map(|row| (row.reference, row.space)).collect();
+            pairs.dedup();
+            pairs
+        };
+        let pair = |reference: &str, space: &str| (reference.to_string(), space.to_string());
+        assert_eq!(with(&all), [pair("aforce-force", "aforce"), pair("aforce-force", "osc")]);
+        assert_eq!(with(&all[..2]), [pair("aforce", "osc")]);
+        assert_eq!(with(&all[1..2]), []);
     }
 
     #[test]

@@ -5,17 +5,24 @@ use output::plot::{Panel, Series};
 use crate::report::{Group, Section};
 use crate::summary::RunSummary;
 
-/// A panel per task of `experiment`, with every run of every group.
+/// A panel per task of `experiment`, with every run of every group that has the preset of the first: another one may train
+/// for another time, and what a run ends with is then another thing.
 pub fn energy_and_return(experiment: &str, sections: &[Section], groups: &[Group]) -> Vec<Panel> {
     let panel = |section: &Section| Panel {
         title: section.title(),
         x_label: "J per action, training".into(),
         y_label: "final return".into(),
-        series: groups.iter().filter(|group| group.section == *section).map(dots).collect(),
+        series: of_one_preset(section, groups).map(dots).collect(),
         from_zero: true,
         ..Panel::default()
     };
     sections.iter().filter(|section| section.experiment == experiment).map(panel).collect()
+}
+
+fn of_one_preset<'a>(section: &'a Section, groups: &'a [Group<'a>]) -> impl Iterator<Item = &'a Group<'a>> {
+    let mut all = groups.iter().filter(|group| group.section == *section).peekable();
+    let usual = all.peek().map(|group| group.preset);
+    all.filter(move |group| Some(group.preset) == usual)
 }
 
 fn dots(group: &Group) -> Series {
@@ -32,6 +39,9 @@ mod tests {
     fn every_run_is_one_dot_in_the_panel_of_its_task() {
         let mut all = runs("aforce", 3);
         all.extend(runs("osc", 2));
+        let mut other_preset = runs("osc", 1);
+        other_preset[0].preset = "paper".into();
+        all.extend(other_preset);
         let mut door = runs("osc", 1);
         (door[0].task, door[0].energy_per_action_j) = ("door".into(), 2.5);
         all.extend(door);

@@ -141,10 +141,10 @@ impl SourceArgs {
         };
         let at = path.display();
         match self.checkpoint {
-            Which::Best if !Checkpoint::exists(&checkpoint)? => {
+            Which::Best if !Checkpoint::exists(&checkpoint) => {
                 bail!("{at}: no best checkpoint yet, it comes with the first evaluation: try --checkpoint last")
             }
-            Which::Last if !Checkpoint::exists(&checkpoint)? => {
+            Which::Last if !Checkpoint::exists(&checkpoint) => {
                 bail!("{at}: no last checkpoint, which finished runs in results/ do not keep: try --checkpoint best")
             }
             _ => {}

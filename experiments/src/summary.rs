@@ -36,6 +36,7 @@ pub struct RunSummary {
     pub final_success_any: f64,
     pub sampled_return: f64,
     pub sampled_success: f64,
+    pub sampled_energy_per_action_j: f64,
     pub steps_to_450: Option<u64>,
     pub wall_min_to_450: Option<f64>,
     pub energy_per_action_j: f64,
@@ -74,7 +75,7 @@ pub fn find_runs(root: &Path) -> Result<Vec<RunFolder>> {
 
 /// A group's name within its section: the action space, and the preset where it is not the usual one.
 pub fn label(space: &str, preset: &str) -> String {
-    if preset == "desktop" { space.into() } else { format!("{space} ({preset})") }
+    if preset == "desktop" { space.into() } else { format!("{space}, {preset} preset") }
 }
 
 impl RunSummary {
@@ -90,7 +91,7 @@ impl RunSummary {
     pub fn of(run: &RunFolder, root: &Path) -> Result<Self> {
         let config = RunConfig::resolve(Some(&run.config()), &[])?;
         let manifest = run.manifest()?;
-        let (training, eval) = (Columns::read(&run.episodes())?, Columns::read(&run.eval())?);
+        let (training, eval) = (Columns::read(&run.episodes())?, Columns::evaluations(run)?);
         let lengths = training.values("length")?;
         ensure!(!lengths.is_empty(), "{}: no training episode", run.path().display());
         let returns = eval.mean_by_step("return")?;
@@ -129,6 +130,7 @@ impl RunSummary {
             final_success_any: at_end("success_any")?,
             sampled_return: sampled("return")?,
             sampled_success: sampled("success")?,
+            sampled_energy_per_action_j: sampled("energy_per_action_j")?,
             steps_to_450: solved.map(|step| step as u64),
             wall_min_to_450: solved.and_then(|at| clock.iter().find(|p| p.0 >= at)).map(|p| p.1 / 60.0),
             energy_per_action_j: per_action("energy_j")?,
@@ -168,7 +170,8 @@ mod tests {
             fs_err::write(path.join(name), format!("{header}\n{}\n", rows.join("\n"))).unwrap();
         };
         let space = folder.rsplit('/').nth(1).unwrap();
-        let text = format!("preset = \"desktop\"\nsteps = 80000\n[env]\nspace = \"{space}\"\n");
+        let text =
+            format!("preset = \"desktop\"\nsteps = 80000\nevaluation_episodes = 2\n[env]\nspace = \"{space}\"\n");
         fs_err::write(path.join("config.toml"), text).unwrap();
         let folder = RunFolder::open(&path).unwrap();
         let config = RunConfig::resolve(Some(&folder.config()), &[]).unwrap();
@@ -210,7 +213,7 @@ mod tests {
         assert_eq!(row.curve_return, 45.0, "all eight");
         assert_eq!((row.final_success, row.final_success_any), (0.6, 1.0), "evaluations 4, 6, 8 of 4 to 8");
         // Episodes after the third evaluation: 7 to 16.
-        assert_eq!((row.sampled_return, row.sampled_success), (11.5, 1.0));
+        assert_eq!((row.sampled_return, row.sampled_success, row.sampled_energy_per_action_j), (11.5, 1.0, 2.0));
         assert_eq!((row.steps_to_450, row.wall_min_to_450), (None, None));
         // Per action, not per episode: the first episode is one action long.
         let energies = [

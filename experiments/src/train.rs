@@ -7,7 +7,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use rand_chacha::ChaCha8Rng;
-use sac::{Act, Checkpoint, Losses, Replay, Sac, Transition};
+use sac::{Act, Checkpoint, Replay, Sac, Transition};
 use serde::{Deserialize, Serialize};
 use tasks::Env;
 
@@ -16,8 +16,9 @@ use crate::config::RunConfig;
 use crate::curves;
 use crate::display::Display;
 use crate::folder::{RunFolder, State};
+use crate::learner_log::LearnerLog;
 use crate::rollout::{Policy, evaluate, learner_view, mean};
-use crate::rows::{Episode, Progress, RunId, SCHEMA, TrainingKey};
+use crate::rows::{Episode, RunId, SCHEMA, TrainingKey};
 use crate::seeds::{sub_seed, training_evaluation_seed};
 use crate::source::Purpose;
 use crate::stop::Stop;
@@ -107,6 +108,9 @@ pub fn in_folder(config: &RunConfig, out: &Path, options: RunOptions) -> Result<
     display.line(&format!("run folder {}", folder.path().display()));
     if folder.state(config) == State::Done {
         display.line("all its steps are done");
+        if !folder.curves().with_extension("svg").exists() {
+            curves::draw(&folder)?;
+        }
         return Ok(ExitCode::SUCCESS);
     }
     let random = config.learner.random_steps;
@@ -115,7 +119,10 @@ pub fn in_folder(config: &RunConfig, out: &Path, options: RunOptions) -> Result<
     }
 
     let ending = train(config, &folder, options.tensorboard, &Stop::on_signals()?, &mut display)?;
-    curves::draw(&folder)?;
+    if let Err(error) = curves::draw(&folder) {
+        // The run is saved all the same: its exit code says how it ended.
+        display.line(&format!("learning curves could not be drawn: {error:#}"));
+    }
     if ending == Ending::Stopped {
         display.line("stopped; continue with the same command and --resume");
         return Ok(ExitCode::from(cli::STOPPED));
@@ -157,11 +164,15 @@ impl<'a> Run<'a> {
         let mut env = Env::new(config.env.clone(), seed("train-env"))?;
         let evaluation_env = Env::new(config.env.clone(), 0)?;
         let (observations, actions) = (env.observation_components().len(), env.action_dim());
-        let (sac, replay, counters) = if Checkpoint::exists(&folder.checkpoint())? {
+        let (sac, replay, counters) = if Checkpoint::exists(&folder.checkpoint()) {
             let saved = Checkpoint::load(&folder.checkpoint(), observations, actions)?;
             let at = || folder.checkpoint().display().to_string();
             let replay = saved.replay.with_context(|| format!("{}: no replay memory to go on with", at()))?;
-            let counters: Counters = serde_json::from_value(saved.caller).with_context(at)?;
+            let mut counters: Counters = serde_json::from_value(saved.caller).with_context(at)?;
+            if counters.step < config.evaluate_every {
+                // Of the evaluation at the end of a run too short for any other, which a longer run does not have.
+                counters.best_return = None;
+            }
             env.set_episode_stream(counters.episode_stream.clone());
             (saved.sac, replay, counters)
         } else {
@@ -186,8 +197,10 @@ impl<'a> Run<'a> {
                 counters.step
             );
         }
-        for path in [folder.episodes(), folder.eval(), folder.progress()] {
-            cut_after(&path, counters.step)?;
+        for (path, step) in
+            [(folder.episodes(), counters.step), (folder.eval(), evaluated), (folder.progress(), counters.step)]
+        {
+            cut_after(&path, step)?;
         }
         Ok(Run {
             config,
@@ -343,49 +356,5 @@ impl<'a> Run<'a> {
             board.progress(&row)?;
         }
         self.tables.progress.write(row)
-    }
-}
-
-/// Means of the learner's numbers since the last row.
-struct LearnerLog {
-    sums: [f64; 7],
-    count: u64,
-    since: Instant,
-    since_step: u64,
-}
-
-impl LearnerLog {
-    fn new(step: u64) -> Self {
-        LearnerLog { sums: [0.0; 7], count: 0, since: Instant::now(), since_step: step }
-    }
-
-    fn add(&mut self, l: &Losses) {
-        let values =
-            [l.critic_loss, l.actor_loss, l.temperature, l.entropy, l.q_mean, l.grad_norm_critic, l.grad_norm_actor];
-        for (sum, value) in self.sums.iter_mut().zip(values) {
-            *sum += f64::from(value);
-        }
-        self.count += 1;
-    }
-
-    fn row(&mut self, step: u64, updates: u64, replay_size: usize, wall_s: f64) -> Progress {
-        let mean = |sum| (self.count > 0).then(|| sum / self.count as f64);
-        let [critic_loss, actor_loss, alpha, entropy, q_mean, grad_norm_critic, grad_norm_actor] = self.sums.map(mean);
-        let env_steps_per_s = (step - self.since_step) as f64 / self.since.elapsed().as_secs_f64();
-        *self = LearnerLog::new(step);
-        Progress {
-            step,
-            updates,
-            wall_s,
-            env_steps_per_s,
-            critic_loss,
-            actor_loss,
-            alpha,
-            entropy,
-            q_mean,
-            grad_norm_critic,
-            grad_norm_actor,
-            replay_size,
-        }
     }
 }

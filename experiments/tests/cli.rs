@@ -40,6 +40,8 @@ fn bad_input_is_named() {
     expect(&error(program("replay").arg("--expert"), 2), &["--html", "--png"]);
     expect(&error(program("replay").args(["--expert", "--png", "x.png", "--beside", "osc"]), 2), &["--html"]);
     expect(&error(replay().args(["--beside", "aforc"]), 2), &["aforc", "did you mean `aforce`"]);
+    let doubled = ["--png", "x.png", "--plot", "x.svg"];
+    expect(&error(replay().current_dir(out).args(doubled), 2), &["x.png", "two of the options"]);
     assert!(!out.join("page.html").exists());
     assert!(!out.join("lift").exists(), "a refused run leaves nothing behind");
 }

@@ -132,9 +132,19 @@ fn a_stopped_sweep_leaves_runs_to_go_on_with() {
 
 #[test]
 fn a_finished_run_is_extended_to_the_bytes_of_a_longer_one() {
+    extend(1000);
+}
+
+/// Its one evaluation, at its end, is none of the longer run's.
+#[test]
+fn a_run_too_short_for_an_evaluation_is_extended_likewise() {
+    extend(200);
+}
+
+fn extend(steps: u64) {
     let folder = tempfile::tempdir().unwrap();
     let [extended, whole] = ["extended", "whole"].map(|name| folder.path().join(name));
-    let [short, long] = [1000, 1500].map(|steps| {
+    let [short, long] = [steps, 1500].map(|steps| {
         let file = folder.path().join(format!("{steps}.toml"));
         std::fs::write(&file, few(steps)).unwrap();
         file

@@ -3,7 +3,7 @@
 //! Every call to `kuva`, a young crate, stays in this file, so that it can be replaced.
 
 use std::io::Cursor;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, Result, anyhow, ensure};
@@ -81,10 +81,14 @@ const COLORS: [&str; 10] =
 /// The lines of the first and the second label of marks, and so on.
 const MARKS: [(&str, LineStyle); 2] = [("#c0c0c0", LineStyle::Solid), ("#808080", LineStyle::Solid)];
 
+/// The files that [`write`] writes.
+pub fn files(path_without_extension: &Path) -> [PathBuf; 2] {
+    [".svg", ".png"].map(|extension| file::with_suffix(path_without_extension, extension))
+}
+
 /// Writes `PATH.svg` and `PATH.png`: the panels in two columns, one legend below them if any panel has several curves.
 pub fn write(panels: &[Panel], path_without_extension: &Path) -> Result<()> {
-    let svg_path = file::with_suffix(path_without_extension, ".svg");
-    let png_path = file::with_suffix(path_without_extension, ".png");
+    let [svg_path, png_path] = files(path_without_extension);
     ensure!(!panels.is_empty(), "no panels to draw in {}", svg_path.display());
 
     let scene = draw(panels);

@@ -15,7 +15,8 @@ use output::{file, program};
 
 /// Evaluate a trained policy, a scripted expert or random actions.
 ///
-/// The episodes are the same for every policy and action space; none of them chose a run's best checkpoint.
+/// The episodes are the same for every policy and action space; none of them chose a run's best checkpoint
+/// (but in runs whose tables have schema 1).
 #[derive(Parser)]
 #[command(version)]
 struct Arguments {

@@ -1,6 +1,6 @@
 //! Shows an episode: an interactive page, PNG, GIF, and forces, stiffness and torques over time as curves and numbers.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Result;
@@ -77,6 +77,13 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     for path in [html, png, sheet, gif, plot, csv].into_iter().flatten() {
         file::prepare(path)?;
     }
+    let plot = plot.as_ref().map(|path| without_picture_extension(path));
+    let plots = plot.iter().flat_map(|stem| plot::files(stem));
+    let mut written: Vec<PathBuf> = [html, png, sheet, gif, csv].into_iter().flatten().cloned().chain(plots).collect();
+    written.sort();
+    if let Some(twice) = written.windows(2).find(|pair| pair[0] == pair[1]) {
+        return Err(bad(format!("{}: two of the options would write it", twice[0].display())));
+    }
     let beside = arguments.beside.as_ref().map(|what| arguments.source.beside(what)).transpose()?;
     if let Some(other) = &beside {
         let [here, there] = [&arguments.source, other].map(|source| source.open().map(|player| player.config.env.task));
@@ -88,11 +95,8 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut pictures = Pictures { arguments, tiles: vec![], film: None };
     let take = play(arguments, &arguments.source, |env, step, take| pictures.add(env, step, take))?;
     pictures.finish()?;
-    if let Some(path) = &arguments.plot {
-        // FILE.svg means FILE; of "seed_0.5" the dot belongs to the name.
-        let is_picture = path.extension().is_some_and(|extension| extension == "svg" || extension == "png");
-        let stem = if is_picture { path.with_extension("") } else { path.clone() };
-        plot::write(&take.traces.panels(), &stem)?;
+    if let Some(stem) = &plot {
+        plot::write(&take.traces.panels(), stem)?;
     }
     if let Some(path) = &arguments.csv {
         take.traces.write_csv(path)?;
@@ -106,6 +110,12 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         page::write(path, &takes)?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// FILE.svg means FILE; of "seed_0.5" the dot belongs to the name.
+fn without_picture_extension(path: &Path) -> PathBuf {
+    let is_picture = path.extension().is_some_and(|extension| extension == "svg" || extension == "png");
+    if is_picture { path.with_extension("") } else { path.into() }
 }
 
 /// Plays the episode of `source`.
