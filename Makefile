@@ -38,7 +38,7 @@ bench: setup
 	$(CARGO) bench --workspace
 
 # What is in results/, once more below runs/, on two cores: the wiping experiment (a minute), experts and random actions
-# (2.8 hours), 110 runs of 20 to 50 minutes and one of two hours, two at a time, and their tables.
+# (2.8 hours), 112 runs of 20 to 50 minutes and one of two hours, two at a time, and their tables.
 reproduce: setup runs/experts.csv runs/experts_table_1.csv runs/random_table_1.csv runs/random_robosuite_steps.csv \
 		runs/random_robosuite_jump.csv runs/random_1000.csv $(BOUNDS)
 	$(RUN) wiping -- --out runs/wiping
@@ -47,6 +47,8 @@ reproduce: setup runs/experts.csv runs/experts_table_1.csv runs/random_table_1.c
 	$(RUN) sweep -- experiments/configs/leash.toml
 	$(RUN) sweep -- experiments/configs/tolerance.toml
 	$(RUN) sweep -- experiments/configs/soft.toml
+	$(RUN) sweep -- experiments/configs/soft-45.toml
+	$(RUN) sweep -- experiments/configs/soft-80.toml
 	$(RUN) sweep -- experiments/configs/table-1.toml
 	$(RUN) report -- runs
 
