@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use anyhow::Result;
-use output::picture::caption;
+use output::caption;
 use physics::camera::Image;
 use tasks::{Env, Step};
 

@@ -4,6 +4,7 @@
 //! Apart from the programs, so that those which learn nothing need no libtorch.
 
 mod axis;
+mod caption;
 pub mod file;
 pub mod parallel;
 pub mod picture;
@@ -12,6 +13,8 @@ pub mod program;
 pub mod statistics;
 
 use std::path::Path;
+
+pub use caption::caption;
 
 /// Commit of which this program was built, marked `-dirty` if its sources differed from it;
 /// `unknown` outside a git repository.

@@ -35,7 +35,8 @@ impl Controller {
         self.form.convention
     }
 
-    /// The pose to which an action that comes now adds its delta: the measured one, or the last goal.
+    /// The pose to which an action that comes now adds its delta: the measured one, or the last goal (which its leash pulls
+    /// in first where the tool has been pushed further away).
     #[must_use]
     pub fn origin<'a>(&'a self, y: &'a Measurement) -> &'a Pose {
         match self.form.reference {
