@@ -351,17 +351,19 @@ fn the_sweep_of_the_tolerance_changes_nothing_else() {
 
 /// But for the stiffness, a run is that of `table-1.toml`.
 #[test]
-fn the_sweep_of_softness_changes_nothing_else() {
+fn the_sweeps_of_softness_change_nothing_else() {
     let table_1 = sweep::read(&shipped("table-1.toml")).unwrap();
-    let runs = sweep::read(&shipped("soft.toml")).unwrap();
-    assert_eq!(runs.len(), 6);
-    for run in runs {
-        let mut same = twin(&table_1, &run);
-        let soft = if run.env.task == TaskName::Wipe { 23.0 } else { 47.0 };
-        let impedance = &mut same.env.controller.impedance;
-        impedance.aforce = run.env.controller.impedance.aforce; // In no use.
-        (impedance.osc.translation, impedance.osc.rotation) = (soft, soft);
-        assert_eq!(same, run);
+    for (name, length, in_wipe) in [("soft.toml", 6, 23.0), ("soft-45.toml", 1, 45.0), ("soft-80.toml", 1, 80.0)] {
+        let runs = sweep::read(&shipped(name)).unwrap();
+        assert_eq!(runs.len(), length);
+        for run in runs {
+            let mut same = twin(&table_1, &run);
+            let soft = if run.env.task == TaskName::Wipe { in_wipe } else { 47.0 };
+            let impedance = &mut same.env.controller.impedance;
+            impedance.aforce = run.env.controller.impedance.aforce; // In no use.
+            (impedance.osc.translation, impedance.osc.rotation) = (soft, soft);
+            assert_eq!(same, run);
+        }
     }
 }
 
@@ -385,6 +387,8 @@ fn shipped_configurations_are_read() {
             "reference.toml",
             "robosuite-steps.toml",
             "small-steps.toml",
+            "soft-45.toml",
+            "soft-80.toml",
             "soft.toml",
             "table-1.toml",
             "tolerance.toml"
