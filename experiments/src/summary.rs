@@ -235,6 +235,20 @@ mod tests {
     }
 
     #[test]
+    fn an_evaluation_under_way_does_not_count() {
+        let root = tempfile::tempdir().unwrap();
+        let path = "lift/osc/seed_1";
+        let before = run(root.path(), path, 2.0, 0.0);
+        let folder = RunFolder::at(&root.path().join(path));
+        let one_of_two = "2,90000,460,true,true,1,2\n";
+        let table = fs_err::read_to_string(folder.eval()).unwrap();
+        fs_err::write(folder.eval(), table.clone() + one_of_two).unwrap();
+        assert_eq!(RunSummary::of(&folder, root.path()).unwrap(), before);
+        fs_err::write(folder.eval(), table + one_of_two + one_of_two).unwrap();
+        assert_eq!(RunSummary::of(&folder, root.path()).unwrap().best_return, 460.0);
+    }
+
+    #[test]
     fn spaces_are_compared_within_their_experiment() {
         let root = tempfile::tempdir().unwrap();
         let runs = [

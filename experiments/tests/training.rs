@@ -166,6 +166,18 @@ fn extend(steps: u64) {
     assert_same(&run, &longer, &["config.toml", "episodes.csv", "eval.csv", networks[0], networks[1]]);
 }
 
+/// A scheduler goes by the exit code; the next call makes up for the picture.
+#[test]
+fn curves_that_cannot_be_drawn_do_not_fail_a_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = run_folder(folder.path()).join("curves.svg");
+    std::fs::create_dir_all(&picture).unwrap();
+    train(folder.path()).assert().success();
+    std::fs::remove_dir(&picture).unwrap();
+    train(folder.path()).arg("--resume").assert().success();
+    assert!(picture.is_file());
+}
+
 /// Results keep no replay memory: such a run can be looked at, not taken on.
 #[test]
 fn a_run_without_its_checkpoint_is_not_begun_anew() {

@@ -171,7 +171,10 @@ fn a_save_that_was_killed_leaves_a_whole_checkpoint() {
     assert_eq!(Checkpoint::load(&path, OBSERVATIONS, ACTIONS).unwrap().caller, json!("old"));
     // Killed between them.
     fs::rename(&path, folder.path().join(".last.old")).unwrap();
+    assert!(Checkpoint::exists(&path));
     assert_eq!(Checkpoint::load(&path, OBSERVATIONS, ACTIONS).unwrap().caller, json!("old"));
+    assert_eq!(Actor::load(&path, OBSERVATIONS, ACTIONS, 0).unwrap().1, json!("old"));
+    assert!(!path.exists(), "who reads must not come in the way of a run that is between its renames");
     // And the next save cleans up.
     Checkpoint::save(&path, &sac, Some(&replay), json!("newer")).unwrap();
     assert_eq!(Checkpoint::load(&path, OBSERVATIONS, ACTIONS).unwrap().caller, json!("newer"));
