@@ -22,7 +22,7 @@ const STIFFNESS: [&str; 3] = ["Stiffness, mean over time and axes", "1/s2 or N/m
 /// Of several runs.
 const FORCE: [&str; 3] = ["Contact force that 99 % of the actions stay below", "N", "p99_contact_force_n"];
 
-/// Draws `curves.svg` and `curves.png` of a run.
+/// Draws `curves.svg` of a run.
 ///
 /// # Errors
 /// If a table cannot be read or a picture not written.

@@ -19,7 +19,7 @@ pub fn tables(section: Section, groups: &[Group], comparison: &[ComparisonRow]) 
     let step = format!("{} m and {} rad", run.position_step_m, run.rotation_step_rad);
     let mut parts = vec![format!("# {title}{of}: at most {step} per action and axis\n")];
     parts.extend(notes(&groups));
-    parts.push(format!("![Learning curves](curves_{task}.png)\n"));
+    parts.push(format!("![Learning curves](curves_{task}.svg)\n"));
     let tables = [returns(&groups), energies(&groups), orders_and_ratios(&groups, &comparison), safety(&groups)];
     parts.extend(tables.iter().filter(|table| !table.rows.is_empty()).map(Table::to_string));
     parts.join("\n")

@@ -1,4 +1,4 @@
-//! Curves on paper: a grid of panels as SVG and PNG.
+//! Curves on paper: a grid of panels as SVG, and as PNG if wanted.
 //!
 //! Every call to `kuva`, a young crate, stays in this file, so that it can be replaced.
 
@@ -81,21 +81,30 @@ const COLORS: [&str; 10] =
 /// The lines of the first and the second label of marks, and so on.
 const MARKS: [(&str, LineStyle); 2] = [("#c0c0c0", LineStyle::Solid), ("#808080", LineStyle::Solid)];
 
-/// The files that [`write`] writes.
+/// Writes `PATH.svg`: the panels in two columns, one legend below them if any panel has several curves.
+pub fn write(panels: &[Panel], path_without_extension: &Path) -> Result<()> {
+    write_svg(panels, &file::with_suffix(path_without_extension, ".svg")).map(drop)
+}
+
+/// The files that [`write_with_png`] writes.
 pub fn files(path_without_extension: &Path) -> [PathBuf; 2] {
     [".svg", ".png"].map(|extension| file::with_suffix(path_without_extension, extension))
 }
 
-/// Writes `PATH.svg` and `PATH.png`: the panels in two columns, one legend below them if any panel has several curves.
-pub fn write(panels: &[Panel], path_without_extension: &Path) -> Result<()> {
+/// Writes `PATH.svg` as [`write`] does, and the same picture as `PATH.png`.
+pub fn write_with_png(panels: &[Panel], path_without_extension: &Path) -> Result<()> {
     let [svg_path, png_path] = files(path_without_extension);
-    ensure!(!panels.is_empty(), "no panels to draw in {}", svg_path.display());
-
-    let scene = draw(panels);
-    file::replace(&svg_path, svg(&scene).as_bytes())?;
+    let scene = write_svg(panels, &svg_path)?;
     let png = RasterBackend::new().with_scale(2.0 * PNG_SCALE).render_scene(&scene);
     let png = png.map_err(|reason| anyhow!("cannot draw {}: {reason}", png_path.display()))?;
     picture::write_png(&halved(&png)?, &png_path)
+}
+
+fn write_svg(panels: &[Panel], path: &Path) -> Result<Scene> {
+    ensure!(!panels.is_empty(), "no panels to draw in {}", path.display());
+    let scene = draw(panels);
+    file::replace(path, svg(&scene).as_bytes())?;
+    Ok(scene)
 }
 
 /// kuva counts clipped regions over all pictures of a process. Counted within this one, the same panels are the same bytes.
@@ -326,7 +335,7 @@ mod tests {
             panel(&[&[(0.0, -1e99), (1e-300, 1e99)]]),
         ];
         for count in [panels.len(), 1] {
-            write(&panels[..count], &path).unwrap();
+            write_with_png(&panels[..count], &path).unwrap();
         }
         let mut names: Vec<_> = folder.path().read_dir().unwrap().map(|entry| entry.unwrap().file_name()).collect();
         names.sort();
@@ -341,6 +350,7 @@ mod tests {
         let panels = [panel(&[&[(0.0, 4.0), (1.0, 5.0)]]), panel(&[&[(1.0, 3.0)]])];
         let [first, second] = ["first", "second"].map(|name| {
             write(&panels, &folder.path().join(name)).unwrap();
+            assert!(!folder.path().join(name).with_extension("png").exists());
             std::fs::read_to_string(folder.path().join(name).with_extension("svg")).unwrap()
         });
         assert!(first == second && first.contains("url(#region-1)"));

@@ -96,7 +96,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let take = play(arguments, &arguments.source, |env, step, take| pictures.add(env, step, take))?;
     pictures.finish()?;
     if let Some(stem) = &plot {
-        plot::write(&take.traces.panels(), stem)?;
+        plot::write_with_png(&take.traces.panels(), stem)?;
     }
     if let Some(path) = &arguments.csv {
         take.traces.write_csv(path)?;

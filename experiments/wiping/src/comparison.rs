@@ -71,7 +71,7 @@ impl Comparison {
             }
         }
         table.flush()?;
-        plot::write(&self.panels(), &out.join("comparison"))
+        plot::write_with_png(&self.panels(), &out.join("comparison"))
     }
 
     /// Every trial a point over its stiffness.
