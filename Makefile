@@ -12,7 +12,12 @@ BOUNDS = $(foreach bound,80 40 20 10 5,runs/lower-bound/random_$(bound).csv runs
 FROM_BOUND = $(foreach key,stiffness_min stiffness_start,$(foreach axes,translation rotation,\
 	--set env.controller.impedance.aforce.$(axes).$(key)=$*))
 
-.PHONY: setup demo test check bench reproduce
+# What `make gallery` draws, and where: a page of each task, and every run whose policy is kept.
+GALLERY ?= runs/gallery
+SHOWN = lift door wipe
+KEPT = $(patsubst results/%/checkpoints/best/actor.safetensors,%,$(wildcard results/*/*/*/*/checkpoints/best/actor.safetensors))
+
+.PHONY: setup demo test check bench reproduce gallery
 
 # libtorch, pinned and verified, into third_party/libtorch (about 500 MB).
 setup:
@@ -24,7 +29,7 @@ demo: setup
 	$(RUN) train -- --config experiments/configs/demo.toml --out runs/demo --resume
 	$(RUN) evaluate -- --run $(DEMO)
 	$(RUN) replay -- --run $(DEMO) --html $(DEMO)/replay.html --gif $(DEMO)/replay.gif --png $(DEMO)/replay.png --plot $(DEMO)/replay_traces
-	@echo "run folder: $(DEMO)   learning curves: curves.png   episode: replay.html, replay.gif"
+	@echo "run folder: $(DEMO)   learning curves: curves.svg   episode: replay.html, replay.gif"
 
 test: setup
 	$(CARGO) test --release --workspace
@@ -75,3 +80,17 @@ runs/random_robosuite_jump.csv: | setup
 
 runs/random_1000.csv: | setup
 	$(RUN) baselines -- random --tasks lift,door,wipe --episodes 1000 --out $@
+
+# The pages and animations of results/gallery, and an animation of every policy that is kept: a quarter of an hour of one core.
+gallery: setup $(SHOWN:%=$(GALLERY)/%.html) $(SHOWN:%=$(GALLERY)/%.gif) $(KEPT:%=$(GALLERY)/%.gif)
+
+$(GALLERY)/wipe.%: WITH = -force
+
+$(SHOWN:%=$(GALLERY)/%.html): $(GALLERY)/%.html: | setup
+	$(RUN) replay -- --run results/table-1/$*/aforce$(WITH)/seed_1 --beside results/table-1/$*/variable$(WITH)/seed_1 --actions 500 --html $@
+
+$(SHOWN:%=$(GALLERY)/%.gif): $(GALLERY)/%.gif: | setup
+	$(RUN) replay -- --run results/table-1/$*/aforce$(WITH)/seed_1 --every 4 --width 320 --gif $@
+
+$(KEPT:%=$(GALLERY)/%.gif): $(GALLERY)/%.gif: | setup
+	$(RUN) replay -- --run results/$* --gif $@
