@@ -1,33 +1,7 @@
-//! Experiments on contact tasks: what the programs of this package share.
+//! Experiments on contact tasks: what the programs of this package share, in rooms of which each may use those before it:
+//! `config`, `run`, and then `report` and `show`.
 
-pub mod arrow;
-pub mod cli;
-pub mod columns;
 pub mod config;
-pub mod curves;
-pub mod display;
-pub mod folder;
-mod learner_log;
-pub mod manifest;
-pub mod markdown;
-pub mod page;
-pub mod pool;
-pub mod published;
-pub mod recording;
 pub mod report;
-pub mod rollout;
-pub mod rows;
-pub mod scatter;
-pub mod seeds;
-pub mod sheet;
-pub mod source;
-pub mod stop;
-pub mod summary;
-pub mod sweep;
-pub mod table;
-pub mod take;
-pub mod tensorboard;
-pub mod text;
-pub mod traces;
-pub mod train;
-pub mod view;
+pub mod run;
+pub mod show;

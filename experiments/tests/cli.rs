@@ -8,8 +8,8 @@ use std::path::Path;
 use common::{
     assert_same, error, expect, few, last_step, note, program, run_folder, start, states, stored, train, train_for,
 };
-use experiments::columns::Columns;
-use experiments::folder::RunFolder;
+use experiments::report::columns::Columns;
+use experiments::run::folder::RunFolder;
 use walkdir::WalkDir;
 
 #[test]

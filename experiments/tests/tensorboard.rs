@@ -6,7 +6,7 @@ use std::io::Write;
 use std::path::Path;
 use std::process::Command;
 
-use experiments::tensorboard::events::EventFile;
+use experiments::run::tensorboard::events::EventFile;
 
 /// Step and value of every scalar of every tag.
 type Scalars = BTreeMap<String, Vec<(u64, f32)>>;

@@ -6,16 +6,15 @@ use std::path::{Path, PathBuf};
 
 use aforce::Reference;
 use common::{assert_same, error, expect, few, note, program, run_folder, start, states, stored, train, train_for};
-use experiments::cli::EnvArgs;
-use experiments::columns::Columns;
-use experiments::config::RunConfig;
-use experiments::folder::RunFolder;
-use experiments::rollout::evaluate;
-use experiments::rows::RunId;
-use experiments::seeds::{sub_seed, training_evaluation_seed};
-use experiments::source::{Player, SourceArgs, Which};
-use experiments::sweep;
-use experiments::table::Table;
+use experiments::config::cli::EnvArgs;
+use experiments::config::sweep;
+use experiments::config::{RunConfig, RunId};
+use experiments::report::columns::Columns;
+use experiments::run::csv_writer::CsvWriter;
+use experiments::run::folder::RunFolder;
+use experiments::run::rollout::evaluate;
+use experiments::run::seeds::{sub_seed, training_evaluation_seed};
+use experiments::show::source::{Player, SourceArgs, Which};
 use tasks::{Env, TaskName};
 
 fn scaled(env: &Env) -> Vec<f32> {
@@ -77,7 +76,8 @@ fn the_best_checkpoint_plays_its_evaluation_again() {
     let Player { config, mut env, mut policy, step } = source.open().unwrap();
     let again = folder.path().join("again.csv");
     let starts = (0..2).map(|index| training_evaluation_seed(step / 400, index));
-    evaluate(&mut env, &mut policy, starts, step, &RunId::of(&config), &mut Table::append(&again).unwrap()).unwrap();
+    evaluate(&mut env, &mut policy, starts, step, &RunId::of(&config), &mut CsvWriter::append(&again).unwrap())
+        .unwrap();
     let [recorded, again] = [run.join("eval.csv"), again].map(|table| std::fs::read_to_string(table).unwrap());
     let recorded: Vec<&str> = recorded.lines().collect();
     assert_eq!(again.lines().count(), 3);

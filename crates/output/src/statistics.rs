@@ -16,7 +16,12 @@ pub const FEWEST_FOR_INTERVAL: usize = 5;
 
 /// Arithmetic mean; NaN of nothing.
 pub fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
+    mean_of(values, |&value| value)
+}
+
+/// Arithmetic mean of a number of every item; NaN of nothing.
+pub fn mean_of<T>(items: &[T], number: impl Fn(&T) -> f64) -> f64 {
+    items.iter().map(number).sum::<f64>() / items.len() as f64
 }
 
 /// Standard deviation of the population that `values` are a sample of; NaN of fewer than two.

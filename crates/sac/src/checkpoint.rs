@@ -9,7 +9,6 @@
 //! | `state.json` | sizes, settings, number of updates, states of the random generators, and what the caller adds |
 //! | `replay.bin` | the replay memory, if it was given |
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use fs_err as fs;
@@ -19,6 +18,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::network::{Entry, Networks};
+use crate::synced_file;
 use crate::tensor_file::{Tensors, write_tensors};
 use crate::{Actor, Config, Error, Replay, Sac, replay_file};
 
@@ -171,7 +171,7 @@ fn write(folder: &Path, sac: &Sac, replay: Option<&Replay>, caller: Value) -> Re
         caller,
     };
     let text = serde_json::to_string_pretty(&state).expect("plain data");
-    write_file(&folder.join("state.json"), text.as_bytes())
+    synced_file::write(&folder.join("state.json"), text.as_bytes())
 }
 
 fn read_state(folder: &Path, observation_dim: usize, action_dim: usize) -> Result<State, Error> {
@@ -210,11 +210,4 @@ fn beside(folder: &Path, what: &str) -> PathBuf {
 
 fn log_temperature() -> Vec<Entry> {
     vec![Entry { name: "log_temperature".into(), offset: 0, shape: vec![1] }]
-}
-
-/// Writes a file and waits until it is on the disk: the rename must not overtake it.
-pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    let mut file = fs::File::create(path)?;
-    file.write_all(bytes)?;
-    Ok(file.sync_all()?)
 }

@@ -48,6 +48,7 @@ mod reference;
 mod replay;
 mod replay_file;
 mod sac;
+mod synced_file;
 mod tensor_file;
 mod threads;
 

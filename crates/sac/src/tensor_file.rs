@@ -6,8 +6,8 @@ use fs_err as fs;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 
 use crate::Error;
-use crate::checkpoint::write_file;
 use crate::network::Entry;
+use crate::synced_file;
 
 /// Writes groups of entries, each under its name and the group's suffix.
 pub(crate) fn write_tensors(path: &Path, groups: &[(&[Entry], &str, &[f32])]) -> Result<(), Error> {
@@ -21,7 +21,7 @@ pub(crate) fn write_tensors(path: &Path, groups: &[(&[Entry], &str, &[f32])]) ->
     let views = tensors.iter().map(|(name, shape, bytes)| {
         (name, TensorView::new(Dtype::F32, shape.clone(), bytes).expect("as many bytes as the shape says"))
     });
-    write_file(path, &safetensors::serialize(views, None).map_err(|e| Error::checkpoint(path, e))?)
+    synced_file::write(path, &safetensors::serialize(views, None).map_err(|e| Error::checkpoint(path, e))?)
 }
 
 /// A safetensors file in memory.

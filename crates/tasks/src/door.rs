@@ -10,8 +10,9 @@ use physics::{Plant, Simulation};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use crate::task::{Component, Reward, Task, Waypoint, xyz};
-use crate::wipe::normalisation;
+use crate::component::{Component, xyz};
+use crate::normalisation::normalisation;
+use crate::task::{Reward, Task, Waypoint};
 
 /// Opening (rad) from which the door counts as open; it stops at 0.4.
 const OPEN: f64 = 0.3;

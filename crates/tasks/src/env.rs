@@ -8,11 +8,13 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use serde::{Deserialize, Serialize};
 
+use crate::component::Component;
 use crate::expert;
 use crate::interval::Interval;
 use crate::observation::{observe_robot, proprioception_components};
 use crate::penalty::ForcePenalty;
-use crate::task::{Component, REWARD_TERMS, Reward, Task, TaskName};
+use crate::task::{REWARD_TERMS, Reward, Task};
+use crate::task_name::TaskName;
 
 /// Everything that defines an environment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

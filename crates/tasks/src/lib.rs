@@ -4,20 +4,27 @@
 //! only loop: one action (by default at 20 Hz) becomes torques (25 at 500 Hz) and comes
 //! back as a reward, an observation and an [`Interval`] of energies and forces.
 
+mod component;
 mod door;
 mod env;
+mod episode;
 mod expert;
 mod interval;
 mod lift;
 mod markers;
+mod normalisation;
 mod observation;
 mod penalty;
 mod task;
+mod task_name;
 mod wipe;
 
+pub use component::Component;
 pub use env::{Env, EnvConfig, Step};
+pub use episode::{Episode, Outcome, play};
 pub use interval::Interval;
 pub use markers::Markers;
 pub use observation::scale;
 pub use penalty::ForcePenalty;
-pub use task::{Component, REWARD_TERMS, Reward, Task, TaskName, Waypoint};
+pub use task::{REWARD_TERMS, Reward, Task, Waypoint};
+pub use task_name::TaskName;

@@ -8,7 +8,8 @@ use physics::{Plant, Simulation};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use crate::task::{Component, Reward, Task, Waypoint, xyz, xyzw};
+use crate::component::{Component, xyz, xyzw};
+use crate::task::{Reward, Task, Waypoint};
 
 /// Height of the cube's centre (m) from which it counts as lifted.
 const LIFTED: f64 = TABLE_HEIGHT + 0.04;

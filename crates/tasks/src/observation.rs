@@ -4,7 +4,7 @@ use aforce::Measurement;
 use nalgebra::UnitQuaternion;
 use physics::{Simulation, panda};
 
-use crate::task::{Component, xyz, xyzw};
+use crate::component::{Component, xyz, xyzw};
 
 /// Largest magnitude of a scaled component.
 const CLIP: f32 = 10.0;

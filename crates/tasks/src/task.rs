@@ -5,47 +5,8 @@ use nalgebra::UnitVector3;
 use physics::camera::{Camera, Decal};
 use physics::{Plant, Simulation};
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
 
-use crate::door::Door;
-use crate::lift::Lift;
-use crate::wipe::Wipe;
-
-/// The tasks by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum TaskName {
-    /// Lift a cube off a table.
-    #[default]
-    Lift,
-    /// Turn a handle and pull a door open.
-    Door,
-    /// Wipe a line of markers off a table, pressing neither too little nor too hard.
-    Wipe,
-}
-
-impl TaskName {
-    /// All tasks.
-    pub const ALL: [TaskName; 3] = [TaskName::Lift, TaskName::Door, TaskName::Wipe];
-
-    /// The name used on command lines, in files and in folders.
-    pub fn as_str(self) -> &'static str {
-        match self {
-            TaskName::Lift => "lift",
-            TaskName::Door => "door",
-            TaskName::Wipe => "wipe",
-        }
-    }
-
-    /// A task of this name for episodes of `horizon` actions.
-    pub fn create(self, horizon: u32) -> Box<dyn Task> {
-        match self {
-            TaskName::Lift => Box::new(Lift::default()),
-            TaskName::Door => Box::new(Door::new(horizon)),
-            TaskName::Wipe => Box::new(Wipe::new(horizon)),
-        }
-    }
-}
+use crate::component::Component;
 
 /// A task: a scene, its randomness, what is observed, what is rewarded. Called once per action;
 /// the loop that drives it is [`crate::Env::step`].
@@ -110,37 +71,4 @@ pub struct Waypoint {
     /// Force to press with along the contact axis (N). Where it is not 0, the position
     /// along that axis is left to the pressing.
     pub force: f64,
-}
-
-/// One number of an observation. A learner sees `(value - centre) * scale`, clipped to
-/// +-10, when it asks for scaled observations.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Component {
-    /// Unique name.
-    pub name: String,
-    /// Unit, and frame where it has one.
-    pub unit: &'static str,
-    /// Typical value.
-    pub centre: f32,
-    /// One over the typical deviation.
-    pub scale: f32,
-}
-
-impl Component {
-    /// A component with its scaling.
-    pub fn new(name: impl Into<String>, unit: &'static str, centre: f64, scale: f64) -> Self {
-        Component { name: name.into(), unit, centre: centre as f32, scale: scale as f32 }
-    }
-}
-
-/// Components `prefix_x`, `prefix_y`, `prefix_z` of a position or a difference of positions.
-pub(crate) fn xyz(prefix: &str, centre: [f64; 3], scale: f64) -> impl Iterator<Item = Component> {
-    let names = ["x", "y", "z"].map(|axis| format!("{prefix}_{axis}"));
-    names.into_iter().zip(centre).map(move |(name, c)| Component::new(name, "m, world", c, scale))
-}
-
-/// Components of an orientation.
-pub(crate) fn xyzw(prefix: &str) -> impl Iterator<Item = Component> {
-    let names = ["x", "y", "z", "w"].map(|axis| format!("{prefix}_{axis}"));
-    names.into_iter().map(|name| Component::new(name, "quaternion, world", 0.0, 1.0))
 }

@@ -9,9 +9,11 @@ use physics::scenes::wipe::{self, TABLE_CENTRE, TABLE_FRICTION, TABLE_HEIGHT};
 use physics::{Plant, Simulation};
 use rand_chacha::ChaCha8Rng;
 
+use crate::component::{Component, xyz};
 use crate::markers::{self, Markers};
+use crate::normalisation::{COMPLETION_REWARD, CONTACT_REWARD, MARKER_REWARD, normalisation};
 use crate::observation::in_contact;
-use crate::task::{Component, REWARD_TERMS, Reward, Task, Waypoint, xyz};
+use crate::task::{REWARD_TERMS, Reward, Task, Waypoint};
 
 /// A marker is wiped while the tool presses with more than the first and at most the
 /// second (N).
@@ -23,8 +25,6 @@ const JOINT_MARGIN: f64 = 0.1;
 
 // robosuite's rewards, before normalisation.
 const ARM_PENALTY: f64 = -10.0;
-const MARKER_REWARD: f64 = 50.0;
-const CONTACT_REWARD: f64 = 0.01;
 /// Per newton pressed.
 const FORCE_REWARD: f64 = 0.01;
 /// robosuite asks for more than 50 of its 70 contact points: the whole face.
@@ -32,8 +32,6 @@ const FLAT_REWARD: f64 = 0.1;
 const DISTANCE_REWARD: f64 = 5.0;
 /// 1/m.
 const DISTANCE_SLOPE: f64 = 5.0;
-/// Each action once everything is wiped.
-const COMPLETION_REWARD: f64 = MARKER_REWARD * (CONTACT_REWARD + 0.5);
 
 /// Force with which the script presses (N).
 const EXPERT_FORCE: f64 = 28.0;
@@ -57,14 +55,6 @@ struct Touch {
     flat: bool,
     /// Force penalty of the action, if it pressed too hard.
     penalty: Option<f64>,
-}
-
-/// robosuite's factor on every reward in an episode of `horizon` actions. With 500 an action earns at most 0.738 once
-/// everything is wiped.
-pub fn normalisation(horizon: u32) -> f64 {
-    let horizon = f64::from(horizon);
-    let full = markers::COUNT as f64 * MARKER_REWARD + horizon * (CONTACT_REWARD + COMPLETION_REWARD);
-    horizon / full
 }
 
 impl Wipe {
@@ -264,11 +254,5 @@ mod tests {
         close(reward(Touch { penalty: Some(4.0), force: 80.0, ..PRESSING }), 25.5 + 0.01 - 4.0);
         // Pressing too hard earns nothing, even where it costs nothing.
         close(reward(Touch { penalty: Some(0.0), force: 80.0, ..PRESSING }), 25.5 + 0.01);
-    }
-
-    #[test]
-    fn normalisation_follows_the_horizon() {
-        assert!((normalisation(500) - 0.0281611).abs() < 5e-8);
-        assert!((normalisation(1000) - 0.0327761).abs() < 5e-8);
     }
 }

@@ -6,15 +6,15 @@ use std::process::ExitCode;
 
 use anyhow::{Result, ensure};
 use clap::{Parser, ValueEnum};
-use experiments::cli::{self, SettingArgs};
 use experiments::config::RunConfig;
-use experiments::rollout::{Policy, episode};
-use experiments::rows::Outcome;
-use experiments::seeds::evaluation_seed;
+use experiments::config::cli::{self, SettingArgs};
+use experiments::run::rollout::Policy;
+use experiments::run::seeds::evaluation_seed;
+use output::file;
 use output::program::{self, bad};
-use output::{file, statistics};
+use output::statistics::{deviation, mean_of};
 use serde::Serialize;
-use tasks::{Env, TaskName};
+use tasks::{Env, Outcome, Step, TaskName};
 
 /// Play the evaluation episodes with the scripted expert or with random actions, and write a row per task and action
 /// space. One thread per processor core, each with an environment of its own; the table does not depend on their number.
@@ -106,16 +106,16 @@ fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
     let (mut net_absolute, mut excess) = (0.0, 0.0);
     let outcomes: Vec<Outcome> = (0..episodes)
         .map(|index| {
-            let watch = |_: &Env, step: &tasks::Step| {
+            let on_step = |_: &Env, step: &Step| {
                 net_absolute += step.interval.energy.net_absolute;
                 excess += (step.interval.max_force - limit).max(0.0);
                 ControlFlow::Continue(())
             };
-            episode(&mut env, &mut policy, evaluation_seed(index), watch).outcome()
+            tasks::play(&mut env, |env| policy.act(env), evaluation_seed(index), on_step).outcome()
         })
         .collect();
     let sum = |of: fn(&Outcome) -> f64| outcomes.iter().map(of).sum::<f64>();
-    let mean = |of: fn(&Outcome) -> f64| sum(of) / f64::from(episodes);
+    let mean = |of: fn(&Outcome) -> f64| mean_of(&outcomes, of);
     let actions = sum(|o| o.length as f64);
     let penalised = sum(|o| o.penalised_steps as f64);
     let returns: Vec<f64> = outcomes.iter().map(|o| o.total).collect();
@@ -129,8 +129,8 @@ fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
         episodes,
         success: mean(|o| f64::from(u8::from(o.success))),
         success_any: mean(|o| f64::from(u8::from(o.success_any))),
-        return_mean: statistics::mean(&returns),
-        return_std: (episodes > 1).then(|| statistics::deviation(&returns)),
+        return_mean: mean(|o| o.total),
+        return_std: (episodes > 1).then(|| deviation(&returns)),
         energy_per_action_j: sum(|o| o.energy_j) / actions,
         energy_net_absolute_per_action_j: net_absolute / actions,
         penalised_episode_share: mean(|o| f64::from(u8::from(o.penalised_steps > 0))),

@@ -5,13 +5,14 @@ use std::process::ExitCode;
 
 use anyhow::{Result, bail};
 use clap::Parser;
-use experiments::rollout::evaluate;
-use experiments::rows::{Outcome, RunId};
-use experiments::seeds::evaluation_seed;
-use experiments::source::{Player, SourceArgs};
-use experiments::table::Table;
+use experiments::config::RunId;
+use experiments::run::csv_writer::CsvWriter;
+use experiments::run::rollout::evaluate;
+use experiments::run::seeds::evaluation_seed;
+use experiments::show::source::{Player, SourceArgs};
 use output::statistics::{deviation, mean, range};
 use output::{file, program};
+use tasks::Outcome;
 
 /// Evaluate a trained policy, a scripted expert or random actions.
 ///
@@ -41,9 +42,9 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         // It appears when it is complete.
         Some(path) => {
             file::prepare(path)?;
-            Table::append(&file::unfinished(path))?
+            CsvWriter::append(&file::unfinished(path))?
         }
-        None => Table::discard(),
+        None => CsvWriter::discard(),
     };
     let id = RunId::of(&config);
     let starts = (0..arguments.episodes).map(evaluation_seed);

@@ -5,16 +5,15 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::Parser;
-use experiments::seeds::evaluation_seed;
-use experiments::source::{Player, SourceArgs};
-use experiments::take::Take;
-use experiments::view::View;
-use experiments::{page, sheet};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use experiments::run::seeds::evaluation_seed;
+use experiments::show::source::{Player, SourceArgs};
 use output::file;
 use output::picture::{GifWriter, write_png};
 use output::plot;
 use output::program::{self, bad};
 use physics::camera::Image;
+use show::{Playback, View, page, sheet};
 use tasks::{Env, Step};
 
 /// Draw an episode of a trained policy, a scripted expert or random actions.
@@ -52,7 +51,7 @@ struct Arguments {
     #[arg(long, value_name = "FILE.csv")]
     csv: Option<PathBuf>,
     /// Where PNG and GIF look from
-    #[arg(long, default_value = "task")]
+    #[arg(long, default_value = "task", value_parser = view_parser())]
     view: View,
     /// Actions from the start that are shown
     #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
@@ -63,6 +62,19 @@ struct Arguments {
     /// Width of the pictures; the height is three quarters of it
     #[arg(long, default_value_t = 480, value_parser = clap::value_parser!(u16).range(16..))]
     width: u16,
+}
+
+/// The views by name.
+const VIEWS: [(&str, View, &str); 4] = [
+    ("task", View::Task, "The task's own"),
+    ("front", View::Front, "From in front of the robot"),
+    ("side", View::Side, "From the robot's right"),
+    ("top", View::Top, "From above, the robot at the top"),
+];
+
+fn view_parser() -> impl TypedValueParser<Value = View> {
+    PossibleValuesParser::new(VIEWS.map(|(name, _, help)| PossibleValue::new(name).help(help)))
+        .map(|given| VIEWS.into_iter().find(|(name, ..)| *name == given).expect("one of the possible values").1)
 }
 
 fn main() -> ExitCode {
@@ -93,21 +105,21 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
     }
     let mut pictures = Pictures { arguments, tiles: vec![], film: None };
-    let take = play(arguments, &arguments.source, |env, step, take| pictures.add(env, step, take))?;
+    let playback = play(arguments, &arguments.source, |env, step, playback| pictures.add(env, step, playback))?;
     pictures.finish()?;
     if let Some(stem) = &plot {
-        plot::write_with_png(&take.traces.panels(), stem)?;
+        plot::write_with_png(&playback.traces.panels(), stem)?;
     }
     if let Some(path) = &arguments.csv {
-        take.traces.write_csv(path)?;
+        playback.traces.write_csv(path)?;
     }
-    println!("return {:.1} in {} actions", take.total, take.traces.actions());
+    println!("return {:.1} in {} actions", playback.total, playback.traces.actions());
     if let Some(path) = &arguments.html {
-        let mut takes = vec![take];
+        let mut episodes = vec![playback];
         if let Some(other) = &beside {
-            takes.push(play(arguments, other, |_, _, _| Ok(()))?);
+            episodes.push(play(arguments, other, |_, _, _| Ok(()))?);
         }
-        page::write(path, &takes)?;
+        page::write(path, &episodes)?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -122,11 +134,11 @@ fn without_picture_extension(path: &Path) -> PathBuf {
 fn play(
     arguments: &Arguments,
     source: &SourceArgs,
-    watch: impl FnMut(&Env, &Step, &Take) -> Result<()>,
-) -> Result<Take> {
+    on_step: impl FnMut(&Env, &Step, &Playback) -> Result<()>,
+) -> Result<Playback> {
     let Player { mut env, mut policy, .. } = source.open()?;
     let seed = evaluation_seed(arguments.episode);
-    Take::play(&mut env, &mut policy, seed, arguments.actions, &source.describe(), watch)
+    Playback::play(&mut env, |env| policy.act(env), seed, arguments.actions, &source.describe(), on_step)
 }
 
 /// The ray-cast pictures that were asked for.
@@ -138,14 +150,14 @@ struct Pictures<'a> {
 
 impl Pictures<'_> {
     /// Draws the present moment if anybody wants it.
-    fn add(&mut self, env: &Env, step: &Step, take: &Take) -> Result<()> {
+    fn add(&mut self, env: &Env, step: &Step, playback: &Playback) -> Result<()> {
         let Arguments { png, sheet, gif, view, every, width, .. } = self.arguments;
         let (width, height) = (usize::from(*width), usize::from(*width) * 3 / 4);
-        let picture = || take.picture(env, step, *view, width, height);
-        let (actions, last) = (take.traces.actions(), self.arguments.actions.min(env.config().horizon));
+        let picture = || playback.picture(env, step, *view, width, height);
+        let (actions, last) = (playback.traces.actions(), self.arguments.actions.min(env.config().horizon));
         if let Some(path) = gif.as_ref().filter(|_| (actions - 1).is_multiple_of(*every)) {
             if self.film.is_none() {
-                self.film = Some(GifWriter::create(path, width, height, take.rate / f64::from(*every))?);
+                self.film = Some(GifWriter::create(path, width, height, playback.rate / f64::from(*every))?);
             }
             self.film.as_mut().expect("just started").push(&picture())?;
         }

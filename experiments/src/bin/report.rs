@@ -6,15 +6,15 @@ use std::process::ExitCode;
 
 use anyhow::{Result, bail, ensure};
 use clap::Parser;
-use experiments::cli;
 use experiments::config::RunConfig;
-use experiments::curves;
-use experiments::folder::RunFolder;
-use experiments::markdown;
-use experiments::report::{Section, comparison, groups, sections, summary};
-use experiments::scatter;
-use experiments::summary::{RunSummary, find_runs};
-use experiments::text;
+use experiments::config::cli;
+use experiments::report::curves;
+use experiments::report::groups::{Section, comparison, groups, sections, summary};
+use experiments::report::markdown;
+use experiments::report::scatter;
+use experiments::report::summary::{RunSummary, find_runs};
+use experiments::report::text;
+use experiments::run::folder::RunFolder;
 use output::{file, plot, program};
 
 /// Summarise all runs below a folder.

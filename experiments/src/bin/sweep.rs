@@ -6,14 +6,13 @@ use std::process::{Command, ExitCode};
 
 use anyhow::{Context, Result};
 use clap::Parser;
-use experiments::cli;
-use experiments::config::RunConfig;
-use experiments::folder::{RunFolder, State};
-use experiments::pool::{self, Ended, Job};
-use experiments::rows::RunId;
-use experiments::stop::Stop;
-use experiments::sweep;
-use experiments::train::{self, RunOptions};
+use experiments::config::sweep;
+use experiments::config::{RunConfig, RunId, cli};
+use experiments::report::curves;
+use experiments::run::folder::{RunFolder, State};
+use experiments::run::pool::{self, Ended, Job};
+use experiments::run::stop::Stop;
+use experiments::run::train::RunOptions;
 use output::program::{self, bad};
 
 /// Train every run of a sweep, several at a time, each a process with one thread.
@@ -60,7 +59,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     if let Some(index) = arguments.index {
         let last = runs.len() - 1;
         let run = runs.get(index).ok_or_else(|| bad(format!("--index {index}: the list goes from 0 to {last}")))?;
-        return train::in_folder(
+        return curves::train_and_draw(
             run,
             &out,
             RunOptions { resume: true, tensorboard: arguments.tensorboard, quiet: false },

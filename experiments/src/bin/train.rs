@@ -5,8 +5,9 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::Parser;
-use experiments::cli::RunArgs;
-use experiments::train::{self, RunOptions};
+use experiments::config::cli::RunArgs;
+use experiments::report::curves;
+use experiments::run::train::RunOptions;
 use output::program;
 use tasks::Env;
 
@@ -41,7 +42,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         describe(&Env::new(config.env, 0)?);
         return Ok(ExitCode::SUCCESS);
     }
-    train::in_folder(&config, &arguments.out, arguments.options)
+    curves::train_and_draw(&config, &arguments.out, arguments.options)
 }
 
 fn describe(env: &Env) {

@@ -6,7 +6,7 @@ use std::process::Child;
 use std::time::{Duration, Instant};
 
 use assert_cmd::Command;
-use experiments::columns::Columns;
+use experiments::report::columns::Columns;
 use rustix::process::{Pid, Signal, kill_process};
 
 pub fn program(name: &str) -> Command {

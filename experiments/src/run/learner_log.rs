@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use sac::Losses;
 
-use crate::rows::Progress;
+use crate::run::rows::ProgressRow;
 
 /// Means of the learner's numbers since the last row.
 pub(crate) struct LearnerLog {
@@ -28,12 +28,12 @@ impl LearnerLog {
         self.count += 1;
     }
 
-    pub(crate) fn row(&mut self, step: u64, updates: u64, replay_size: usize, wall_s: f64) -> Progress {
+    pub(crate) fn row(&mut self, step: u64, updates: u64, replay_size: usize, wall_s: f64) -> ProgressRow {
         let mean = |sum| (self.count > 0).then(|| sum / self.count as f64);
         let [critic_loss, actor_loss, alpha, entropy, q_mean, grad_norm_critic, grad_norm_actor] = self.sums.map(mean);
         let env_steps_per_s = (step - self.since_step) as f64 / self.since.elapsed().as_secs_f64();
         *self = LearnerLog::new(step);
-        Progress {
+        ProgressRow {
             step,
             updates,
             wall_s,

@@ -8,29 +8,29 @@ use output::plot::{Panel, Series};
 use serde_json::{Value, json};
 
 use crate::arrow;
+use crate::playback::Playback;
 use crate::recording::Packed;
-use crate::take::Take;
 
 /// Everything but the data, which takes the place of [`DATA`].
 const TEMPLATE: &str = include_str!("../assets/replay.html");
 const DATA: &str = "{{data}}";
 
-/// Writes the page; the second take, if any, stands to the right of the first.
+/// Writes the page; the second episode, if any, stands to the right of the first.
 ///
 /// # Errors
 /// If the file cannot be written.
-pub fn write(path: &Path, takes: &[Take]) -> Result<()> {
-    file::replace(path, page(takes).as_bytes())
+pub fn write(path: &Path, episodes: &[Playback]) -> Result<()> {
+    file::replace(path, page(episodes).as_bytes())
 }
 
-fn page(takes: &[Take]) -> String {
+fn page(episodes: &[Playback]) -> String {
     let made = format!("{} (commit {})", output::command().join(" "), output::commit());
-    let data = json!({"made": made, "episodes": takes.iter().map(json).collect::<Vec<_>>()});
+    let data = json!({"made": made, "episodes": episodes.iter().map(json).collect::<Vec<_>>()});
     // Inside a script element nothing but "</" could end it.
     TEMPLATE.replace(DATA, &data.to_string().replace("</", "<\\/"))
 }
 
-fn json(take: &Take) -> Value {
+fn json(playback: &Playback) -> Value {
     let series = |series: &Series| {
         let values: Packed = series.points.iter().map(|point| point.1).collect();
         json!({"label": series.label, "values": values})
@@ -39,19 +39,18 @@ fn json(take: &Take) -> Value {
         let series: Vec<Value> = panel.series.iter().map(series).collect();
         json!({"title": panel.title, "unit": panel.y_label, "series": series})
     };
-    let mut episode = take.recording.json();
-    episode["title"] = json!(take.title);
-    episode["detail"] = json!(take.detail);
+    let mut episode = playback.recording.json();
+    episode["title"] = json!(playback.title);
+    episode["detail"] = json!(playback.detail);
     episode["metresPerNewton"] = json!(arrow::METRES_PER_NEWTON);
-    episode["rate"] = json!(take.rate);
-    episode["panels"] = take.traces.panels().iter().map(panel).collect();
+    episode["rate"] = json!(playback.rate);
+    episode["panels"] = playback.traces.panels().iter().map(panel).collect();
     episode
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rollout::Policy;
     use base64::Engine;
     use base64::prelude::BASE64_STANDARD;
     use tasks::{Env, EnvConfig, TaskName};
@@ -74,16 +73,17 @@ mod tests {
         let mut env = Env::new(config, 0).unwrap();
         let mut poses = vec![];
         let mut wiped = vec![];
-        let take = Take::play(&mut env, &mut Policy::Expert, 3, 500, "a </script> & \"quotes\"", |env, step, _| {
-            let simulation = env.simulation();
-            let placed =
-                simulation.solids().iter().map(|s| s.body.map_or(s.pose, |b| simulation.body_pose(b) * s.pose));
-            poses.push(placed.collect::<Vec<_>>());
-            wiped.push((env.task().decals(), step.penalty > 0.0));
-            Ok(())
-        })
-        .unwrap();
-        let page = page(&[take]);
+        let playback =
+            Playback::play(&mut env, Env::expert_action, 3, 500, "a </script> & \"quotes\"", |env, step, _| {
+                let simulation = env.simulation();
+                let placed =
+                    simulation.solids().iter().map(|s| s.body.map_or(s.pose, |b| simulation.body_pose(b) * s.pose));
+                poses.push(placed.collect::<Vec<_>>());
+                wiped.push((env.task().decals(), step.penalty > 0.0));
+                Ok(())
+            })
+            .unwrap();
+        let page = page(&[playback]);
         assert!(page.len() < 1_000_000, "{} bytes", page.len());
         let episode = &data(&page)["episodes"][0];
         assert_eq!(episode["frames"], 500);

@@ -10,8 +10,9 @@ use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior};
 use serde_json::{Value as Json, json};
 use walkdir::WalkDir;
 
-use crate::report::ComparisonRow;
-use crate::summary::{RunSummary, label};
+use crate::report::groups::ComparisonRow;
+use crate::report::summary::{RunSummary, label};
+use crate::run::csv_table::CsvTable;
 use output::statistics;
 
 /// Every file NAME.j2 in or below a folder.
@@ -73,23 +74,18 @@ fn by_space(comparison: &[ComparisonRow]) -> Result<Json> {
 
 /// Those whose columns read as `wanted`, by column; what reads as a number is one.
 fn rows(path: &Path, wanted: &[(&str, String)]) -> Result<Vec<BTreeMap<String, Json>>> {
-    let mut table = csv::Reader::from_reader(fs_err::File::open(path)?);
-    let columns = table.headers()?.clone();
-    if let Some((column, _)) = wanted.iter().find(|(column, _)| !columns.iter().any(|name| name == *column)) {
+    let table = CsvTable::read(path)?;
+    if let Some((column, _)) = wanted.iter().find(|(column, _)| table.position(column).is_none()) {
         bail!("{}: no column {column}", path.display());
     }
-    let typed = |(column, text): (String, String)| {
-        let value = text.parse::<f64>().map_or(json!(text), |number| json!(number));
-        (column, value)
+    let typed = |text: &str| text.parse::<f64>().map_or(json!(text), |number| json!(number));
+    let is_wanted = |row: &&csv::StringRecord| {
+        wanted.iter().all(|(column, text)| table.position(column).is_some_and(|at| row[at] == *text))
     };
-    let mut rows = Vec::new();
-    for row in table.deserialize::<BTreeMap<String, String>>() {
-        let row = row.with_context(|| path.display().to_string())?;
-        if wanted.iter().all(|(column, text)| row[*column] == *text) {
-            rows.push(row.into_iter().map(typed).collect());
-        }
-    }
-    Ok(rows)
+    let by_column = |row: &csv::StringRecord| {
+        table.headers.iter().zip(row).map(|(column, text)| (column.to_string(), typed(text))).collect()
+    };
+    Ok(table.rows.iter().filter(is_wanted).map(by_column).collect())
 }
 
 fn digits(value: &Value, digits: usize) -> Result<String, Error> {
@@ -117,7 +113,7 @@ fn digits(value: &Value, digits: usize) -> Result<String, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::{comparison, groups, tests::runs};
+    use crate::report::groups::{comparison, groups, tests::runs};
 
     fn filled(template: &str) -> Result<String> {
         let mut all = runs("aforce", 5);

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::summary::RunSummary;
+use crate::report::summary::RunSummary;
 use output::statistics::{
     FEWEST_FOR_INTERVAL, deviation, interval, iqm, mean, median, probability_of_improvement, range,
 };

@@ -1,19 +1,18 @@
 //! Where to look from.
 
-use clap::ValueEnum;
 use physics::camera::Camera;
 
 /// Camera presets.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum View {
-    /// The task's own
+    /// The task's own.
     #[default]
     Task,
-    /// From in front of the robot
+    /// From in front of the robot.
     Front,
-    /// From the robot's right
+    /// From the robot's right.
     Side,
-    /// From above, the robot at the top
+    /// From above, the robot at the top.
     Top,
 }
 

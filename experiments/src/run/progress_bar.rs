@@ -4,12 +4,11 @@ use std::io::IsTerminal;
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-
-use crate::rollout::mean;
-use crate::rows::Outcome;
+use output::statistics::{mean, mean_of};
+use tasks::Outcome;
 
 /// Progress of a run, on stderr.
-pub struct Display {
+pub struct RunProgress {
     bar: ProgressBar,
     quiet: bool,
     steps: u64,
@@ -22,7 +21,7 @@ pub struct Display {
 /// Episodes in the running mean of the training return.
 const RECENT: usize = 20;
 
-impl Display {
+impl RunProgress {
     /// For a run of `steps` actions; `quiet` shows nothing.
     pub fn new(steps: u64, quiet: bool) -> Self {
         let bar = ProgressBar::with_draw_target(Some(steps), ProgressDrawTarget::stderr_with_hz(4));
@@ -31,7 +30,7 @@ impl Display {
         }
         let style = ProgressStyle::with_template("{bar:24} {pos}/{len} {per_sec} eta {eta} {wide_msg}");
         bar.set_style(style.expect("a valid template"));
-        Display { bar, quiet, steps, since: Instant::now(), since_step: None, recent: vec![] }
+        RunProgress { bar, quiet, steps, since: Instant::now(), since_step: None, recent: vec![] }
     }
 
     /// `step` actions are done.
@@ -57,16 +56,16 @@ impl Display {
         let rate = (step - self.since_step.unwrap_or(0)) as f64 / elapsed.max(1e-9);
         (self.since, self.since_step) = (Instant::now(), Some(step));
         let left = (self.steps - step.min(self.steps)) as f64 / rate.max(1e-9);
-        let training = self.recent.iter().sum::<f64>() / self.recent.len().max(1) as f64;
+        let training = mean(&self.recent);
         let text = format!(
             "step {step:>7}  evaluation {:5.1} (success at end {:3.0} %)  training {training:5.1}  {:5.2} J/action  K {:4.0}  {rate:4.0} steps/s  {:.0} min left",
-            mean(outcomes, |o| o.total),
-            100.0 * mean(outcomes, |o| f64::from(u8::from(o.success))),
-            mean(outcomes, |o| o.energy_per_action_j),
-            mean(outcomes, |o| o.mean_stiffness),
+            mean_of(outcomes, |o| o.total),
+            100.0 * mean_of(outcomes, |o| f64::from(u8::from(o.success))),
+            mean_of(outcomes, |o| o.energy_per_action_j),
+            mean_of(outcomes, |o| o.mean_stiffness),
             left / 60.0
         );
-        self.bar.set_message(format!("evaluation {:.0}", mean(outcomes, |o| o.total)));
+        self.bar.set_message(format!("evaluation {:.0}", mean_of(outcomes, |o| o.total)));
         self.line(&text);
     }
 
@@ -79,7 +78,7 @@ impl Display {
     }
 }
 
-impl Drop for Display {
+impl Drop for RunProgress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
     }

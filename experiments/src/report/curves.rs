@@ -1,12 +1,17 @@
 //! Learning curves, drawn from the tables of runs: of one run, and of a sweep.
 
+use std::path::Path;
+use std::process::ExitCode;
+
 use anyhow::Result;
 use output::plot::{self, Panel, Series};
 use output::statistics::{FEWEST_FOR_INTERVAL, interval, iqm, range};
 
-use crate::columns::Columns;
-use crate::folder::RunFolder;
-use crate::summary::RunSummary;
+use crate::config::{RunConfig, cli};
+use crate::report::columns::Columns;
+use crate::report::summary::RunSummary;
+use crate::run::folder::RunFolder;
+use crate::run::train::{self, Ending, RunOptions};
 
 /// Training episodes in the running mean.
 const WINDOW: usize = 20;
@@ -65,6 +70,25 @@ pub fn of_runs(runs: &[(&RunFolder, &RunSummary)]) -> Result<Vec<Panel>> {
         Ok(panel(title, unit, labels.iter().map(of_group).collect::<Result<_>>()?))
     };
     PANELS.iter().chain([&FORCE]).map(drawn).collect()
+}
+
+/// Trains as `config` says in its folder below `out` and draws the learning curves; the exit code of a program that does
+/// nothing else.
+///
+/// # Errors
+/// As [`train::in_folder`].
+pub fn train_and_draw(config: &RunConfig, out: &Path, options: RunOptions) -> Result<ExitCode> {
+    let folder = RunFolder::below(out, config);
+    let ending = train::in_folder(config, &folder, options)?;
+    // Of a run that was done before, the picture may be missing.
+    if ending.is_some() || !folder.curves().with_extension("svg").exists() {
+        let drawn = draw(&folder);
+        if let (Err(error), false) = (drawn, options.quiet) {
+            // The run is saved all the same: its exit code says how it ended.
+            eprintln!("learning curves could not be drawn: {error:#}");
+        }
+    }
+    Ok(if ending == Some(Ending::Stopped) { ExitCode::from(cli::STOPPED) } else { ExitCode::SUCCESS })
 }
 
 fn in_thousands(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {

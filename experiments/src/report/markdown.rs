@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 use std::fmt::{self, Display, Formatter};
 
-use crate::published::{self, Published};
-use crate::report::{ComparisonRow, ENERGIES, Group, ORDERS, Section};
-use crate::summary::{RunSummary, SOLVED};
+use crate::report::groups::{ComparisonRow, ENERGIES, Group, ORDERS, Section};
+use crate::report::published::{self, Published};
+use crate::report::summary::{RunSummary, SOLVED};
 use output::statistics::{FEWEST_FOR_INTERVAL, deviation, interval, iqm, mean, range};
 
 /// The runs of a section in Markdown: notes, curves, return, energy, the comparison with `aforce`, safety.
@@ -21,7 +21,7 @@ pub fn tables(section: Section, groups: &[Group], comparison: &[ComparisonRow]) 
     parts.extend(notes(&groups));
     parts.push(format!("![Learning curves](curves_{task}.svg)\n"));
     let tables = [returns(&groups), energies(&groups), orders_and_ratios(&groups, &comparison), safety(&groups)];
-    parts.extend(tables.iter().filter(|table| !table.rows.is_empty()).map(Table::to_string));
+    parts.extend(tables.iter().filter(|table| !table.rows.is_empty()).map(MarkdownTable::to_string));
     parts.join("\n")
 }
 
@@ -44,8 +44,8 @@ fn notes(groups: &[&Group]) -> Vec<String> {
     notes
 }
 
-fn returns(groups: &[&Group]) -> Table {
-    let mut table = Table::new(&[
+fn returns(groups: &[&Group]) -> MarkdownTable {
+    let mut table = MarkdownTable::new(&[
         "space",
         "seeds",
         "final return",
@@ -80,8 +80,8 @@ fn returns(groups: &[&Group]) -> Table {
     table
 }
 
-fn energies(groups: &[&Group]) -> Table {
-    let mut table = Table::new(&["space", "J per action, training", "every seed", "published", "at the end"]);
+fn energies(groups: &[&Group]) -> MarkdownTable {
+    let mut table = MarkdownTable::new(&["space", "J per action, training", "every seed", "published", "at the end"]);
     for group in groups {
         let theirs = published_energy(group.section.task, group.space);
         table.rows.push(vec![
@@ -96,8 +96,8 @@ fn energies(groups: &[&Group]) -> Table {
 }
 
 /// A row per space that is compared with `aforce`: how often that is ahead, and the ratios of energy, space to `aforce`.
-fn orders_and_ratios(groups: &[&Group], comparison: &[&ComparisonRow]) -> Table {
-    let mut table = Table::new(&["space"]);
+fn orders_and_ratios(groups: &[&Group], comparison: &[&ComparisonRow]) -> MarkdownTable {
+    let mut table = MarkdownTable::new(&["space"]);
     let reference = comparison.first().map_or("", |row| &row.reference);
     table.header.extend(ORDERS.map(|(order, _)| format!("`{reference}` {order}, probability")));
     table.header.extend(ENERGIES.map(|(energy, _)| format!("`{energy}` over that of `{reference}`")));
@@ -123,8 +123,8 @@ fn orders_and_ratios(groups: &[&Group], comparison: &[&ComparisonRow]) -> Table 
     table
 }
 
-fn safety(groups: &[&Group]) -> Table {
-    let mut table = Table::new(&[
+fn safety(groups: &[&Group]) -> MarkdownTable {
+    let mut table = MarkdownTable::new(&[
         "space",
         "training episodes above the force limit",
         "published",
@@ -186,18 +186,18 @@ fn centre(values: &[f64]) -> String {
 }
 
 /// A table in Markdown.
-struct Table {
+struct MarkdownTable {
     header: Vec<String>,
     rows: Vec<Vec<String>>,
 }
 
-impl Table {
+impl MarkdownTable {
     fn new(header: &[&str]) -> Self {
-        Table { header: header.iter().map(ToString::to_string).collect(), rows: vec![] }
+        MarkdownTable { header: header.iter().map(ToString::to_string).collect(), rows: vec![] }
     }
 }
 
-impl Display for Table {
+impl Display for MarkdownTable {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let line = |cells: &[String]| format!("| {} |", cells.join(" | "));
         writeln!(f, "{}\n|{}", line(&self.header), "---|".repeat(self.header.len()))?;
@@ -208,7 +208,7 @@ impl Display for Table {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::{comparison, groups, sections, tests::runs};
+    use crate::report::groups::{comparison, groups, sections, tests::runs};
 
     fn text(runs: &[RunSummary]) -> String {
         let groups = groups(runs);

@@ -2,8 +2,8 @@
 
 use output::plot::{Panel, Series};
 
-use crate::report::{Group, Section};
-use crate::summary::RunSummary;
+use crate::report::groups::{Group, Section};
+use crate::report::summary::RunSummary;
 
 /// A panel per task of `experiment`, with every run of every group that has the preset of the first: another one may train
 /// for another time, and what a run ends with is then another thing.
@@ -33,7 +33,7 @@ fn dots(group: &Group) -> Series {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::{groups, sections, tests::runs};
+    use crate::report::groups::{groups, sections, tests::runs};
 
     #[test]
     fn every_run_is_one_dot_in_the_panel_of_its_task() {

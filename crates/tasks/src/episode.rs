@@ -1,29 +1,29 @@
-//! The tables a run leaves behind, one row type per file. What each column means stands in
-//! `results/README.md`. No wall-clock time here: the same seed gives the same bytes.
+//! An episode from its first action to its last, and what it came to.
+
+use std::ops::ControlFlow;
 
 use serde::{Deserialize, Serialize};
-use tasks::Step;
 
-use crate::config::RunConfig;
+use crate::env::{Env, Step};
 
-/// Version of the columns below.
-pub const SCHEMA: u32 = 2;
-
-/// What identifies a run in every row.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RunId {
-    /// Task name.
-    pub task: String,
-    /// Action space name.
-    pub space: String,
-    /// Seed of the run.
-    pub seed: u64,
-}
-
-impl RunId {
-    /// Of the run with this configuration.
-    pub fn of(config: &RunConfig) -> Self {
-        RunId { task: config.env.task.as_str().into(), space: config.env.space.name().into(), seed: config.seed }
+/// Plays one episode from `seed`, `act` choosing the actions in [-1, 1]^n, to its end or until `on_step` breaks off, which
+/// sees every step after it happened.
+pub fn play(
+    env: &mut Env,
+    mut act: impl FnMut(&Env) -> Vec<f64>,
+    seed: u64,
+    mut on_step: impl FnMut(&Env, &Step) -> ControlFlow<()>,
+) -> Episode {
+    env.reset(Some(seed));
+    let mut episode = Episode::default();
+    loop {
+        let action = act(env);
+        let step = env.step(&action);
+        let flow = on_step(env, &step);
+        episode.add(step);
+        if step.terminated || step.truncated || flow.is_break() {
+            return episode;
+        }
     }
 }
 
@@ -87,7 +87,7 @@ impl Episode {
     }
 }
 
-/// The columns that training and evaluation share.
+/// What an episode ended with and what it cost; the columns that training and evaluation share.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "documented once, in results/README.md")]
 pub struct Outcome {
@@ -116,55 +116,10 @@ pub struct Outcome {
     pub saturated_fraction: f64,
 }
 
-/// Columns before the outcome in `episodes.csv`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "documented once, in results/README.md")]
-pub struct TrainingKey {
-    pub schema: u32,
-    pub task: String,
-    pub space: String,
-    pub seed: u64,
-    pub step: u64,
-    pub episode: u64,
-}
-
-/// Columns before the outcome in `eval.csv`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "documented once, in results/README.md")]
-pub struct EvaluationKey {
-    pub schema: u32,
-    pub task: String,
-    pub space: String,
-    pub seed: u64,
-    pub step: u64,
-    pub policy: String,
-    pub eval_episode: u32,
-    pub episode_seed: u64,
-}
-
-/// One row of `progress.csv`: the clock, and the learner, averaged over the updates since the last row; empty cells if
-/// there was none.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "documented once, in results/README.md")]
-pub struct Progress {
-    pub step: u64,
-    pub updates: u64,
-    pub wall_s: f64,
-    pub env_steps_per_s: f64,
-    pub critic_loss: Option<f64>,
-    pub actor_loss: Option<f64>,
-    pub alpha: Option<f64>,
-    pub entropy: Option<f64>,
-    pub q_mean: Option<f64>,
-    pub grad_norm_critic: Option<f64>,
-    pub grad_norm_actor: Option<f64>,
-    pub replay_size: usize,
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tasks::Interval;
+    use crate::{Interval, REWARD_TERMS};
 
     #[test]
     fn ninety_nine_of_a_hundred_actions_stay_below_the_percentile() {
@@ -173,7 +128,7 @@ mod tests {
             let interval = Interval { max_force: f64::from(force), ..Interval::default() };
             episode.add(Step {
                 reward: 0.0,
-                reward_terms: [0.0; tasks::REWARD_TERMS],
+                reward_terms: [0.0; REWARD_TERMS],
                 terminated: false,
                 truncated: false,
                 success: false,

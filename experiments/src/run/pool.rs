@@ -11,7 +11,7 @@ use fs_err::OpenOptions;
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rustix::process::{Pid, Signal, kill_process};
 
-use crate::stop::Stop;
+use crate::run::stop::Stop;
 
 /// A program to run.
 pub struct Job {
@@ -53,7 +53,7 @@ const POLL: Duration = Duration::from_millis(200);
 /// Runs all jobs, at most `parallel` at once, and returns how each ended. When a stop is asked for,
 /// those running are asked to stop and no other is begun. One that cannot be started hides no other.
 pub fn run(jobs: Vec<Job>, parallel: usize, stop: &Stop) -> Vec<Ended> {
-    let display = Display::new(jobs.len());
+    let progress = PoolProgress::new(jobs.len());
     let mut waiting = jobs.into_iter();
     let (mut running, mut ended) = (vec![], vec![]);
     let mut asked = false;
@@ -61,11 +61,11 @@ pub fn run(jobs: Vec<Job>, parallel: usize, stop: &Stop) -> Vec<Ended> {
         while running.len() < parallel && !stop.requested() {
             let Some(job) = waiting.next() else { break };
             let (name, log) = (job.name.clone(), job.log.clone());
-            match start(job, &display) {
+            match start(job, &progress) {
                 Ok(job) => running.push(job),
                 Err(reason) => {
                     let words = format!("{reason:#}");
-                    display.line(&format!("ENDED  {name}  {words}"));
+                    progress.line(&format!("ENDED  {name}  {words}"));
                     ended.push(Ended { name, code: NOT_STARTED, log, words });
                 }
             }
@@ -75,7 +75,7 @@ pub fn run(jobs: Vec<Job>, parallel: usize, stop: &Stop) -> Vec<Ended> {
         }
         if stop.requested() && !asked {
             asked = true;
-            display.line("stopping: running jobs save themselves");
+            progress.line("stopping: running jobs save themselves");
             for job in &running {
                 // One that has just ended needs no asking.
                 let _ = kill_process(Pid::from_child(&job.child), Signal::TERM);
@@ -89,7 +89,7 @@ pub fn run(jobs: Vec<Job>, parallel: usize, stop: &Stop) -> Vec<Ended> {
                     running.push(job);
                 }
                 Some(status) => {
-                    display.ended(&job, status.code());
+                    progress.ended(&job, status.code());
                     let words = last_words(&job.log, job.old);
                     ended.push(Ended { name: job.name, code: status.code(), log: job.log, words });
                 }
@@ -98,7 +98,7 @@ pub fn run(jobs: Vec<Job>, parallel: usize, stop: &Stop) -> Vec<Ended> {
     }
 }
 
-fn start(Job { name, mut command, log }: Job, display: &Display) -> Result<Running> {
+fn start(Job { name, mut command, log }: Job, progress: &PoolProgress) -> Result<Running> {
     if let Some(folder) = log.parent() {
         fs_err::create_dir_all(folder)?;
     }
@@ -107,7 +107,7 @@ fn start(Job { name, mut command, log }: Job, display: &Display) -> Result<Runni
     // In a process group of its own, so that a terminal's Ctrl-C reaches it once: through us.
     command.stdin(Stdio::null()).stdout(file.try_clone()?).stderr(file).process_group(0);
     let child = command.spawn().with_context(|| name.clone())?;
-    Ok(Running { bar: display.begun(&name), name, child, log, old })
+    Ok(Running { bar: progress.begun(&name), name, child, log, old })
 }
 
 /// The last line a job wrote, empty if none.
@@ -125,13 +125,13 @@ fn last_words(log: &std::path::Path, old: usize) -> String {
 }
 
 /// A bar for all jobs and a line for each that runs; plain lines where there is no terminal.
-struct Display {
+struct PoolProgress {
     all: MultiProgress,
     total: ProgressBar,
     plain: bool,
 }
 
-impl Display {
+impl PoolProgress {
     fn new(jobs: usize) -> Self {
         let plain = !std::io::stderr().is_terminal();
         let target = if plain { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(4) };
@@ -140,7 +140,7 @@ impl Display {
         total
             .set_style(ProgressStyle::with_template("{bar:24} {pos}/{len} runs  {elapsed}").expect("a valid template"));
         total.tick();
-        Display { all, total, plain }
+        PoolProgress { all, total, plain }
     }
 
     fn begun(&self, name: &str) -> ProgressBar {

@@ -5,17 +5,16 @@ use std::ops::ControlFlow;
 use anyhow::Result;
 use output::caption;
 use physics::camera::Image;
-use tasks::{Env, Step};
+use tasks::{Env, Step, play};
 
 use crate::arrow;
 use crate::recording::{Recording, contact_force, tool};
-use crate::rollout::{Policy, episode};
 use crate::traces::Traces;
 use crate::view::View;
 
 /// An episode: what is seen and what is plotted.
 #[derive(Debug, Clone, Default)]
-pub struct Take {
+pub struct Playback {
     /// Name of the task.
     pub task: &'static str,
     /// Task and action space.
@@ -32,39 +31,40 @@ pub struct Take {
     pub traces: Traces,
 }
 
-impl Take {
-    /// Plays the first `actions` of an episode from `seed`; `who` says whose. `watch` sees it grow
-    /// after every action.
+impl Playback {
+    /// Plays the first `actions` of an episode from `seed`, `act` choosing them in [-1, 1]^n; `who` says who that is.
+    /// `on_step` sees the playback grow after every action.
     ///
     /// # Errors
-    /// The first error of `watch`.
+    /// The first error of `on_step`.
     pub fn play(
         env: &mut Env,
-        policy: &mut Policy,
+        act: impl FnMut(&Env) -> Vec<f64>,
         seed: u64,
         actions: u32,
         who: &str,
-        mut watch: impl FnMut(&Env, &Step, &Take) -> Result<()>,
-    ) -> Result<Take> {
+        mut on_step: impl FnMut(&Env, &Step, &Playback) -> Result<()>,
+    ) -> Result<Playback> {
         let config = env.config();
         let task = config.task.as_str();
         let title = format!("{task} {}", config.space);
-        let mut take = Take { task, title, rate: f64::from(config.controller.policy_hz), ..Take::default() };
-        let mut watched = Ok(());
-        let outcome = episode(env, policy, seed, |env, step| {
-            take.total += step.reward;
-            take.recording.add(env, step);
-            take.traces.add(env, step);
-            watched = watch(env, step, &take);
-            let enough = watched.is_err() || take.traces.actions() == actions;
+        let rate = f64::from(config.controller.policy_hz);
+        let mut playback = Playback { task, title, rate, ..Playback::default() };
+        let mut seen = Ok(());
+        let outcome = play(env, act, seed, |env, step| {
+            playback.total += step.reward;
+            playback.recording.add(env, step);
+            playback.traces.add(env, step);
+            seen = on_step(env, step, &playback);
+            let enough = seen.is_err() || playback.traces.actions() == actions;
             if enough { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })
         .outcome();
-        watched?;
+        seen?;
         let done = if outcome.success { ", fulfilled at the end" } else { "" };
         let energy = outcome.energy_per_action_j;
-        take.detail = format!("{who}: return {:.1}, {energy:.2} J per action{done}", take.total);
-        Ok(take)
+        playback.detail = format!("{who}: return {:.1}, {energy:.2} J per action{done}", playback.total);
+        Ok(playback)
     }
 
     /// A picture of the present moment: the scene, the contact force as an arrow, a caption.

@@ -6,10 +6,11 @@ use anyhow::Result;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sac::{Act, Actor};
-use tasks::{Env, Step};
+use tasks::{Env, Outcome, play};
 
-use crate::rows::{Episode, EvaluationKey, Outcome, RunId, SCHEMA};
-use crate::table::Table;
+use crate::config::RunId;
+use crate::run::csv_writer::CsvWriter;
+use crate::run::rows::{EvaluationKey, SCHEMA};
 
 /// Whoever chooses the actions.
 pub enum Policy {
@@ -68,27 +69,6 @@ pub fn learner_view(env: &Env, scaled: bool) -> Vec<f32> {
     observation
 }
 
-/// Plays one episode from `seed` to its end, or until `watch` breaks off, which sees every step
-/// after it happened.
-pub fn episode(
-    env: &mut Env,
-    policy: &mut Policy,
-    seed: u64,
-    mut watch: impl FnMut(&Env, &Step) -> ControlFlow<()>,
-) -> Episode {
-    env.reset(Some(seed));
-    let mut episode = Episode::default();
-    loop {
-        let action = policy.act(env);
-        let step = env.step(&action);
-        let flow = watch(env, &step);
-        episode.add(step);
-        if step.terminated || step.truncated || flow.is_break() {
-            return episode;
-        }
-    }
-}
-
 /// Plays an episode from each of `starts` and writes a row for it; returns the outcomes.
 ///
 /// # Errors
@@ -99,11 +79,11 @@ pub fn evaluate(
     starts: impl Iterator<Item = u64>,
     step: u64,
     id: &RunId,
-    table: &mut Table,
+    table: &mut CsvWriter,
 ) -> Result<Vec<Outcome>> {
     let mut outcomes = Vec::new();
     for (index, seed) in (0..).zip(starts) {
-        let outcome = episode(env, policy, seed, |_, _| ControlFlow::Continue(())).outcome();
+        let outcome = play(env, |env| policy.act(env), seed, |_, _| ControlFlow::Continue(())).outcome();
         let key = EvaluationKey {
             schema: SCHEMA,
             task: id.task.clone(),
@@ -118,9 +98,4 @@ pub fn evaluate(
         outcomes.push(outcome);
     }
     Ok(outcomes)
-}
-
-/// Mean of a column over episodes.
-pub fn mean(outcomes: &[Outcome], of: impl Fn(&Outcome) -> f64) -> f64 {
-    outcomes.iter().map(of).sum::<f64>() / outcomes.len().max(1) as f64
 }

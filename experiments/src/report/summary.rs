@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Error, Result, ensure};
 use serde::Serialize;
 
-use crate::columns::Columns;
 use crate::config::RunConfig;
-use crate::folder::RunFolder;
-use output::statistics::mean;
+use crate::report::columns::Columns;
+use crate::run::folder::RunFolder;
+use output::statistics::{mean, mean_of};
 
 /// Evaluations at the end of a run whose mean is its final return.
 const LAST: usize = 5;
@@ -124,7 +124,7 @@ impl RunSummary {
             env_steps: last.0 as u64,
             done: run.done().exists(),
             final_return: at_end("return")?,
-            curve_return: mean(&returns.iter().map(|p| p.1).collect::<Vec<_>>()),
+            curve_return: mean_of(&returns, |p| p.1),
             best_return: returns.iter().map(|p| p.1).fold(f64::MIN, f64::max),
             final_success: at_end("success")?,
             final_success_any: at_end("success_any")?,
@@ -160,7 +160,7 @@ fn experiment(run: &Path, root: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::{comparison, groups};
+    use crate::report::groups::{comparison, groups};
 
     /// A run of 8 evaluations with returns from 10 to 80, each after 10 000 actions in two episodes, and a minute of work.
     fn run(root: &Path, folder: &str, energy: f64, offset: f64) -> RunSummary {

@@ -6,9 +6,10 @@ use std::path::Path;
 
 use anyhow::Result;
 use events::EventFile;
+use output::statistics::mean_of;
+use tasks::Outcome;
 
-use crate::rollout::mean;
-use crate::rows::{Outcome, Progress};
+use crate::run::rows::ProgressRow;
 
 /// Event files of one run.
 pub struct TensorBoard(EventFile);
@@ -41,7 +42,7 @@ impl TensorBoard {
     }
 
     /// The learner's numbers.
-    pub fn progress(&mut self, row: &Progress) -> Result<()> {
+    pub fn progress(&mut self, row: &ProgressRow) -> Result<()> {
         let losses = [
             // CleanRL's is the mean of both critics, ours their sum.
             ("losses/qf_loss", row.critic_loss.map(|sum| sum / 2.0)),
@@ -60,11 +61,11 @@ impl TensorBoard {
         self.0.write(
             step,
             &[
-                ("eval/episodic_return", mean(outcomes, |o| o.total)),
-                ("eval/success", mean(outcomes, |o| f64::from(u8::from(o.success)))),
-                ("eval/energy_per_action_j", mean(outcomes, |o| o.energy_per_action_j)),
-                ("eval/max_contact_force_n", mean(outcomes, |o| o.max_contact_force_n)),
-                ("eval/penalty", mean(outcomes, |o| o.penalty)),
+                ("eval/episodic_return", mean_of(outcomes, |o| o.total)),
+                ("eval/success", mean_of(outcomes, |o| f64::from(u8::from(o.success)))),
+                ("eval/energy_per_action_j", mean_of(outcomes, |o| o.energy_per_action_j)),
+                ("eval/max_contact_force_n", mean_of(outcomes, |o| o.max_contact_force_n)),
+                ("eval/penalty", mean_of(outcomes, |o| o.penalty)),
             ],
         )
     }

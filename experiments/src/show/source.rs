@@ -7,13 +7,13 @@ use anyhow::{Context, Result, bail};
 use clap::{ArgGroup, Args, ValueEnum};
 use output::program::bad;
 use sac::{Act, Actor, Checkpoint};
-use serde::{Deserialize, Serialize};
 use tasks::Env;
 
-use crate::cli::{EnvArgs, SettingArgs};
-use crate::config::RunConfig;
-use crate::folder::RunFolder;
-use crate::rollout::Policy;
+use crate::config::cli::{EnvArgs, SettingArgs};
+use crate::config::{RunConfig, RunId};
+use crate::run::checkpoint_record::CheckpointRecord;
+use crate::run::folder::RunFolder;
+use crate::run::rollout::Policy;
 
 /// Whose episodes are played.
 #[derive(Debug, Clone, Args)]
@@ -59,30 +59,6 @@ pub struct Player {
     pub policy: Policy,
     /// Training actions that the policy has seen.
     pub step: u64,
-}
-
-/// What a checkpoint says of itself, as far as a player needs it.
-#[derive(Deserialize)]
-struct Note {
-    #[serde(flatten)]
-    purpose: Purpose,
-    step: u64,
-}
-
-/// What a checkpoint was trained for, stored in it.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Purpose {
-    /// Task name.
-    pub task: String,
-    /// Action space name.
-    pub space: String,
-}
-
-impl Purpose {
-    /// Of a run with this configuration.
-    pub fn of(config: &RunConfig) -> Self {
-        Purpose { task: config.env.task.as_str().into(), space: config.env.space.name().into() }
-    }
 }
 
 impl SourceArgs {
@@ -134,7 +110,7 @@ impl SourceArgs {
             return Ok(Player { config, env, policy, step: 0 });
         };
         let folder = RunFolder::open(path)?;
-        let config = self.env.on_top_of(&folder)?;
+        let config = on_top_of(&folder, &self.env)?;
         let checkpoint = match self.checkpoint {
             Which::Best => folder.best(),
             Which::Last => folder.checkpoint(),
@@ -150,12 +126,12 @@ impl SourceArgs {
             _ => {}
         }
         let env = Env::new(config.env.clone(), 0)?;
-        let (actor, note) =
+        let (actor, record) =
             Actor::load(&checkpoint, env.observation_components().len(), env.action_dim(), config.seed)?;
-        let Note { purpose: made_for, step } = serde_json::from_value(note)
+        let CheckpointRecord { run: made_for, step } = serde_json::from_value(record)
             .with_context(|| format!("{}: does not say what it was trained for", checkpoint.display()))?;
-        let wanted = Purpose::of(&config);
-        if made_for != wanted {
+        let wanted = RunId::of(&config);
+        if (&made_for.task, &made_for.space) != (&wanted.task, &wanted.space) {
             bail!(
                 "{}: trained for {} with {}, not for {} with {}",
                 checkpoint.display(),
@@ -172,4 +148,18 @@ impl SourceArgs {
         };
         Ok(Player { config, env, policy, step })
     }
+}
+
+/// The configuration of an existing run with flags on top.
+///
+/// # Errors
+/// As [`EnvArgs::resolve`]; also if there is a file or a key that is not the environment's: the run has its own.
+fn on_top_of(folder: &RunFolder, env: &EnvArgs) -> Result<RunConfig> {
+    if env.settings.config.is_some() {
+        return Err(bad("--config cannot be combined with --run: the run has its own configuration".into()));
+    }
+    if let Some((key, _)) = env.settings.overrides.iter().find(|(key, _)| !key.starts_with("env.")) {
+        return Err(bad(format!("--set {key} cannot be combined with --run: of a run only env. can be changed")));
+    }
+    RunConfig::resolve(Some(&folder.config()), &env.overrides())
 }

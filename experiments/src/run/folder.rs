@@ -10,7 +10,7 @@ use output::file;
 use sac::Checkpoint;
 
 use crate::config::RunConfig;
-use crate::table::last_step;
+use crate::run::csv_writer::last_step;
 
 /// `OUT/TASK/SPACE/seed_N`.
 #[derive(Debug, Clone)]

@@ -6,12 +6,10 @@ use aforce::ActionSpace;
 use anyhow::Result;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use output::program::bad;
 use tasks::TaskName;
 use toml::Value;
 
 use crate::config::{RunConfig, parse_override};
-use crate::folder::RunFolder;
 
 /// Exit code of a run that a signal stopped after it saved itself: try again.
 pub const STOPPED: u8 = 75;
@@ -79,21 +77,8 @@ impl EnvArgs {
         RunConfig::resolve(self.settings.config.as_deref(), &self.overrides())
     }
 
-    /// The configuration of an existing run with these flags on top.
-    ///
-    /// # Errors
-    /// As [`SettingArgs::resolve`]; also if there is a file or a key that is not the environment's: the run has its own.
-    pub fn on_top_of(&self, folder: &RunFolder) -> Result<RunConfig> {
-        if self.settings.config.is_some() {
-            return Err(bad("--config cannot be combined with --run: the run has its own configuration".into()));
-        }
-        if let Some((key, _)) = self.settings.overrides.iter().find(|(key, _)| !key.starts_with("env.")) {
-            return Err(bad(format!("--set {key} cannot be combined with --run: of a run only env. can be changed")));
-        }
-        RunConfig::resolve(Some(&folder.config()), &self.overrides())
-    }
-
-    fn overrides(&self) -> Vec<(String, Value)> {
+    /// The flags as keys of the configuration.
+    pub fn overrides(&self) -> Vec<(String, Value)> {
         let task = self.task.map(|task| ("env.task".into(), Value::String(task.as_str().into())));
         let space = self.space.map(|space| ("env.space".into(), Value::String(space.to_string())));
         self.settings.overrides.iter().cloned().chain(task).chain(space).collect()

@@ -10,8 +10,7 @@ use serde::Deserialize;
 use tasks::TaskName;
 use toml::{Table, Value};
 
-use crate::config::{RunConfig, parse};
-use crate::rows::RunId;
+use crate::config::{RunConfig, RunId, parse};
 
 /// The file: groups of runs, and settings that all of them share.
 #[derive(Deserialize)]
@@ -74,8 +73,9 @@ pub fn read(path: &Path) -> Result<Vec<RunConfig>> {
         }
     }
     let mut seen = HashSet::new();
-    for RunId { task, space, seed } in runs.iter().map(RunId::of) {
-        if !seen.insert((task.clone(), space.clone(), seed)) {
+    for id in runs.iter().map(RunId::of) {
+        if !seen.insert(id.clone()) {
+            let RunId { task, space, seed } = id;
             return Err(bad(format!("{name}: {task} {space} seed {seed} stands there twice")));
         }
     }

@@ -5,7 +5,7 @@ use output::file;
 use serde::{Deserialize, Serialize};
 
 use crate::config::RunConfig;
-use crate::folder::RunFolder;
+use crate::run::folder::RunFolder;
 
 /// What took a run on.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

@@ -1,29 +1,26 @@
 //! The training loop: act, step, store, update; now and then evaluate and save.
 
-use std::path::Path;
-use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
 use clap::Args;
+use output::statistics::mean_of;
 use rand_chacha::ChaCha8Rng;
 use sac::{Act, Checkpoint, Replay, Sac, Transition};
 use serde::{Deserialize, Serialize};
-use tasks::Env;
+use tasks::{Env, Episode};
 
-use crate::cli;
-use crate::config::RunConfig;
-use crate::curves;
-use crate::display::Display;
-use crate::folder::{RunFolder, State};
-use crate::learner_log::LearnerLog;
-use crate::rollout::{Policy, evaluate, learner_view, mean};
-use crate::rows::{Episode, RunId, SCHEMA, TrainingKey};
-use crate::seeds::{sub_seed, training_evaluation_seed};
-use crate::source::Purpose;
-use crate::stop::Stop;
-use crate::table::{Table, cut_after, last_step};
-use crate::tensorboard::TensorBoard;
+use crate::config::{RunConfig, RunId};
+use crate::run::checkpoint_record::CheckpointRecord;
+use crate::run::csv_writer::{CsvWriter, cut_after, last_step};
+use crate::run::folder::{RunFolder, State};
+use crate::run::learner_log::LearnerLog;
+use crate::run::progress_bar::RunProgress;
+use crate::run::rollout::{Policy, evaluate, learner_view};
+use crate::run::rows::{SCHEMA, TrainingKey};
+use crate::run::seeds::{sub_seed, training_evaluation_seed};
+use crate::run::stop::Stop;
+use crate::run::tensorboard::TensorBoard;
 
 /// Actions between rows of `progress.csv`.
 const LOG_EVERY: u64 = 2_000;
@@ -55,8 +52,6 @@ pub enum Ending {
 /// that no simulation state has to be saved.
 #[derive(Serialize, Deserialize)]
 struct Counters {
-    #[serde(flatten)]
-    purpose: Purpose,
     step: u64,
     episode: u64,
     best_return: Option<f64>,
@@ -64,12 +59,20 @@ struct Counters {
     wall_s: f64,
 }
 
+/// What the last checkpoint says of itself.
+#[derive(Serialize)]
+struct LastRecord<'a> {
+    #[serde(flatten)]
+    run: &'a RunId,
+    #[serde(flatten)]
+    counters: &'a Counters,
+}
+
 /// What the checkpoint of the best evaluation says of itself.
 #[derive(Serialize)]
-struct Best {
+struct BestRecord {
     #[serde(flatten)]
-    purpose: Purpose,
-    step: u64,
+    record: CheckpointRecord,
     evaluation_return: f64,
 }
 
@@ -91,43 +94,34 @@ struct Run<'a> {
 }
 
 struct Tables {
-    episodes: Table,
-    eval: Table,
-    progress: Table,
+    episodes: CsvWriter,
+    eval: CsvWriter,
+    progress: CsvWriter,
 }
 
-/// Trains as `config` says in its folder below `out`, until the end or until a signal asks to stop, and draws the
-/// learning curves.
+/// Trains as `config` says in `folder`, until the end or until a signal asks to stop; `None` if all its steps are done
+/// already.
 ///
 /// # Errors
 /// If the folder holds another run or is in use, or as [`train`].
-pub fn in_folder(config: &RunConfig, out: &Path, options: RunOptions) -> Result<ExitCode> {
-    let folder = RunFolder::below(out, config);
+pub fn in_folder(config: &RunConfig, folder: &RunFolder, options: RunOptions) -> Result<Option<Ending>> {
     let _lock = folder.prepare(config, options.resume)?;
-    let mut display = Display::new(config.steps, options.quiet);
-    display.line(&format!("run folder {}", folder.path().display()));
+    let mut progress = RunProgress::new(config.steps, options.quiet);
+    progress.line(&format!("run folder {}", folder.path().display()));
     if folder.state(config) == State::Done {
-        display.line("all its steps are done");
-        if !folder.curves().with_extension("svg").exists() {
-            curves::draw(&folder)?;
-        }
-        return Ok(ExitCode::SUCCESS);
+        progress.line("all its steps are done");
+        return Ok(None);
     }
     let random = config.learner.random_steps;
     if config.steps <= random {
-        display.line(&format!("nothing will be learned: the first {random} actions of a run are random"));
+        progress.line(&format!("nothing will be learned: the first {random} actions of a run are random"));
     }
 
-    let ending = train(config, &folder, options.tensorboard, &Stop::on_signals()?, &mut display)?;
-    if let Err(error) = curves::draw(&folder) {
-        // The run is saved all the same: its exit code says how it ended.
-        display.line(&format!("learning curves could not be drawn: {error:#}"));
-    }
+    let ending = train(config, folder, options.tensorboard, &Stop::on_signals()?, &mut progress)?;
     if ending == Ending::Stopped {
-        display.line("stopped; continue with the same command and --resume");
-        return Ok(ExitCode::from(cli::STOPPED));
+        progress.line("stopped; continue with the same command and --resume");
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(Some(ending))
 }
 
 /// Trains as `config` says, in `folder`, going on from its checkpoint if it has one.
@@ -139,13 +133,13 @@ pub fn train(
     folder: &RunFolder,
     tensorboard: bool,
     stop: &Stop,
-    display: &mut Display,
+    progress: &mut RunProgress,
 ) -> Result<Ending> {
     let mut run = Run::start(config, folder, tensorboard)?;
     let mut manifest = folder.begin_manifest(config, run.counters.step)?;
     folder.begin(config)?;
 
-    let ending = run.train(stop, display);
+    let ending = run.train(stop, progress);
     manifest.status = match ending {
         Ok(Ending::Done) => "done",
         Ok(Ending::Stopped) => "stopped",
@@ -176,14 +170,8 @@ impl<'a> Run<'a> {
             env.set_episode_stream(counters.episode_stream.clone());
             (saved.sac, replay, counters)
         } else {
-            let counters = Counters {
-                purpose: Purpose::of(config),
-                step: 0,
-                episode: 0,
-                best_return: None,
-                episode_stream: env.episode_stream(),
-                wall_s: 0.0,
-            };
+            let counters =
+                Counters { step: 0, episode: 0, best_return: None, episode_stream: env.episode_stream(), wall_s: 0.0 };
             let sac = Sac::new(&config.learner, observations, actions, seed("learner"))?;
             (sac, Replay::new(&config.learner, observations, actions), counters)
         };
@@ -215,15 +203,15 @@ impl<'a> Run<'a> {
             board: tensorboard.then(|| TensorBoard::create(folder.path(), counters.step)).transpose()?,
             counters,
             tables: Tables {
-                episodes: Table::append(&folder.episodes())?,
-                eval: Table::append(&folder.eval())?,
-                progress: Table::append(&folder.progress())?,
+                episodes: CsvWriter::append(&folder.episodes())?,
+                eval: CsvWriter::append(&folder.eval())?,
+                progress: CsvWriter::append(&folder.progress())?,
             },
             started: Instant::now(),
         })
     }
 
-    fn train(&mut self, stop: &Stop, display: &mut Display) -> Result<Ending> {
+    fn train(&mut self, stop: &Stop, progress: &mut RunProgress) -> Result<Ending> {
         let config = self.config;
         let scaled = config.learner.scaled_observations;
         let mut action = vec![0.0f32; self.env.action_dim()];
@@ -259,18 +247,18 @@ impl<'a> Run<'a> {
                     self.write_progress()?;
                 }
                 if self.counters.step.is_multiple_of(config.evaluate_every) {
-                    self.evaluate(display)?;
+                    self.evaluate(progress)?;
                 }
-                display.step(self.counters.step);
+                progress.step(self.counters.step);
                 if stop.requested() && !asked {
                     asked = true;
-                    display.line("stopping at the end of this episode; another Ctrl-C stops at once, without saving");
+                    progress.line("stopping at the end of this episode; another Ctrl-C stops at once, without saving");
                 }
                 if step.terminated || step.truncated {
                     break;
                 }
             }
-            self.finish_episode(&episode, display)?;
+            self.finish_episode(&episode, progress)?;
             if stop.requested() && self.counters.step < config.steps {
                 self.save()?;
                 return Ok(Ending::Stopped);
@@ -281,14 +269,14 @@ impl<'a> Run<'a> {
         }
         if self.counters.best_return.is_none() {
             // Too short a run for an evaluation on the way.
-            self.evaluate(display)?;
+            self.evaluate(progress)?;
         }
         self.save()?;
         fs_err::write(self.folder.done(), "")?;
         Ok(Ending::Done)
     }
 
-    fn finish_episode(&mut self, episode: &Episode, display: &mut Display) -> Result<()> {
+    fn finish_episode(&mut self, episode: &Episode, progress: &mut RunProgress) -> Result<()> {
         self.counters.episode += 1;
         let key = TrainingKey {
             schema: SCHEMA,
@@ -300,16 +288,16 @@ impl<'a> Run<'a> {
         };
         let outcome = episode.outcome();
         if outcome.diverged {
-            display.line(&format!("episode {}: the simulation diverged; counted, going on", self.counters.episode));
+            progress.line(&format!("episode {}: the simulation diverged; counted, going on", self.counters.episode));
         }
-        display.episode(outcome.total);
+        progress.episode(outcome.total);
         if let Some(board) = &mut self.board {
             board.episode(self.counters.step, &outcome)?;
         }
         self.tables.episodes.write((key, outcome))
     }
 
-    fn evaluate(&mut self, display: &mut Display) -> Result<()> {
+    fn evaluate(&mut self, progress: &mut RunProgress) -> Result<()> {
         let mut policy = Policy::Actor {
             // A mean action needs no noise, hence no seed of its own.
             actor: Box::new(self.sac.policy(0)),
@@ -321,16 +309,17 @@ impl<'a> Run<'a> {
         let starts = (0..self.config.evaluation_episodes).map(|index| training_evaluation_seed(evaluation, index));
         let table = &mut self.tables.eval;
         let outcomes = evaluate(&mut self.evaluation_env, &mut policy, starts, step, &self.id, table)?;
-        let score = mean(&outcomes, |o| o.total);
-        display.evaluation(step, &outcomes);
+        let score = mean_of(&outcomes, |o| o.total);
+        progress.evaluation(step, &outcomes);
         if let Some(board) = &mut self.board {
             board.evaluation(step, &outcomes)?;
         }
         if self.counters.best_return.is_none_or(|best| score > best) {
             self.counters.best_return = Some(score);
-            let note = Best { purpose: Purpose::of(self.config), step, evaluation_return: score };
-            let note = serde_json::to_value(note).context("note of the best checkpoint")?;
-            Checkpoint::save(&self.folder.best(), &self.sac, None, note)?;
+            let record =
+                BestRecord { record: CheckpointRecord { run: self.id.clone(), step }, evaluation_return: score };
+            let record = serde_json::to_value(record).context("record of the best checkpoint")?;
+            Checkpoint::save(&self.folder.best(), &self.sac, None, record)?;
         }
         Ok(())
     }
@@ -340,8 +329,9 @@ impl<'a> Run<'a> {
         let wall_s = self.wall_s();
         self.started = Instant::now();
         self.counters.wall_s = wall_s;
-        let caller = serde_json::to_value(&self.counters).context("checkpoint counters")?;
-        Checkpoint::save(&self.folder.checkpoint(), &self.sac, Some(&self.replay), caller)?;
+        let record = LastRecord { run: &self.id, counters: &self.counters };
+        let record = serde_json::to_value(record).context("record of the last checkpoint")?;
+        Checkpoint::save(&self.folder.checkpoint(), &self.sac, Some(&self.replay), record)?;
         self.saved_step = self.counters.step;
         Ok(())
     }

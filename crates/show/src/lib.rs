@@ -1,0 +1,28 @@
+//! An episode to be looked at: played once, and then a page for a browser, pictures, curves, numbers.
+//!
+//! Needs no libtorch: whoever plays is a closure from the environment to an action.
+//!
+//! ```
+//! use show::{Playback, page};
+//! use tasks::{Env, EnvConfig};
+//!
+//! let mut env = Env::new(EnvConfig::default(), 0)?;
+//! let playback = Playback::play(&mut env, Env::expert_action, 3, 5, "scripted expert", |_, _, _| Ok(()))?;
+//! let file = std::env::temp_dir().join(format!("show_example_{}.html", std::process::id()));
+//! page::write(&file, &[playback])?;
+//! # std::fs::remove_file(file)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod arrow;
+pub mod page;
+mod playback;
+mod recording;
+pub mod sheet;
+mod traces;
+mod view;
+
+pub use playback::Playback;
+pub use recording::Recording;
+pub use traces::Traces;
+pub use view::View;

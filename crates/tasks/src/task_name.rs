@@ -1,0 +1,44 @@
+//! Every task by name.
+
+use serde::{Deserialize, Serialize};
+
+use crate::door::Door;
+use crate::lift::Lift;
+use crate::task::Task;
+use crate::wipe::Wipe;
+
+/// The tasks by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum TaskName {
+    /// Lift a cube off a table.
+    #[default]
+    Lift,
+    /// Turn a handle and pull a door open.
+    Door,
+    /// Wipe a line of markers off a table, pressing neither too little nor too hard.
+    Wipe,
+}
+
+impl TaskName {
+    /// All tasks.
+    pub const ALL: [TaskName; 3] = [TaskName::Lift, TaskName::Door, TaskName::Wipe];
+
+    /// The name used on command lines, in files and in folders.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            TaskName::Lift => "lift",
+            TaskName::Door => "door",
+            TaskName::Wipe => "wipe",
+        }
+    }
+
+    /// A task of this name for episodes of `horizon` actions.
+    pub fn create(self, horizon: u32) -> Box<dyn Task> {
+        match self {
+            TaskName::Lift => Box::new(Lift::default()),
+            TaskName::Door => Box::new(Door::new(horizon)),
+            TaskName::Wipe => Box::new(Wipe::new(horizon)),
+        }
+    }
+}

@@ -1,0 +1,10 @@
+//! Run folders to tables and pictures.
+
+pub mod columns;
+pub mod curves;
+pub mod groups;
+pub mod markdown;
+pub mod published;
+pub mod scatter;
+pub mod summary;
+pub mod text;

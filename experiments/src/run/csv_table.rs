@@ -1,0 +1,59 @@
+//! CSV files read back.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+
+/// What is complete of a CSV file: a kill may have cut its last line.
+pub struct CsvTable {
+    path: PathBuf,
+    /// Names of the columns; none of a file in which nothing has been written yet.
+    pub headers: csv::StringRecord,
+    /// One per row, as long as `headers`.
+    pub rows: Vec<csv::StringRecord>,
+}
+
+impl CsvTable {
+    /// Reads `path`.
+    ///
+    /// # Errors
+    /// If it is missing or not a table.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = fs_err::read_to_string(path)?;
+        let whole = text.rfind('\n').map_or("", |end| &text[..=end]);
+        Self::parse(path, whole).with_context(|| path.display().to_string())
+    }
+
+    fn parse(path: &Path, text: &str) -> Result<Self> {
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        let headers = reader.headers()?.clone();
+        Ok(CsvTable { path: path.into(), headers, rows: reader.into_records().collect::<csv::Result<_>>()? })
+    }
+
+    /// The place of a column, if there is one of this name.
+    pub fn position(&self, column: &str) -> Option<usize> {
+        self.headers.iter().position(|header| header == column)
+    }
+
+    /// The cells of a column, from the top; none of a table in which nothing has been written yet.
+    ///
+    /// # Errors
+    /// If there is no such column.
+    pub fn column(&self, column: &str) -> Result<Vec<&str>> {
+        if self.headers.is_empty() {
+            return Ok(vec![]);
+        }
+        let at = self.position(column);
+        let at = at.with_context(|| format!("{}: no column {column:?}", self.path.display()))?;
+        Ok(self.rows.iter().map(|row| &row[at]).collect())
+    }
+
+    /// The `step` of every row.
+    ///
+    /// # Errors
+    /// If there is no such column, or a cell of it is no number of actions.
+    pub fn steps(&self) -> Result<Vec<u64>> {
+        let parse = |cell: &str| cell.parse().with_context(|| format!("{}: step {cell:?}", self.path.display()));
+        self.column("step")?.into_iter().map(parse).collect()
+    }
+}

@@ -1,0 +1,16 @@
+//! Runs: training and playing, and the folder of tables and checkpoints that they leave.
+
+pub mod checkpoint_record;
+pub mod csv_table;
+pub mod csv_writer;
+pub mod folder;
+mod learner_log;
+pub mod manifest;
+pub mod pool;
+pub mod progress_bar;
+pub mod rollout;
+pub mod rows;
+pub mod seeds;
+pub mod stop;
+pub mod tensorboard;
+pub mod train;

@@ -1,0 +1,52 @@
+//! The tables a run leaves behind, one row type per file. What each column means stands in
+//! `results/README.md`. No wall-clock time here: the same seed gives the same bytes.
+
+use serde::{Deserialize, Serialize};
+
+/// Version of the columns below.
+pub const SCHEMA: u32 = 2;
+
+/// Columns before the outcome in `episodes.csv`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "documented once, in results/README.md")]
+pub struct TrainingKey {
+    pub schema: u32,
+    pub task: String,
+    pub space: String,
+    pub seed: u64,
+    pub step: u64,
+    pub episode: u64,
+}
+
+/// Columns before the outcome in `eval.csv`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "documented once, in results/README.md")]
+pub struct EvaluationKey {
+    pub schema: u32,
+    pub task: String,
+    pub space: String,
+    pub seed: u64,
+    pub step: u64,
+    pub policy: String,
+    pub eval_episode: u32,
+    pub episode_seed: u64,
+}
+
+/// One row of `progress.csv`: the clock, and the learner, averaged over the updates since the last row; empty cells if
+/// there was none.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "documented once, in results/README.md")]
+pub struct ProgressRow {
+    pub step: u64,
+    pub updates: u64,
+    pub wall_s: f64,
+    pub env_steps_per_s: f64,
+    pub critic_loss: Option<f64>,
+    pub actor_loss: Option<f64>,
+    pub alpha: Option<f64>,
+    pub entropy: Option<f64>,
+    pub q_mean: Option<f64>,
+    pub grad_norm_critic: Option<f64>,
+    pub grad_norm_actor: Option<f64>,
+    pub replay_size: usize,
+}

@@ -1,0 +1,3 @@
+//! Playing what was trained; how an episode looks is the crate `show`'s.
+
+pub mod source;
