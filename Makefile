@@ -51,9 +51,8 @@ reproduce: setup runs/experts.csv runs/experts_table_1.csv runs/random_table_1.c
 	$(RUN) sweep -- experiments/configs/reference.toml
 	$(RUN) sweep -- experiments/configs/leash.toml
 	$(RUN) sweep -- experiments/configs/tolerance.toml
-	$(RUN) sweep -- experiments/configs/soft.toml
-	$(RUN) sweep -- experiments/configs/soft-45.toml
-	$(RUN) sweep -- experiments/configs/soft-80.toml
+	$(RUN) sweep -- experiments/configs/soft-lift.toml
+	$(RUN) sweep -- experiments/configs/soft-wipe.toml
 	$(RUN) sweep -- experiments/configs/table-1.toml
 	$(RUN) report -- runs
 

@@ -7,15 +7,16 @@ use std::path::{Path, PathBuf};
 use aforce::Reference;
 use common::{assert_same, error, expect, few, note, program, run_folder, start, states, stored, train, train_for};
 use experiments::config::cli::EnvArgs;
-use experiments::config::sweep;
+use experiments::config::sweep::{self, Sweep};
 use experiments::config::{RunConfig, RunId};
 use experiments::report::columns::Columns;
 use experiments::run::csv_writer::CsvWriter;
-use experiments::run::folder::RunFolder;
+use experiments::run::folder::{RunFolder, State};
 use experiments::run::rollout::evaluate;
 use experiments::run::seeds::{sub_seed, training_evaluation_seed};
 use experiments::show::source::{Player, SourceArgs, Which};
 use tasks::{Env, TaskName};
+use walkdir::WalkDir;
 
 fn scaled(env: &Env) -> Vec<f32> {
     let mut observation = env.observation().to_vec();
@@ -294,14 +295,19 @@ fn shipped(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("configs").join(name)
 }
 
+fn shipped_sweep(name: &str) -> Sweep {
+    sweep::read(&shipped(name)).unwrap()
+}
+
 /// Position and rotation step of a run.
 fn steps(run: &RunConfig) -> (f64, f64) {
     (run.env.controller.position_step, run.env.controller.rotation_step)
 }
 
-/// The run of a sweep with the task, space and seed of `run`.
+/// The run of a sweep with the task, space and seed of `run`, called by its variant.
 fn twin(sweep: &[RunConfig], run: &RunConfig) -> RunConfig {
-    sweep.iter().find(|other| RunId::of(other) == RunId::of(run)).unwrap().clone()
+    let called = |other: &RunConfig| RunConfig { variant: run.variant.clone(), ..other.clone() };
+    sweep.iter().map(called).find(|other| RunId::of(other) == RunId::of(run)).unwrap()
 }
 
 const ROBOSUITE: (f64, f64) = (0.05, 0.5);
@@ -309,13 +315,13 @@ const ROBOSUITE: (f64, f64) = (0.05, 0.5);
 #[test]
 fn shipped_sweeps_are_the_runs_they_say() {
     let wipe = |run: &RunConfig| run.env.task == TaskName::Wipe;
-    let table_1 = sweep::read(&shipped("table-1.toml")).unwrap();
+    let table_1 = shipped_sweep("table-1.toml").runs;
     assert_eq!((table_1.len(), table_1.iter().filter(|run| wipe(run)).count()), (56, 25));
     assert!(table_1.iter().all(|run| steps(run) == ROBOSUITE));
     let papers: Vec<_> = table_1.iter().filter(|run| run.preset == sac::Preset::Paper).map(RunId::of).collect();
-    assert_eq!(papers, [RunId { task: "lift".into(), space: "aforce".into(), seed: 6 }]);
+    assert_eq!(papers, [RunId { task: "lift".into(), space: "aforce".into(), variant: String::new(), seed: 6 }]);
 
-    let small = sweep::read(&shipped("small-steps.toml")).unwrap();
+    let small = shipped_sweep("small-steps.toml").runs;
     assert_eq!((small.len(), small.iter().filter(|run| wipe(run)).count()), (33, 15));
     assert!(small.iter().all(|run| steps(run) == (0.02, if wipe(run) { 0.03 } else { 0.15 })));
 
@@ -336,8 +342,8 @@ fn shipped_sweeps_are_the_runs_they_say() {
 /// Both spaces are those of the small steps, but for the reference, which is the other's.
 #[test]
 fn the_sweep_of_references_swaps_them() {
-    let small = sweep::read(&shipped("small-steps.toml")).unwrap();
-    let swapped = sweep::read(&shipped("reference.toml")).unwrap();
+    let small = shipped_sweep("small-steps.toml").runs;
+    let swapped = shipped_sweep("reference.toml").runs;
     assert_eq!(swapped.len(), 6);
     for run in swapped {
         let mut same = twin(&small, &run);
@@ -350,8 +356,8 @@ fn the_sweep_of_references_swaps_them() {
 /// But for the tolerance, which is that of the small steps, a run is that of `table-1.toml`.
 #[test]
 fn the_sweep_of_the_tolerance_changes_nothing_else() {
-    let table_1 = sweep::read(&shipped("table-1.toml")).unwrap();
-    let runs = sweep::read(&shipped("tolerance.toml")).unwrap();
+    let table_1 = shipped_sweep("table-1.toml").runs;
+    let runs = shipped_sweep("tolerance.toml").runs;
     assert_eq!(runs.len(), 7);
     for run in runs {
         let mut same = twin(&table_1, &run);
@@ -364,19 +370,49 @@ fn the_sweep_of_the_tolerance_changes_nothing_else() {
 /// But for the stiffness, a run is that of `table-1.toml`.
 #[test]
 fn the_sweeps_of_softness_change_nothing_else() {
-    let table_1 = sweep::read(&shipped("table-1.toml")).unwrap();
-    for (name, length, in_wipe) in [("soft.toml", 6, 23.0), ("soft-45.toml", 1, 45.0), ("soft-80.toml", 1, 80.0)] {
-        let runs = sweep::read(&shipped(name)).unwrap();
-        assert_eq!(runs.len(), length);
+    let table_1 = shipped_sweep("table-1.toml").runs;
+    let [lift, wipe] = ["soft-lift.toml", "soft-wipe.toml"].map(shipped_sweep);
+    assert_eq!([&lift.name, &wipe.name], ["soft", "soft"]);
+    assert_eq!((lift.runs.len(), wipe.runs.len()), (3, 5));
+    for run in [lift.runs, wipe.runs].concat() {
+        let soft = match (run.env.task, run.variant.as_str()) {
+            (TaskName::Lift, "") => 47.0,
+            (TaskName::Wipe, "") => 23.0,
+            (TaskName::Wipe, "soft-45") => 45.0,
+            (TaskName::Wipe, "soft-80") => 80.0,
+            other => panic!("{other:?}"),
+        };
+        let mut same = twin(&table_1, &run);
+        let osc = &mut same.env.controller.impedance.osc;
+        (osc.translation, osc.rotation) = (soft, soft);
+        assert_eq!(same, run);
+    }
+}
+
+/// Every committed run is one of a shipped sweep, which would take it for done.
+#[test]
+fn committed_runs_are_those_of_the_shipped_sweeps() {
+    let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("../results");
+    let mut done = 0;
+    for name in ["table-1", "small-steps", "reference", "tolerance", "leash", "soft-lift", "soft-wipe"] {
+        let Sweep { name, runs } = shipped_sweep(&format!("{name}.toml"));
         for run in runs {
-            let mut same = twin(&table_1, &run);
-            let soft = if run.env.task == TaskName::Wipe { in_wipe } else { 47.0 };
-            let impedance = &mut same.env.controller.impedance;
-            impedance.aforce = run.env.controller.impedance.aforce; // In no use.
-            (impedance.osc.translation, impedance.osc.rotation) = (soft, soft);
-            assert_eq!(same, run);
+            // The two that the sweep keeps beside the others were run by sweeps of their own.
+            let (experiment, run) = match run.variant.as_str() {
+                "" => (name.clone(), run),
+                variant => (variant.to_string(), RunConfig { variant: String::new(), ..run.clone() }),
+            };
+            let folder = RunFolder::below(&results.join(experiment), &run);
+            match folder.state(&run) {
+                State::Done => done += 1,
+                // Not every run was made.
+                State::New => {}
+                other => panic!("{}: {other:?}", folder.path().display()),
+            }
         }
     }
+    let committed = WalkDir::new(&results).into_iter().filter(|entry| entry.as_ref().unwrap().file_name() == "DONE");
+    assert_eq!(done, committed.count());
 }
 
 /// A new file is to be named here.
@@ -399,9 +435,8 @@ fn shipped_configurations_are_read() {
             "reference.toml",
             "robosuite-steps.toml",
             "small-steps.toml",
-            "soft-45.toml",
-            "soft-80.toml",
-            "soft.toml",
+            "soft-lift.toml",
+            "soft-wipe.toml",
             "table-1.toml",
             "tolerance.toml"
         ]

@@ -100,8 +100,8 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
 }
 
 /// Runs of a group stand for each other: they have to differ in their seed and in nothing else. Groups are compared: their
-/// runs may also differ in the action space with its impedance, and in the learner (and how long it trains) if their
-/// presets do.
+/// runs may also differ in the action space with its impedance, in the learner (and how long it trains) if their presets
+/// do, and in anything if their variants do: a variant's name says what.
 fn comparable(runs: &[RunFolder], rows: &[RunSummary]) -> Result<()> {
     let mut seen: Vec<(&RunFolder, &RunSummary, RunConfig)> = vec![];
     for (run, row) in runs.iter().zip(rows) {
@@ -115,6 +115,9 @@ fn comparable(runs: &[RunFolder], rows: &[RunSummary]) -> Result<()> {
                 row.label() != their_row.label() || theirs.seed != config.seed,
                 "{there} and {here} have the same seed: keep them in different folders"
             );
+            if theirs.variant != config.variant {
+                continue;
+            }
             let mut alike = config.clone();
             alike.seed = theirs.seed;
             if theirs.env.space != config.env.space {

@@ -6,7 +6,7 @@ use std::process::{Command, ExitCode};
 
 use anyhow::{Context, Result};
 use clap::Parser;
-use experiments::config::sweep;
+use experiments::config::sweep::{self, Sweep};
 use experiments::config::{RunConfig, RunId, cli};
 use experiments::report::curves;
 use experiments::run::folder::{RunFolder, State};
@@ -24,9 +24,9 @@ use output::program::{self, bad};
 #[derive(Parser)]
 #[command(version)]
 struct Arguments {
-    /// TOML file with groups of tasks, spaces and seeds
+    /// TOML file with groups of tasks, spaces, seeds and settings that vary
     file: PathBuf,
-    /// Folder of the experiment (default: runs/ and the file's name)
+    /// Folder of the experiment (default: runs/ and the sweep's name, which is the file's unless it says another)
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print the runs and train nothing
@@ -48,11 +48,8 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<ExitCode> {
-    let runs = sweep::read(&arguments.file)?;
-    let out = arguments
-        .out
-        .clone()
-        .unwrap_or_else(|| PathBuf::from("runs").join(arguments.file.file_stem().unwrap_or_default()));
+    let Sweep { name, runs } = sweep::read(&arguments.file)?;
+    let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(name));
     if arguments.list {
         return list(&runs, &out);
     }
@@ -87,7 +84,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         if arguments.tensorboard {
             command.arg("--tensorboard");
         }
-        Job { name: name(run), command, log: folder.path().join("log.txt") }
+        Job { name: RunId::of(run).to_string(), command, log: folder.path().join("log.txt") }
     });
     let jobs: Vec<Job> = jobs.collect();
     let busy = if elsewhere == 0 { String::new() } else { format!(", {elsewhere} at work in other processes") };
@@ -115,18 +112,15 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     })
 }
 
-fn name(run: &RunConfig) -> String {
-    let RunId { task, space, seed } = RunId::of(run);
-    format!("{task} {space} {seed}")
-}
-
 fn list(runs: &[RunConfig], out: &std::path::Path) -> Result<ExitCode> {
-    println!("{:>5} {:<5} {:<15} {:>5} {:<8} folder", "index", "task", "space", "seed", "state");
-    for (index, run) in runs.iter().enumerate() {
-        let RunId { task, space, seed } = RunId::of(run);
+    let ids: Vec<RunId> = runs.iter().map(RunId::of).collect();
+    let width = ids.iter().map(|id| id.label().len()).max().unwrap_or(0).max("space".len());
+    println!("{:>5} {:<5} {:<width$} {:>5} {:<8} folder", "index", "task", "space", "seed", "state");
+    for ((index, run), id) in runs.iter().enumerate().zip(&ids) {
         let folder = RunFolder::below(out, run);
         let state = format!("{:?}", folder.state(run)).to_lowercase();
-        println!("{index:>5} {task:<5} {space:<15} {seed:>5} {state:<8} {}", folder.path().display());
+        let (task, label, seed, folder) = (&id.task, id.label(), id.seed, folder.path().display());
+        println!("{index:>5} {task:<5} {label:<width$} {seed:>5} {state:<8} {folder}");
     }
     Ok(ExitCode::SUCCESS)
 }

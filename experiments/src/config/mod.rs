@@ -6,4 +6,4 @@ mod run_id;
 pub mod sweep;
 
 pub use run_config::{RunConfig, parse, parse_override};
-pub use run_id::RunId;
+pub use run_id::{RunId, label};

@@ -11,12 +11,17 @@ use serde::{Deserialize, Serialize};
 use tasks::EnvConfig;
 use toml::{Table, Value};
 
+use crate::config::run_id::{NAME_CHARACTERS, is_name_character};
+
 /// Everything that decides the outcome of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RunConfig {
     /// Where the learner's defaults come from.
     pub preset: sac::Preset,
+    /// What tells the run from others of its sweep with the same task, space and seed; mostly empty.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub variant: String,
     /// The seed of everything random in the run.
     pub seed: u64,
     /// Training actions.
@@ -38,6 +43,7 @@ impl RunConfig {
     pub fn preset(preset: sac::Preset) -> Self {
         RunConfig {
             preset,
+            variant: String::new(),
             seed: 1,
             steps: 300_000,
             evaluate_every: 10_000,
@@ -109,6 +115,8 @@ impl RunConfig {
         for (name, value) in counts {
             ensure!(value > 0, "{name} = 0: must be at least 1");
         }
+        let fits = self.variant.chars().all(|c| c == ',' || is_name_character(c));
+        ensure!(fits, "variant = {:?}: {NAME_CHARACTERS}, and commas between parts", self.variant);
         self.env.validate()?;
         self.learner.validate().map_err(|error| bad(format!("learner.{error}")))?;
         Ok(())
@@ -174,7 +182,7 @@ pub fn parse_override(text: &str) -> Result<(String, Value), String> {
 }
 
 /// Puts a value under a dotted key; the error is the part of the key that is no section.
-fn insert(table: &mut Table, key: &str, value: Value) -> Result<(), String> {
+pub(crate) fn insert(table: &mut Table, key: &str, value: Value) -> Result<(), String> {
     match key.split_once('.') {
         None => {
             table.insert(key.into(), value);
@@ -187,7 +195,8 @@ fn insert(table: &mut Table, key: &str, value: Value) -> Result<(), String> {
     Ok(())
 }
 
-fn merge(base: &mut Table, over: Table) {
+/// Lays a table over another one.
+pub(crate) fn merge(base: &mut Table, over: Table) {
     for (key, value) in over {
         match (base.get_mut(&key), value) {
             // A variant of another kind replaces the old one with all its fields.

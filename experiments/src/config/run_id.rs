@@ -1,16 +1,21 @@
 //! Who a run is.
 
+use std::fmt::{self, Display, Formatter};
+
 use serde::{Deserialize, Serialize};
 
 use crate::config::RunConfig;
 
-/// Who a run is: in its rows, in its checkpoints and in a sweep.
+/// Who a run is: in its rows, in its folder's name, in its checkpoints and in a sweep.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct RunId {
     /// Task name.
     pub task: String,
     /// Action space name.
     pub space: String,
+    /// What tells it from other runs of a sweep with this task, space and seed; mostly empty.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub variant: String,
     /// Seed of the run; 0 in checkpoints that do not tell it.
     #[serde(default)]
     pub seed: u64,
@@ -19,6 +24,35 @@ pub struct RunId {
 impl RunId {
     /// Of the run with this configuration.
     pub fn of(config: &RunConfig) -> Self {
-        RunId { task: config.env.task.as_str().into(), space: config.env.space.name().into(), seed: config.seed }
+        RunId {
+            task: config.env.task.as_str().into(),
+            space: config.env.space.name().into(),
+            variant: config.variant.clone(),
+            seed: config.seed,
+        }
     }
+
+    /// Space and variant: the name of a folder, and of what is compared with each other.
+    pub fn label(&self) -> String {
+        label(&self.space, &self.variant)
+    }
+}
+
+impl Display for RunId {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {} {}", self.task, self.label(), self.seed)
+    }
+}
+
+/// `SPACE,VARIANT`, or the space alone.
+pub fn label(space: &str, variant: &str) -> String {
+    if variant.is_empty() { space.into() } else { format!("{space},{variant}") }
+}
+
+/// What a name may be made of, in words.
+pub(crate) const NAME_CHARACTERS: &str = "letters, digits and . _ = + - are allowed";
+
+/// Whether a name that becomes a part of a folder's name may have this character.
+pub(crate) fn is_name_character(c: char) -> bool {
+    c.is_ascii_alphanumeric() || "._=+-".contains(c)
 }

@@ -1,73 +1,90 @@
 //! A sweep: a TOML file that stands for a list of independent runs.
 
 use std::collections::HashSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use aforce::ActionSpace;
-use anyhow::Result;
+use anyhow::{Context, Result};
 use output::program::bad;
 use serde::Deserialize;
 use tasks::TaskName;
 use toml::{Table, Value};
 
+use crate::config::run_config::{insert, merge};
+use crate::config::run_id::{NAME_CHARACTERS, is_name_character};
 use crate::config::{RunConfig, RunId, parse};
+
+/// Runs that belong together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sweep {
+    /// What its folder is called unless somebody names another.
+    pub name: String,
+    /// In the order of the file. Neighbours differ in their action space, so that a sweep broken off half-way has all spaces.
+    pub runs: Vec<RunConfig>,
+}
 
 /// The file: groups of runs, and settings that all of them share.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
+    name: Option<String>,
+    /// A sweep, its path counted from this file, whose settings these are on top of, and whose groups these are if there are
+    /// none here.
+    extends: Option<PathBuf>,
     /// Any part of a run's configuration.
     #[serde(default)]
     run: Table,
+    #[serde(default)]
     group: Vec<Group>,
 }
 
-/// Every task with every action space and every seed.
+/// Every task with every action space, every choice of the varied settings and every seed.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Group {
+    /// First part of the variant of its runs.
+    name: Option<String>,
     tasks: Vec<TaskName>,
-    spaces: Vec<ActionSpace>,
+    spaces: Vec<Value>,
     seeds: Vec<u32>,
     /// On top of the shared settings.
     #[serde(default)]
     run: Table,
+    /// Dotted keys, each with the values that it takes in turn; on top of `run`.
+    #[serde(default)]
+    vary: Table,
 }
 
-/// The runs of a sweep in the order of its file. Neighbours differ in their action space, so that a
-/// sweep broken off half-way has all spaces.
+/// Reads a sweep.
 ///
 /// # Errors
 /// If the file is not a sweep, a setting is not allowed, or two runs would share a folder.
-pub fn read(path: &Path) -> Result<Vec<RunConfig>> {
-    let text = fs_err::read_to_string(path)?;
-    let name = path.display().to_string();
-    let file: File = parse(&text).map_err(|problem| bad(format!("{name}: {problem}")))?;
-    for table in [&file.run].into_iter().chain(file.group.iter().map(|group| &group.run)) {
-        let env = |key| table.get("env").and_then(|env| env.get(key));
-        for (key, value) in [("seed", table.get("seed")), ("env.task", env("task")), ("env.space", env("space"))] {
-            if value.is_some() {
-                return Err(bad(format!("{name}: run.{key}: a group's tasks, spaces and seeds say that")));
-            }
-        }
-    }
+pub fn read(path: &Path) -> Result<Sweep> {
+    let source = path.display().to_string();
+    let wrong = |problem: String| bad(format!("{source}: {problem}"));
+    let file = File::read(path, &mut vec![])?;
+    file.name.as_deref().map_or(Ok(()), is_name).map_err(&wrong)?;
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let name = file.name.unwrap_or_else(|| stem.into());
+    no_identity(&file.run).map_err(&wrong)?;
     let mut runs = vec![];
     for group in &file.group {
-        for &task in &group.tasks {
-            for &seed in &group.seeds {
-                for space in &group.spaces {
-                    let own = Table::from_iter([
-                        ("seed".into(), Value::Integer(seed.into())),
-                        (
-                            "env".into(),
-                            Value::Table(Table::from_iter([
-                                ("task".into(), Value::String(task.as_str().into())),
-                                ("space".into(), Value::String(space.to_string())),
-                            ])),
-                        ),
-                    ]);
-                    let layers = [&file.run, &group.run, &own].map(|table| (name.clone(), table.clone()));
-                    runs.push(RunConfig::from_layers(layers.into())?);
+        no_identity(&group.run).map_err(&wrong)?;
+        let spaces: Vec<Table> = group.spaces.iter().map(space_settings).collect::<Result<_, _>>().map_err(&wrong)?;
+        for choice in group.choices().map_err(&wrong)? {
+            for &task in &group.tasks {
+                for &seed in &group.seeds {
+                    for space in &spaces {
+                        let mut own = space.clone();
+                        let identity = [
+                            ("env.task", Value::String(task.as_str().into())),
+                            ("seed", Value::Integer(seed.into())),
+                            ("variant", Value::String(choice.variant.clone())),
+                        ];
+                        identity.into_iter().for_each(|(key, value)| insert(&mut own, key, value).expect("a section"));
+                        let layers = [&file.run, &group.run, &choice.settings, &own];
+                        runs.push(RunConfig::from_layers(layers.map(|layer| (source.clone(), layer.clone())).into())?);
+                    }
                 }
             }
         }
@@ -75,14 +92,111 @@ pub fn read(path: &Path) -> Result<Vec<RunConfig>> {
     let mut seen = HashSet::new();
     for id in runs.iter().map(RunId::of) {
         if !seen.insert(id.clone()) {
-            let RunId { task, space, seed } = id;
-            return Err(bad(format!("{name}: {task} {space} seed {seed} stands there twice")));
+            return Err(wrong(format!("{id} stands there twice")));
         }
     }
     if runs.is_empty() {
-        return Err(bad(format!("{name}: no run: a group needs tasks, spaces and seeds")));
+        return Err(wrong("no run: a group needs tasks, spaces and seeds".into()));
     }
-    Ok(runs)
+    Ok(Sweep { name, runs })
+}
+
+impl File {
+    /// With what it extends; `readers` are the files that asked for it.
+    fn read(path: &Path, readers: &mut Vec<PathBuf>) -> Result<Self> {
+        let here = fs_err::canonicalize(path)?;
+        if readers.contains(&here) {
+            return Err(bad(format!("{}: extends itself", path.display())));
+        }
+        readers.push(here);
+        let file: File =
+            parse(&fs_err::read_to_string(path)?).map_err(|problem| bad(format!("{}: {problem}", path.display())))?;
+        let Some(base) = &file.extends else { return Ok(file) };
+        let base = path.parent().unwrap_or(Path::new("")).join(base);
+        let base = File::read(&base, readers).with_context(|| format!("{}: extends", path.display()))?;
+        let mut run = base.run;
+        merge(&mut run, file.run);
+        let group = if file.group.is_empty() { base.group } else { file.group };
+        Ok(File { run, group, ..file })
+    }
+}
+
+/// One value of everything that a group varies.
+#[derive(Clone, Default)]
+struct Choice {
+    variant: String,
+    settings: Table,
+}
+
+impl Group {
+    /// Every combination of varied values, the last key changing first.
+    fn choices(&self) -> Result<Vec<Choice>, String> {
+        self.name.as_deref().map_or(Ok(()), is_name)?;
+        let variant = self.name.clone().unwrap_or_default();
+        let mut choices = vec![Choice { variant, settings: Table::new() }];
+        for (key, values) in &self.vary {
+            let of_key = || format!("vary.{key:?}");
+            let values = values.as_array().ok_or_else(|| format!("{}: a list of values is needed", of_key()))?;
+            if values.is_empty() {
+                return Err(format!("{}: the list is empty", of_key()));
+            }
+            let label = self.shortest(key);
+            let with = |choice: &Choice, value: &Value| {
+                let Choice { mut variant, mut settings } = choice.clone();
+                if !variant.is_empty() {
+                    variant.push(',');
+                }
+                variant.push_str(&format!("{label}={}", spelt(value)));
+                insert(&mut settings, key, value.clone()).map_err(|head| format!("{}: {head} varies too", of_key()))?;
+                Ok(Choice { variant, settings })
+            };
+            let pairs = choices.iter().flat_map(|choice| values.iter().map(move |value| (choice, value)));
+            choices = pairs.map(|(choice, value)| with(choice, value)).collect::<Result<_, String>>()?;
+        }
+        choices.iter().try_for_each(|choice| no_identity(&choice.settings))?;
+        Ok(choices)
+    }
+
+    /// The last parts of a varied key, as many as tell it from the others.
+    fn shortest<'a>(&self, key: &'a str) -> &'a str {
+        let ends_alike = |tail: &str| self.vary.keys().filter(|other| format!(".{other}").ends_with(tail)).count() > 1;
+        let dots = key.rmatch_indices('.').map(|(at, _)| &key[at + 1..]);
+        dots.chain([key]).find(|tail| !ends_alike(&format!(".{tail}"))).unwrap_or(key)
+    }
+}
+
+/// An entry of `spaces` as settings of a run.
+fn space_settings(entry: &Value) -> Result<Table, String> {
+    let space: ActionSpace = entry.clone().try_into().map_err(|error| format!("spaces: {}", error.message()))?;
+    let env = Table::from_iter([("space".into(), Value::String(space.to_string()))]);
+    Ok(Table::from_iter([("env".into(), Value::Table(env))]))
+}
+
+/// Who a run is is no setting.
+fn no_identity(settings: &Table) -> Result<(), String> {
+    let env = |key| settings.get("env").and_then(|env| env.get(key));
+    let found = [
+        ("seed", settings.get("seed")),
+        ("variant", settings.get("variant")),
+        ("env.task", env("task")),
+        ("env.space", env("space")),
+    ];
+    match found.iter().find(|(_, value)| value.is_some()) {
+        Some((key, _)) => Err(format!("run.{key}: a group's name, tasks, spaces and seeds say that")),
+        None => Ok(()),
+    }
+}
+
+/// What is to be a part of a folder's name.
+fn is_name(name: &str) -> Result<(), String> {
+    let fits = !name.is_empty() && name.chars().all(is_name_character);
+    if fits { Ok(()) } else { Err(format!("name = {name:?}: {NAME_CHARACTERS}")) }
+}
+
+/// A value as a part of a folder's name.
+fn spelt(value: &Value) -> String {
+    let text = value.as_str().map_or_else(|| value.to_string(), String::from);
+    text.chars().map(|c| if is_name_character(c) { c } else { '_' }).collect()
 }
 
 #[cfg(test)]
@@ -93,7 +207,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("sweep.toml");
         fs_err::write(&path, text).unwrap();
-        read(&path)
+        read(&path).map(|sweep| sweep.runs)
+    }
+
+    fn labels(runs: &[RunConfig]) -> Vec<String> {
+        runs.iter().map(|run| RunId::of(run).label()).collect()
     }
 
     #[test]
@@ -120,12 +238,93 @@ mod tests {
             (group.replace("aforce", "aforze"), "aforze"),
             (group.replace("lift", "left"), "left"),
             (group.to_string() + "run = { learner = { gama = 1 } }", "did you mean \"learner.gamma\""),
-            (group.to_string() + "steps = 3", "known are tasks"),
+            (group.to_string() + "steps = 3", "known are name, tasks"),
             (group.to_string() + "run = { seed = 2 }", "run.seed"),
             (group.to_string() + "run = { env = { space = \"osc\" } }", "run.env.space"),
+            (group.to_string() + "run = { variant = \"a\" }", "run.variant"),
+            (group.to_string() + "vary = { \"learner.nstep\" = [1] }", "did you mean \"learner.n_step\""),
+            (group.to_string() + "vary = { \"learner.n_step\" = [] }", "vary.\"learner.n_step\": the list is empty"),
+            (group.to_string() + "vary = { \"learner.n_step\" = 1 }", "a list of values"),
+            (group.to_string() + "vary = { seed = [1, 2] }", "run.seed"),
+            (group.to_string() + "vary = { \"learner.n_step\" = [3, 3] }", "lift aforce,n_step=3 1 stands there twice"),
+            (group.to_string() + "name = \"a/b\"", "a/b"),
         ] {
             let error = sweep(&text).unwrap_err().to_string();
             assert!(error.contains(word) && error.contains("sweep.toml"), "{error}");
         }
+    }
+    #[test]
+    fn a_group_varies_what_it_says_in_the_order_of_its_keys() {
+        let runs = sweep(
+            "[run]\nlearner = { gamma = 0.9 }\n\
+             [[group]]\ntasks = [\"lift\"]\nspaces = [\"aforce\", \"osc\"]\nseeds = [1]\n\
+             vary = { \"learner.n_step\" = [1, 5], \"env.controller.position_step\" = [0.02, 0.05] }\n\
+             [[group]]\nname = \"soft-45\"\ntasks = [\"lift\"]\nspaces = [\"osc\"]\nseeds = [1]\n\
+             run.env.controller.impedance.osc = { translation = 45.0, rotation = 45.0 }\n\
+             [[group]]\nname = \"wide\"\ntasks = [\"lift\"]\nspaces = [\"osc\"]\nseeds = [1]\n\
+             vary = { \"learner.hidden\" = [[8, 8]] }",
+        )
+        .unwrap();
+        let expected = [
+            "aforce,n_step=1,position_step=0.02",
+            "osc,n_step=1,position_step=0.02",
+            "aforce,n_step=1,position_step=0.05",
+            "osc,n_step=1,position_step=0.05",
+            "aforce,n_step=5,position_step=0.02",
+            "osc,n_step=5,position_step=0.02",
+            "aforce,n_step=5,position_step=0.05",
+            "osc,n_step=5,position_step=0.05",
+            "osc,soft-45",
+            "osc,wide,hidden=_8__8_",
+        ];
+        assert_eq!(labels(&runs), expected);
+        let of = |run: &RunConfig| (run.learner.n_step, run.env.controller.position_step, run.learner.gamma);
+        assert_eq!((of(&runs[2]), of(&runs[4])), ((1, 0.05, 0.9), (5, 0.02, 0.9)));
+        assert_eq!(runs[8].env.controller.impedance.osc.translation, 45.0);
+        assert_eq!(runs[9].learner.hidden, [8, 8]);
+    }
+
+    /// As many parts of a key as tell it from the others.
+    #[test]
+    fn varied_keys_that_end_alike_are_told_apart() {
+        let runs = sweep(
+            "[[group]]\ntasks = [\"lift\"]\nspaces = [\"aforce\"]\nseeds = [1]\n[group.vary]\n\
+             \"env.controller.impedance.aforce.translation.tolerance\" = [0.02]\n\
+             \"env.controller.impedance.aforce.rotation.tolerance\" = [0.2]",
+        );
+        assert_eq!(labels(&runs.unwrap()), ["aforce,translation.tolerance=0.02,rotation.tolerance=0.2"]);
+    }
+
+    #[test]
+    fn a_sweep_extends_another() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            fs_err::create_dir_all(path.parent().unwrap()).unwrap();
+            fs_err::write(&path, text).unwrap();
+            path
+        };
+        let group = |space: &str| format!("[[group]]\ntasks = [\"lift\"]\nspaces = [{space:?}]\nseeds = [1]\n");
+        write("base.toml", &("run = { steps = 1000, evaluate_every = 500 }\n".to_string() + &group("osc")));
+        let plain = write("below/plain.toml", "extends = \"../base.toml\"\n[run]\nsteps = 2000\n");
+        let own = "name = \"mine\"\nextends = \"plain.toml\"\n".to_string() + &group("aforce");
+        let own = write("below/own.toml", &own);
+
+        let Sweep { name, runs } = read(&plain).unwrap();
+        assert_eq!((name.as_str(), labels(&runs)), ("plain", vec!["osc".to_string()]));
+        assert_eq!((runs[0].steps, runs[0].evaluate_every), (2000, 500));
+        let Sweep { name, runs } = read(&own).unwrap();
+        assert_eq!((name.as_str(), labels(&runs), runs[0].steps), ("mine", vec!["aforce".to_string()], 2000));
+
+        let error = |path: &Path| format!("{:#}", read(path).unwrap_err());
+        write("a.toml", "extends = \"b.toml\"");
+        let circle = write("b.toml", "extends = \"a.toml\"");
+        assert!(error(&circle).contains("b.toml: extends itself"), "{}", error(&circle));
+        let lost = write("lost.toml", "extends = \"nowhere.toml\"");
+        assert!(
+            error(&lost).contains("lost.toml: extends") && error(&lost).contains("nowhere.toml"),
+            "{}",
+            error(&lost)
+        );
     }
 }

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::config::label;
 use crate::report::summary::RunSummary;
 use output::statistics::{
     FEWEST_FOR_INTERVAL, deviation, interval, iqm, mean, median, probability_of_improvement, range,
@@ -28,12 +29,14 @@ impl<'a> Section<'a> {
     }
 }
 
-/// The runs of a section with an action space and a preset; seeds differ.
+/// The runs of a section with an action space, a variant and a preset; seeds differ.
 pub struct Group<'a> {
     /// Experiment and task.
     pub section: Section<'a>,
     /// Action space name.
     pub space: &'a str,
+    /// The variant's name, mostly empty.
+    pub variant: &'a str,
     /// The learner's preset.
     pub preset: &'a str,
     /// In the order in which they were found.
@@ -41,6 +44,11 @@ pub struct Group<'a> {
 }
 
 impl Group<'_> {
+    fn has(&self, run: &RunSummary) -> bool {
+        let key = (Section::of(run), run.space.as_str(), run.variant.as_str(), run.preset.as_str());
+        key == (self.section, self.space, self.variant, self.preset)
+    }
+
     /// A number of every run.
     pub fn values(&self, of: fn(&RunSummary) -> f64) -> Vec<f64> {
         self.runs.iter().map(|run| of(run)).collect()
@@ -51,10 +59,15 @@ impl Group<'_> {
 pub fn groups(rows: &[RunSummary]) -> Vec<Group<'_>> {
     let mut groups: Vec<Group> = vec![];
     for run in rows {
-        let (section, space, preset) = (Section::of(run), run.space.as_str(), run.preset.as_str());
-        match groups.iter_mut().find(|group| (group.section, group.space, group.preset) == (section, space, preset)) {
+        match groups.iter_mut().find(|group| group.has(run)) {
             Some(group) => group.runs.push(run),
-            None => groups.push(Group { section, space, preset, runs: vec![run] }),
+            None => groups.push(Group {
+                section: Section::of(run),
+                space: &run.space,
+                variant: &run.variant,
+                preset: &run.preset,
+                runs: vec![run],
+            }),
         }
     }
     groups
@@ -112,6 +125,7 @@ pub struct SummaryRow {
     pub experiment: String,
     pub task: String,
     pub space: String,
+    pub variant: String,
     pub preset: String,
     pub metric: &'static str,
     pub n_seeds: usize,
@@ -135,6 +149,7 @@ pub fn summary(groups: &[Group]) -> Vec<SummaryRow> {
             experiment: group.section.experiment.into(),
             task: group.section.task.into(),
             space: group.space.into(),
+            variant: group.variant.into(),
             preset: group.preset.into(),
             metric,
             n_seeds: values.len(),
@@ -152,7 +167,7 @@ pub fn summary(groups: &[Group]) -> Vec<SummaryRow> {
 }
 
 /// A row of `comparison.csv`: a space against `aforce` (with force where `aforce` has it) in the same section, with the
-/// same preset.
+/// same preset and variant, or else without a variant.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "documented once, in results/README.md")]
 pub struct ComparisonRow {
@@ -160,6 +175,7 @@ pub struct ComparisonRow {
     pub task: String,
     pub preset: String,
     pub space: String,
+    pub variant: String,
     pub n_space: usize,
     pub reference: String,
     pub n_reference: usize,
@@ -183,8 +199,9 @@ pub fn comparison(groups: &[Group]) -> Vec<ComparisonRow> {
                 task: other.section.task.into(),
                 preset: other.preset.into(),
                 space: other.space.into(),
+                variant: other.variant.into(),
                 n_space: b.len(),
-                reference: reference.space.into(),
+                reference: label(reference.space, reference.variant),
                 n_reference: a.len(),
                 quantity,
                 value: statistic(&a, &b),
@@ -204,11 +221,15 @@ pub fn comparison(groups: &[Group]) -> Vec<ComparisonRow> {
 
 /// What a group is compared with, if it is not that itself.
 fn reference<'a>(group: &Group, groups: &'a [Group<'a>]) -> Option<&'a Group<'a>> {
-    let named = |space| {
-        let same = |other: &&Group| (other.section, other.preset, other.space) == (group.section, group.preset, space);
-        groups.iter().find(same)
+    let named = |space, variant| {
+        let key = (group.section, group.preset, space, variant);
+        groups.iter().find(|other| (other.section, other.preset, other.space, other.variant) == key)
     };
-    named("aforce-force").or_else(|| named("aforce")).filter(|reference| reference.space != group.space)
+    let of_variant = |variant| {
+        let reference = named("aforce-force", variant).or_else(|| named("aforce", variant));
+        reference.filter(|reference| (reference.space, reference.variant) != (group.space, group.variant))
+    };
+    of_variant(group.variant).or_else(|| of_variant(""))
 }
 
 #[cfg(test)]
@@ -256,6 +277,29 @@ pub(crate) mod tests {
         assert_eq!(with(&all), [pair("aforce-force", "aforce"), pair("aforce-force", "osc")]);
         assert_eq!(with(&all[..2]), [pair("aforce", "osc")]);
         assert_eq!(with(&all[1..2]), []);
+    }
+
+    /// A variant is compared with `aforce` of the same variant, or else with the plain one; so is a variant of `aforce`.
+    #[test]
+    fn variants_are_groups_of_their_own() {
+        let mut all = [runs("aforce", 2), runs("osc", 2), runs("aforce", 1), runs("osc", 1), runs("osc", 1)].concat();
+        for (run, variant) in all.iter_mut().zip(["", "", "", "", "n_step=5", "n_step=5", "soft"]) {
+            run.variant = variant.into();
+        }
+        let groups = groups(&all);
+        assert_eq!(groups.iter().map(|group| group.runs.len()).collect::<Vec<_>>(), [2, 2, 1, 1, 1]);
+        let labels: Vec<_> = summary(&groups).into_iter().map(|row| (row.space, row.variant)).collect();
+        assert!(labels.contains(&("osc".into(), "soft".into())), "{labels:?}");
+        let rows = comparison(&groups).into_iter();
+        let mut pairs: Vec<_> = rows.map(|row| (label(&row.space, &row.variant), row.reference)).collect();
+        pairs.dedup();
+        let expected = [
+            ("osc", "aforce"),
+            ("aforce,n_step=5", "aforce"),
+            ("osc,n_step=5", "aforce,n_step=5"),
+            ("osc,soft", "aforce"),
+        ];
+        assert_eq!(pairs, expected.map(|(group, reference)| (group.to_string(), reference.to_string())));
     }
 
     #[test]

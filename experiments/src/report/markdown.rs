@@ -20,8 +20,10 @@ pub fn tables(section: Section, groups: &[Group], comparison: &[ComparisonRow]) 
     let mut parts = vec![format!("# {title}{of}: at most {step} per action and axis\n")];
     parts.extend(notes(&groups));
     parts.push(format!("![Learning curves](curves_{task}.svg)\n"));
-    let tables = [returns(&groups), energies(&groups), orders_and_ratios(&groups, &comparison), safety(&groups)];
-    parts.extend(tables.iter().filter(|table| !table.rows.is_empty()).map(MarkdownTable::to_string));
+    let mut tables = vec![returns(&groups), energies(&groups)];
+    tables.extend(orders_and_ratios(&groups, &comparison));
+    tables.push(safety(&groups));
+    parts.extend(tables.iter().map(MarkdownTable::to_string));
     parts.join("\n")
 }
 
@@ -59,7 +61,7 @@ fn returns(groups: &[&Group]) -> MarkdownTable {
         "sampled actions: return; success",
     ]);
     for group in groups {
-        let theirs = published::of(group.section.task, group.space).map_or(String::new(), |(who, row)| {
+        let theirs = published(group).map_or(String::new(), |(who, row)| {
             format!("{:.0} +- {:.0} ({who})", row.final_return[0], row.final_return[1])
         });
         let solved = |run: &&RunSummary| run.steps_to_450.map_or("never".into(), |step| (step / 1000).to_string());
@@ -83,7 +85,7 @@ fn returns(groups: &[&Group]) -> MarkdownTable {
 fn energies(groups: &[&Group]) -> MarkdownTable {
     let mut table = MarkdownTable::new(&["space", "J per action, training", "every seed", "published", "at the end"]);
     for group in groups {
-        let theirs = published_energy(group.section.task, group.space);
+        let theirs = published_energy(group);
         table.rows.push(vec![
             label(group),
             spread(group, |run| run.energy_per_action_j, 2),
@@ -95,23 +97,34 @@ fn energies(groups: &[&Group]) -> MarkdownTable {
     table
 }
 
-/// A row per space that is compared with `aforce`: how often that is ahead, and the ratios of energy, space to `aforce`.
-fn orders_and_ratios(groups: &[&Group], comparison: &[&ComparisonRow]) -> MarkdownTable {
+/// A table for each that others are compared with, mostly `aforce` alone.
+fn orders_and_ratios(groups: &[&Group], comparison: &[&ComparisonRow]) -> Vec<MarkdownTable> {
+    let mut references: Vec<&str> = vec![];
+    for row in comparison {
+        if !references.contains(&row.reference.as_str()) {
+            references.push(&row.reference);
+        }
+    }
+    references.into_iter().map(|reference| compared_with(reference, groups, comparison)).collect()
+}
+
+/// A row per group that is compared with `reference`: how often that is ahead, and the ratios of energy, the group's over
+/// the reference's.
+fn compared_with(reference: &str, groups: &[&Group], comparison: &[&ComparisonRow]) -> MarkdownTable {
     let mut table = MarkdownTable::new(&["space"]);
-    let reference = comparison.first().map_or("", |row| &row.reference);
     table.header.extend(ORDERS.map(|(order, _)| format!("`{reference}` {order}, probability")));
     table.header.extend(ENERGIES.map(|(energy, _)| format!("`{energy}` over that of `{reference}`")));
     table.header.push("energy, published".into());
     for group in groups {
         let of_group = |row: &&&ComparisonRow| {
-            (row.space.as_str(), row.preset.as_str(), row.reference.as_str()) == (group.space, group.preset, reference)
+            let key = (row.space.as_str(), row.variant.as_str(), row.preset.as_str(), row.reference.as_str());
+            key == (group.space, group.variant, group.preset, reference)
         };
         let of_group: Vec<_> = comparison.iter().filter(of_group).collect();
         if of_group.is_empty() {
             continue;
         }
-        let energy = |space| published_energy(group.section.task, space);
-        let theirs = energy(group.space).zip(energy(reference));
+        let theirs = published_energy(group).zip(published::of(group.section.task, reference).and_then(energy));
         let mut cells = vec![label(group)];
         cells.extend(of_group.iter().map(|row| match (row.ci_low, row.ci_high) {
             (Some(low), Some(high)) => format!("{:.2}, {low:.2} to {high:.2}", row.value),
@@ -134,7 +147,7 @@ fn safety(groups: &[&Group]) -> MarkdownTable {
         "diverged",
     ]);
     for group in groups {
-        let theirs = published::of(group.section.task, group.space).map(|(_, row)| row);
+        let theirs = published(group).map(|(_, row)| row);
         let text = |of: fn(&Published) -> Option<&'static str>| theirs.and_then(of).unwrap_or_default().to_string();
         table.rows.push(vec![
             label(group),
@@ -149,8 +162,17 @@ fn safety(groups: &[&Group]) -> MarkdownTable {
     table
 }
 
-fn published_energy(task: &str, space: &str) -> Option<f64> {
-    published::of(task, space).and_then(|(_, row)| row.energy_per_action_j)
+/// What others found with the same space; of a variant nothing is published.
+fn published(group: &Group) -> Option<(&'static str, &'static Published)> {
+    published::of(group.section.task, group.space).filter(|_| group.variant.is_empty())
+}
+
+fn published_energy(group: &Group) -> Option<f64> {
+    published(group).and_then(energy)
+}
+
+fn energy((_, row): (&str, &Published)) -> Option<f64> {
+    row.energy_per_action_j
 }
 
 fn label(group: &Group) -> String {

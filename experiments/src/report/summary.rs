@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Error, Result, ensure};
 use serde::Serialize;
 
-use crate::config::RunConfig;
+use crate::config::{self, RunConfig};
 use crate::report::columns::Columns;
 use crate::run::folder::RunFolder;
 use output::statistics::{mean, mean_of};
@@ -23,6 +23,7 @@ pub struct RunSummary {
     pub experiment: String,
     pub task: String,
     pub space: String,
+    pub variant: String,
     pub seed: u64,
     pub preset: String,
     pub position_step_m: f64,
@@ -73,15 +74,16 @@ pub fn find_runs(root: &Path) -> Result<Vec<RunFolder>> {
     Ok(runs)
 }
 
-/// A group's name within its section: the action space, and the preset where it is not the usual one.
-pub fn label(space: &str, preset: &str) -> String {
-    if preset == "desktop" { space.into() } else { format!("{space}, {preset} preset") }
+/// A group's name within its section: the action space, the variant, and the preset where it is not the usual one.
+pub fn label(space: &str, variant: &str, preset: &str) -> String {
+    let label = config::label(space, variant);
+    if preset == "desktop" { label } else { format!("{label}, {preset} preset") }
 }
 
 impl RunSummary {
     /// What tables and legends call it.
     pub fn label(&self) -> String {
-        label(&self.space, &self.preset)
+        label(&self.space, &self.variant, &self.preset)
     }
 
     /// From the tables of a run found below `root`.
@@ -117,6 +119,7 @@ impl RunSummary {
             experiment: experiment(run.path(), root),
             task: config.env.task.as_str().into(),
             space: config.env.space.name().into(),
+            variant: config.variant.clone(),
             seed: config.seed,
             preset: format!("{:?}", config.preset).to_lowercase(),
             position_step_m: config.env.controller.position_step,
@@ -151,7 +154,7 @@ impl RunSummary {
     }
 }
 
-/// What lies between `root` and the TASK/SPACE/seed_N of a run.
+/// What lies between `root` and the TASK/LABEL/seed_N of a run.
 fn experiment(run: &Path, root: &Path) -> String {
     let folders: Vec<_> = run.strip_prefix(root).unwrap_or(run).iter().map(|name| name.to_string_lossy()).collect();
     folders[..folders.len().saturating_sub(3)].join("/")

@@ -24,8 +24,8 @@ pub fn find_templates(root: &Path) -> Result<Vec<PathBuf>> {
     Ok(files.into_iter().filter(|path| path.extension().is_some_and(|extension| extension == "j2")).collect())
 }
 
-/// Fills in the template `path`, in Jinja's language. It knows `runs[EXPERIMENT][TASK][SPACE][COLUMN]`, a column of
-/// `runs.csv` as a list over the runs of a group, `comparison[EXPERIMENT][TASK][SPACE][QUANTITY]`, a row of
+/// Fills in the template `path`, in Jinja's language. It knows `runs[EXPERIMENT][TASK][GROUP][COLUMN]`, a column of
+/// `runs.csv` as a list over the runs of a group, `comparison[EXPERIMENT][TASK][GROUP][QUANTITY]`, a row of
 /// `comparison.csv`, `rows(FILE, COLUMN=VALUE, ...)`, the rows of any other CSV file (its path counted from the
 /// template's folder) whose columns read so, and the filters `mean` (of a list) and `digits(n)` (of a number, of each
 /// in a list, or of a row of `comparison.csv` with its interval).
@@ -67,7 +67,8 @@ fn by_group(runs: &[RunSummary]) -> Result<Json> {
 fn by_space(comparison: &[ComparisonRow]) -> Result<Json> {
     let mut tree = Json::Null;
     for row in comparison {
-        tree[&row.experiment][&row.task][label(&row.space, &row.preset)][&row.quantity] = serde_json::to_value(row)?;
+        tree[&row.experiment][&row.task][label(&row.space, &row.variant, &row.preset)][&row.quantity] =
+            serde_json::to_value(row)?;
     }
     Ok(tree)
 }

@@ -9,10 +9,10 @@ use anyhow::{Context, Result, bail, ensure};
 use output::file;
 use sac::Checkpoint;
 
-use crate::config::RunConfig;
+use crate::config::{RunConfig, RunId};
 use crate::run::csv_writer::last_step;
 
-/// `OUT/TASK/SPACE/seed_N`.
+/// `OUT/TASK/SPACE/seed_N`, or `OUT/TASK/SPACE,VARIANT/seed_N`.
 #[derive(Debug, Clone)]
 pub struct RunFolder {
     path: PathBuf,
@@ -38,8 +38,8 @@ pub enum State {
 impl RunFolder {
     /// The folder of `config` below `out`.
     pub fn below(out: &Path, config: &RunConfig) -> Self {
-        let (task, space) = (config.env.task.as_str(), config.env.space.name());
-        RunFolder { path: out.join(task).join(space).join(format!("seed_{}", config.seed)) }
+        let id = RunId::of(config);
+        RunFolder { path: out.join(&id.task).join(id.label()).join(format!("seed_{}", id.seed)) }
     }
 
     /// Any folder.
