@@ -1,6 +1,6 @@
 //! Controller and plant together: where the tool goes, what it presses, where energy stays.
 
-use aforce::{ActionSpace, Controller, ControllerConfig, EnergyLedger, JointVector, TorqueLimits, Vector3};
+use aforce::{Controller, ControllerConfig, EnergyLedger, JointVector, TorqueLimits, Vector3};
 use approx::assert_relative_eq;
 use physics::panda::{HOME, ParameterSet, Parameters};
 use physics::scenes::lift::{Lift, TABLE_HEIGHT};
@@ -18,8 +18,8 @@ fn plant(parameters: Parameters) -> (Simulation, Lift) {
 }
 
 fn controller(space: &str, config: &ControllerConfig) -> Controller {
-    let limits = TorqueLimits { max: ParameterSet::Robosuite.parameters().max_torque, rate: None };
-    Controller::new(space.parse::<ActionSpace>().unwrap(), config, limits, Vector3::z_axis()).unwrap()
+    let limits = TorqueLimits::new(ParameterSet::Robosuite.parameters().max_torque, None).unwrap();
+    Controller::new(&space.parse().unwrap(), config, limits, Vector3::z_axis()).unwrap()
 }
 
 fn run(simulation: &mut Simulation, controller: &mut Controller, samples: usize) {

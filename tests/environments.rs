@@ -1,12 +1,16 @@
 //! Every task in every action space: sizes, finiteness, determinism, and a scripted expert
 //! that solves it.
 
-use aforce::{ActionSpace, ControllerConfig};
+use aforce::{ActionSpace, ControllerConfig, Gains, Stiffness};
 use approx::assert_relative_eq;
 use physics::panda::ParameterSet;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tasks::{Env, EnvConfig, ForcePenalty, REWARD_TERMS, Step, TaskName};
+
+fn space(name: &str) -> ActionSpace {
+    name.parse().unwrap()
+}
 
 fn env(task: TaskName, space: ActionSpace) -> Env {
     Env::new(EnvConfig { task, space, ..EnvConfig::default() }, 1).unwrap()
@@ -17,14 +21,14 @@ fn random_action(env: &Env, rng: &mut ChaCha8Rng) -> Vec<f64> {
 }
 
 fn everywhere() -> impl Iterator<Item = (TaskName, ActionSpace)> {
-    TaskName::ALL.into_iter().flat_map(|task| ActionSpace::ALL.into_iter().map(move |space| (task, space)))
+    TaskName::ALL.into_iter().flat_map(|task| ActionSpace::built_in().into_iter().map(move |space| (task, space)))
 }
 
 #[test]
 fn random_actions_stay_finite_and_repeat() {
     for (task, space) in everywhere() {
         let run = || {
-            let mut env = env(task, space);
+            let mut env = env(task, space.clone());
             let mut rng = ChaCha8Rng::seed_from_u64(5);
             let mut trace = env.reset(Some(3)).to_vec();
             assert_eq!(trace.len(), env.observation_components().len());
@@ -45,7 +49,7 @@ fn random_actions_stay_finite_and_repeat() {
 #[test]
 fn every_term_of_a_reward_is_earned_by_the_expert() {
     for task in TaskName::ALL {
-        let mut env = env(task, "aforce".parse().unwrap());
+        let mut env = env(task, space("aforce"));
         let mut sums = [0.0; REWARD_TERMS];
         for _ in 0..250 {
             let step = env.step(&env.expert_action());
@@ -103,9 +107,8 @@ fn torques_keep_to_the_limits_of_the_plant() {
         (ParameterSet::Identified, [87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0], 1000.0 * dt),
     ];
     for (robot, max, change) in sets {
-        let controller =
-            ControllerConfig { policy_hz: 500, position_step: 0.05, rotation_step: 0.5, ..ControllerConfig::default() };
-        let config = EnvConfig { space: "osc".parse().unwrap(), robot, controller, ..EnvConfig::default() };
+        let controller = ControllerConfig { policy_hz: 500, ..ControllerConfig::default() };
+        let config = EnvConfig { space: space("osc"), robot, controller, ..EnvConfig::default() };
         let mut env = Env::new(config, 1).unwrap();
         env.reset(Some(1));
         // What holds the arm at its start.
@@ -135,9 +138,10 @@ fn torques_keep_to_the_limits_of_the_plant() {
 #[test]
 fn a_divergence_ends_the_episode_and_earns_nothing() {
     let until_divergence = |horizon: u32| {
-        let mut config = EnvConfig { space: "osc".parse().unwrap(), horizon, ..EnvConfig::default() };
+        let stiffness = Stiffness::Fixed(Gains::pair(30_000.0, 150.0));
+        let space = ActionSpace { stiffness, ..space("osc") };
+        let mut config = EnvConfig { space, horizon, ..EnvConfig::default() };
         config.controller.control_hz = 20;
-        config.controller.impedance.osc.translation = 30_000.0;
         let mut env = Env::new(config, 1).unwrap();
         let start = env.reset(Some(1)).to_vec();
         let mut rng = ChaCha8Rng::seed_from_u64(5);
@@ -189,13 +193,13 @@ fn a_newton_above_the_limit_costs_the_same_in_door_and_wipe() {
 #[test]
 fn observations_have_robosuites_size() {
     for (task, size) in [(TaskName::Lift, 42), (TaskName::Door, 46), (TaskName::Wipe, 37)] {
-        assert_eq!(env(task, "osc".parse().unwrap()).observation().len(), size, "{}", task.as_str());
+        assert_eq!(env(task, space("osc")).observation().len(), size, "{}", task.as_str());
     }
 }
 
 #[test]
 fn episodes_differ_by_seed_and_end_at_the_horizon() {
-    let mut env = env(TaskName::Lift, "osc".parse().unwrap());
+    let mut env = env(TaskName::Lift, space("osc"));
     let first = env.reset(Some(1)).to_vec();
     assert_ne!(first, env.reset(Some(2)));
     assert_eq!(first, env.reset(Some(1)));
@@ -205,9 +209,8 @@ fn episodes_differ_by_seed_and_end_at_the_horizon() {
 }
 
 /// Return of one expert episode, and whether the task stands fulfilled at its end.
-fn expert(task: TaskName, space: ActionSpace, controller: ControllerConfig, seed: u64) -> (f64, bool) {
-    let config = EnvConfig { task, space, controller, ..EnvConfig::default() };
-    let mut env = Env::new(config, 1).unwrap();
+fn expert(task: TaskName, space: &ActionSpace, seed: u64) -> (f64, bool) {
+    let mut env = env(task, space.clone());
     env.reset(Some(seed));
     let (mut total, mut success) = (0.0, false);
     for _ in 0..500 {
@@ -220,19 +223,23 @@ fn expert(task: TaskName, space: ActionSpace, controller: ControllerConfig, seed
 
 #[test]
 fn an_expert_solves_every_task_in_every_space() {
-    // A spring of 150 N/m on its leash presses with 6 N, and wiping takes 15.
-    let too_soft = (TaskName::Wipe, "low".parse().unwrap());
-    for (task, space) in everywhere().filter(|&pair| pair != too_soft) {
+    // 150 N/m and a goal at most 5 cm away press with 8 N, and wiping takes 15.
+    let too_soft = |task, space: &ActionSpace| task == TaskName::Wipe && space.name == "low";
+    let mut failed = vec![];
+    for (task, space) in everywhere().filter(|(task, space)| !too_soft(*task, space)) {
         let (seeds, least) = match task {
             TaskName::Lift => (2, 350.0),
             // A hand that keeps its orientation softly needs 12 s to turn over and grasp.
-            TaskName::Door => (1, 270.0),
+            TaskName::Door => (1, 230.0),
             TaskName::Wipe => (1, 250.0),
         };
         for seed in 0..seeds {
-            let (total, success) = expert(task, space, ControllerConfig::default(), seed);
+            let (total, success) = expert(task, &space, seed);
             println!("{} {space} seed {seed}: return {total:.1}, success {success}", task.as_str());
-            assert!(success && total > least, "{} {space} seed {seed}: return {total:.1}", task.as_str());
+            if !success || total < least {
+                failed.push(format!("{} {space} seed {seed}: return {total:.1}", task.as_str()));
+            }
         }
     }
+    assert!(failed.is_empty(), "{failed:#?}");
 }

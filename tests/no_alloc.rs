@@ -33,12 +33,12 @@ static COUNTING: Counting = Counting;
 #[test]
 fn measure_and_update_do_not_allocate() {
     let parameters = ParameterSet::Robosuite.parameters();
-    let limits = TorqueLimits { max: parameters.max_torque, rate: None };
+    let limits = TorqueLimits::new(parameters.max_torque, None).unwrap();
     let plant = Plant { parameters, dt: 0.002, config: SimulationConfig::default() };
     let (mut simulation, _) = Lift::simulate(&plant, Vector3::repeat(0.021));
     simulation.reset(&HOME.into());
-    for space in ActionSpace::ALL {
-        let mut controller = Controller::new(space, &ControllerConfig::default(), limits, Vector3::z_axis()).unwrap();
+    for space in ActionSpace::built_in() {
+        let mut controller = Controller::new(&space, &ControllerConfig::default(), limits, Vector3::z_axis()).unwrap();
         controller.reset(&simulation.measure());
         let action = vec![0.3; space.dim()];
         let before = ALLOCATIONS.with(Cell::get);

@@ -15,7 +15,7 @@ fn cells<const N: usize>(numbers: &mut impl Iterator<Item = f64>) -> SVector<f64
 fn torques_are_robosuites() {
     let parameters = ParameterSet::Robosuite.parameters();
     // The formulas are compared before the limits.
-    let limits = TorqueLimits { max: JointVector::repeat(1e9), rate: None };
+    let limits = TorqueLimits::new(JointVector::repeat(1e9), None).unwrap();
     let plant = Plant { parameters, dt: 0.002, config: SimulationConfig::default() };
     let (simulation, _) = Lift::simulate(&plant, Vector3::repeat(0.021));
     let measure = |q, qd| simulation.model().measure(q, qd, Wrench::zeros());
@@ -35,7 +35,7 @@ fn torques_are_robosuites() {
         let (kp, delta, expected) = (cells::<6>(&mut numbers), cells::<6>(&mut numbers), cells::<7>(&mut numbers));
 
         let space: ActionSpace = space.parse().unwrap();
-        let mut controller = Controller::new(space, &config, limits, Vector3::z_axis()).unwrap();
+        let mut controller = Controller::new(&space, &config, limits, Vector3::z_axis()).unwrap();
         controller.reset(&measure(q0, SVector::zeros()));
         let y = measure(q, qd);
         let mut action: Vec<f64> =

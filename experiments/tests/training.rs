@@ -4,19 +4,18 @@ mod common;
 
 use std::path::{Path, PathBuf};
 
-use aforce::Reference;
 use common::{assert_same, error, expect, few, note, program, run_folder, start, states, stored, train, train_for};
 use experiments::config::cli::EnvArgs;
 use experiments::config::sweep::{self, Sweep};
 use experiments::config::{RunConfig, RunId};
 use experiments::report::columns::Columns;
+use experiments::report::summary::find_runs;
 use experiments::run::csv_writer::CsvWriter;
-use experiments::run::folder::{RunFolder, State};
+use experiments::run::folder::RunFolder;
 use experiments::run::rollout::evaluate;
 use experiments::run::seeds::{sub_seed, training_evaluation_seed};
 use experiments::show::source::{Player, SourceArgs, Which};
 use tasks::{Env, TaskName};
-use walkdir::WalkDir;
 
 fn scaled(env: &Env) -> Vec<f32> {
     let mut observation = env.observation().to_vec();
@@ -299,120 +298,38 @@ fn shipped_sweep(name: &str) -> Sweep {
     sweep::read(&shipped(name)).unwrap()
 }
 
-/// Position and rotation step of a run.
-fn steps(run: &RunConfig) -> (f64, f64) {
-    (run.env.controller.position_step, run.env.controller.rotation_step)
-}
-
-/// The run of a sweep with the task, space and seed of `run`, called by its variant.
-fn twin(sweep: &[RunConfig], run: &RunConfig) -> RunConfig {
-    let called = |other: &RunConfig| RunConfig { variant: run.variant.clone(), ..other.clone() };
-    sweep.iter().map(called).find(|other| RunId::of(other) == RunId::of(run)).unwrap()
-}
-
-const ROBOSUITE: (f64, f64) = (0.05, 0.5);
-
 #[test]
-fn shipped_sweeps_are_the_runs_they_say() {
-    let wipe = |run: &RunConfig| run.env.task == TaskName::Wipe;
-    let table_1 = shipped_sweep("table-1.toml").runs;
-    assert_eq!((table_1.len(), table_1.iter().filter(|run| wipe(run)).count()), (56, 25));
-    assert!(table_1.iter().all(|run| steps(run) == ROBOSUITE));
-    let papers: Vec<_> = table_1.iter().filter(|run| run.preset == sac::Preset::Paper).map(RunId::of).collect();
-    assert_eq!(papers, [RunId { task: "lift".into(), space: "aforce".into(), variant: String::new(), seed: 6 }]);
-
-    let small = shipped_sweep("small-steps.toml").runs;
-    assert_eq!((small.len(), small.iter().filter(|run| wipe(run)).count()), (33, 15));
-    assert!(small.iter().all(|run| steps(run) == (0.02, if wipe(run) { 0.03 } else { 0.15 })));
-
-    // Beside that, and reference and tolerance of `aforce`, a run of the one has the settings of the run of the other with its
-    // task, space and seed.
-    for run in &small {
-        let mut same = twin(&table_1, run);
-        let controller = &mut same.env.controller;
-        (controller.position_step, controller.rotation_step) = steps(run);
-        let (law, own) = (&mut controller.impedance.aforce, &run.env.controller.impedance.aforce);
-        assert_eq!((law.form.reference, law.translation.tolerance), (Reference::Rebased {}, 0.0375));
-        law.form.reference = own.form.reference;
-        (law.translation.tolerance, law.rotation.tolerance) = (own.translation.tolerance, own.rotation.tolerance);
-        assert_eq!(&same, run);
+fn the_shipped_table_has_the_papers_steps_and_units() {
+    let Sweep { name, runs } = shipped_sweep("table-1.toml");
+    let wipe = |run: &&RunConfig| run.env.task == TaskName::Wipe;
+    assert_eq!((name.as_str(), runs.len(), runs.iter().filter(wipe).count()), ("table-1", 55, 25));
+    for RunConfig { env, .. } in &runs {
+        assert_eq!((env.controller.position_step, env.controller.rotation_step), (0.05, 0.5));
+        assert_eq!(env.space, env.space.name.parse().unwrap(), "built in");
     }
 }
 
-/// Both spaces are those of the small steps, but for the reference, which is the other's.
-#[test]
-fn the_sweep_of_references_swaps_them() {
-    let small = shipped_sweep("small-steps.toml").runs;
-    let swapped = shipped_sweep("reference.toml").runs;
-    assert_eq!(swapped.len(), 6);
-    for run in swapped {
-        let mut same = twin(&small, &run);
-        let impedance = &mut same.env.controller.impedance;
-        std::mem::swap(&mut impedance.aforce.form.reference, &mut impedance.osc.form.reference);
-        assert_eq!(same, run);
-    }
-}
-
-/// But for the tolerance, which is that of the small steps, a run is that of `table-1.toml`.
-#[test]
-fn the_sweep_of_the_tolerance_changes_nothing_else() {
-    let table_1 = shipped_sweep("table-1.toml").runs;
-    let runs = shipped_sweep("tolerance.toml").runs;
-    assert_eq!(runs.len(), 7);
-    for run in runs {
-        let mut same = twin(&table_1, &run);
-        let law = &mut same.env.controller.impedance.aforce;
-        (law.translation.tolerance, law.rotation.tolerance) = (0.015, 0.11);
-        assert_eq!(same, run);
-    }
-}
-
-/// But for the stiffness, a run is that of `table-1.toml`.
-#[test]
-fn the_sweeps_of_softness_change_nothing_else() {
-    let table_1 = shipped_sweep("table-1.toml").runs;
-    let [lift, wipe] = ["soft-lift.toml", "soft-wipe.toml"].map(shipped_sweep);
-    assert_eq!([&lift.name, &wipe.name], ["soft", "soft"]);
-    assert_eq!((lift.runs.len(), wipe.runs.len()), (3, 5));
-    for run in [lift.runs, wipe.runs].concat() {
-        let soft = match (run.env.task, run.variant.as_str()) {
-            (TaskName::Lift, "") => 47.0,
-            (TaskName::Wipe, "") => 23.0,
-            (TaskName::Wipe, "soft-45") => 45.0,
-            (TaskName::Wipe, "soft-80") => 80.0,
-            other => panic!("{other:?}"),
-        };
-        let mut same = twin(&table_1, &run);
-        let osc = &mut same.env.controller.impedance.osc;
-        (osc.translation, osc.rotation) = (soft, soft);
-        assert_eq!(same, run);
-    }
-}
-
-/// Every committed run is one of a shipped sweep, which would take it for done.
+/// Every committed run is one of a shipped sweep, there perhaps under another name of its space.
 #[test]
 fn committed_runs_are_those_of_the_shipped_sweeps() {
+    let names = ["table-1", "small-steps", "reference", "tolerance", "leash", "soft-lift", "soft-wipe"];
+    let nameless = |mut run: RunConfig| {
+        (run.env.space.name, run.variant, run.checkpoint_every) = ("any".into(), String::new(), 1);
+        run
+    };
+    let shipped: Vec<RunConfig> = names
+        .into_iter()
+        .flat_map(|name| shipped_sweep(&format!("first-tables/{name}.toml")).runs)
+        .map(nameless)
+        .collect();
     let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("../results");
-    let mut done = 0;
-    for name in ["table-1", "small-steps", "reference", "tolerance", "leash", "soft-lift", "soft-wipe"] {
-        let Sweep { name, runs } = shipped_sweep(&format!("{name}.toml"));
-        for run in runs {
-            // The two that the sweep keeps beside the others were run by sweeps of their own.
-            let (experiment, run) = match run.variant.as_str() {
-                "" => (name.clone(), run),
-                variant => (variant.to_string(), RunConfig { variant: String::new(), ..run.clone() }),
-            };
-            let folder = RunFolder::below(&results.join(experiment), &run);
-            match folder.state(&run) {
-                State::Done => done += 1,
-                // Not every run was made.
-                State::New => {}
-                other => panic!("{}: {other:?}", folder.path().display()),
-            }
-        }
+    let folders = find_runs(&results).unwrap();
+    assert!(folders.len() >= 100, "{}", folders.len());
+    for folder in folders {
+        let run = RunConfig::resolve(Some(&folder.config()), &[]).unwrap();
+        assert!(shipped.contains(&nameless(run)), "{}", folder.path().display());
+        assert!(folder.done().exists());
     }
-    let committed = WalkDir::new(&results).into_iter().filter(|entry| entry.as_ref().unwrap().file_name() == "DONE");
-    assert_eq!(done, committed.count());
 }
 
 /// A new file is to be named here.
@@ -424,21 +341,7 @@ fn shipped_configurations_are_read() {
         (demo.steps, RunFolder::below(Path::new("."), &demo).path()),
         (100_000, Path::new("./lift/aforce/seed_1"))
     );
-    assert_eq!(steps(&read("robosuite-steps.toml")), ROBOSUITE);
     let mut all: Vec<_> = std::fs::read_dir(shipped("")).unwrap().map(|file| file.unwrap().file_name()).collect();
     all.sort();
-    assert_eq!(
-        all,
-        [
-            "demo.toml",
-            "leash.toml",
-            "reference.toml",
-            "robosuite-steps.toml",
-            "small-steps.toml",
-            "soft-lift.toml",
-            "soft-wipe.toml",
-            "table-1.toml",
-            "tolerance.toml"
-        ]
-    );
+    assert_eq!(all, ["demo.toml", "first-tables", "table-1.toml"]);
 }

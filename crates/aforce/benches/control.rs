@@ -3,9 +3,9 @@
 use std::hint::black_box;
 
 use aforce::{
-    AdaptiveImpedance, AdaptiveLaw, Controller, ControllerConfig, ForceConfig, ForceControl, Interpolation, Jacobian,
+    ActionSpace, AdaptiveLaw, Controller, ControllerConfig, ForceConfig, ForceControl, Interpolation, Jacobian,
     JointMatrix, JointVector, Measurement, OperationalSpace, Pose, TorqueLimits, Twist, Vector3, Vector6, Wrench,
-    impedance_wrench, pose_error,
+    impedance, pose_error,
 };
 use criterion::{Criterion, criterion_group, criterion_main};
 
@@ -27,8 +27,8 @@ fn measurement() -> Measurement {
 
 fn controller(name: &str, interpolation: Interpolation, y: &Measurement) -> Controller {
     let config = ControllerConfig { interpolation, ..ControllerConfig::default() };
-    let limits = TorqueLimits { max: JointVector::repeat(80.0), rate: None };
-    let mut control = Controller::new(name.parse().unwrap(), &config, limits, Vector3::z_axis()).unwrap();
+    let limits = TorqueLimits::new(JointVector::repeat(80.0), None).unwrap();
+    let mut control = Controller::new(&name.parse().unwrap(), &config, limits, Vector3::z_axis()).unwrap();
     control.reset(y);
     control
 }
@@ -36,7 +36,7 @@ fn controller(name: &str, interpolation: Interpolation, y: &Measurement) -> Cont
 fn control(c: &mut Criterion) {
     let y = measurement();
     let linear = Interpolation::Linear { ramp_ratio: 1.0 };
-    for name in ["aforce", "aforce-force", "variable", "osc", "low"] {
+    for name in ["aforce", "aforce-force", "aforce-shaped", "aforce-psi", "variable", "osc", "low", "robosuite-osc"] {
         let mut control = controller(name, linear, &y);
         c.bench_function(&format!("update/{name}"), |b| b.iter(|| control.update(black_box(&y))));
     }
@@ -53,21 +53,22 @@ fn control(c: &mut Criterion) {
             });
         });
     }
-    let space = OperationalSpace::new(&y.mass, &y.jacobian).unwrap();
+    let arm = OperationalSpace::new(&y.mass, &y.jacobian).unwrap();
     c.bench_function("operational space", |b| b.iter(|| OperationalSpace::new(black_box(&y.mass), &y.jacobian)));
 
     // The contribution without the robot: error, K and F_ff, force, wrench.
-    let config = AdaptiveImpedance::shaped();
-    let mut law = AdaptiveLaw::new(config);
+    let aforce: ActionSpace = "aforce-force".parse().unwrap();
+    let mut law = AdaptiveLaw::new(*aforce.psi().unwrap());
     let mut force = ForceControl::new(ForceConfig::default(), Vector3::z());
     let x_d = Pose::new(Vector3::new(0.49, 0.01, 0.3), Vector3::new(3.0, 0.1, 0.1));
     c.bench_function("law alone", |b| {
         b.iter(|| {
             let e: Vector6 = pose_error(black_box(&y.pose), &x_d);
-            law.update(&e, &y.twist, 0.002);
+            law.update(&e, &y.twist, &Vector6::zeros(), 0.002);
             let f_d = force.update(&y.wrench, 0.002);
-            impedance_wrench(&config.form, &space, &force.axis(), &e, &y.twist, law.stiffness(), law.feedforward())
-                - f_d
+            let (k, f_ff) = (law.stiffness(), law.feedforward());
+            let parts = impedance(&aforce, &arm, &force.axis(), &e, &y.twist, k, f_ff);
+            -parts.elastic - parts.viscous - f_d
         });
     });
 }

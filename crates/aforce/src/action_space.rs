@@ -1,47 +1,72 @@
-//! How a policy may act: an action space is data, not a type.
+//! How a policy may act: an action space is one record of data, not a type.
 
 use std::fmt;
-use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
+use crate::commanded_psi::CommandedPsi;
 use crate::config::ControllerConfig;
+use crate::damping::Damping;
+use crate::error::{ConfigError, within};
+use crate::gains::{AXES, Gains};
+use crate::goal::GoalRule;
+use crate::psi::Psi;
+use crate::spatial::RotationError;
+use crate::stability::{StabilityMargin, stability_margin};
+use crate::stiffness::{Stiffness, StiffnessUnit};
 
-/// Where the stiffness comes from, and whether the policy also commands a force.
+/// An action space.
 ///
-/// An action lies in [-1, 1] and reads `[kp (6) if commanded] [delta position (3), delta rotation (3)]
-/// [normal force (1) if force]`; [`ActionSpace::entries`] describes each entry.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+/// An action lies in [-1, 1] and reads `[kp (6) if commanded] [psi (2 per parameter) if commanded] [delta position (3), delta
+/// rotation (3)] [normal force (1) if force]`; [`entries`](Self::entries) describes each entry. The built-in ones stand in
+/// `spaces.toml` beside this crate's manifest, and parse from their names.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ActionSpace {
-    /// Where the stiffness comes from.
-    pub impedance: Impedance,
+    /// Its name in tables and folders.
+    pub name: String,
+    /// What the pose delta of an action is added to.
+    pub goal: GoalRule,
+    /// How the set-point reaches the goal.
+    pub set_point: SetPoint,
+    /// What the velocity is compared with.
+    pub rate: RateRule,
+    /// How an orientation error is measured.
+    pub rotation_error: RotationError,
+    /// What a stiffness number means.
+    pub unit: StiffnessUnit,
+    /// How damping follows stiffness.
+    pub damping: Damping,
+    /// zeta; 1 is critical.
+    pub damping_ratio: Gains,
     /// The policy commands a force along the contact axis.
     pub force: bool,
+    /// Where the stiffness comes from.
+    pub stiffness: Stiffness,
+    /// Parameters of the adaptive law that the policy commands.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub commanded_psi: Option<CommandedPsi>,
 }
 
-/// Where the stiffness comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Impedance {
-    /// From the tracking error, by the paper's law: `aforce`.
-    Adaptive,
-    /// From the policy: `variable`, robosuite's `variable_kp`.
-    Commanded,
-    /// From the configuration, and constant.
-    Fixed(Level),
+/// How the set-point reaches the goal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SetPoint {
+    /// As the controller's configuration says: a ramp, or a jerk-limited move.
+    Interpolated,
+    /// It is the goal from the first sample on (robosuite's default).
+    Jump,
 }
 
-/// The fixed impedances.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Level {
-    /// Soft.
-    Low,
-    /// In between.
-    Mid,
-    /// Stiff.
-    High,
-    /// robosuite's default operational-space controller, kp 150, with this workbench's ramp (robosuite's set-point jumps).
-    Osc,
+/// What the velocity is compared with: e_dot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RateRule {
+    /// e_dot = x_dot: damped against standstill (robosuite).
+    Standstill,
+    /// e_dot = x_dot - x_d_dot. With a linear set-point x_d_dot steps at every action, and the damper answers with torque
+    /// peaks (forty times the energy with random actions): for jerk-limited set-points.
+    SetPoint,
 }
 
 /// One entry of an action.
@@ -59,41 +84,39 @@ pub struct ActionEntry {
     pub high: f64,
 }
 
-/// The impedances without and with force, each with its name.
-pub(crate) const NAMED: [(Impedance, &str, &str); 6] = [
-    (Impedance::Adaptive, "aforce", "aforce-force"),
-    (Impedance::Commanded, "variable", "variable-force"),
-    (Impedance::Fixed(Level::Low), "low", "low-force"),
-    (Impedance::Fixed(Level::Mid), "mid", "mid-force"),
-    (Impedance::Fixed(Level::High), "high", "high-force"),
-    (Impedance::Fixed(Level::Osc), "osc", "osc-force"),
-];
-
 impl ActionSpace {
-    /// Every action space.
-    pub const ALL: [Self; 2 * NAMED.len()] = {
-        let mut all = [Self { impedance: Impedance::Adaptive, force: false }; 2 * NAMED.len()];
-        let mut i = 0;
-        while i < all.len() {
-            all[i] = Self { impedance: NAMED[i % NAMED.len()].0, force: i >= NAMED.len() };
-            i += 1;
-        }
-        all
-    };
-
     /// Length of an action.
     #[must_use]
     pub fn dim(&self) -> usize {
-        let commanded = if self.impedance == Impedance::Commanded { 6 } else { 0 };
-        commanded + 6 + usize::from(self.force)
+        let psi = self.commanded_psi.as_ref().map_or(0, CommandedPsi::dim);
+        self.commanded_stiffness() + psi + 6 + usize::from(self.force)
     }
 
-    /// The name, as in configuration files.
+    /// Entries of an action that command stiffness.
+    pub(crate) fn commanded_stiffness(&self) -> usize {
+        if matches!(self.stiffness, Stiffness::Commanded(_)) { 6 } else { 0 }
+    }
+
+    /// How far an action entry of 1 moves the goal along (m) or about (rad) an axis, of 0 to 5.
     #[must_use]
-    pub fn name(&self) -> &'static str {
-        let (_, plain, force) =
-            NAMED.iter().find(|(impedance, ..)| *impedance == self.impedance).expect("every impedance is named");
-        if self.force { force } else { plain }
+    pub fn step(&self, config: &ControllerConfig, axis: usize) -> f64 {
+        let configured = if axis < 3 { config.position_step } else { config.rotation_step };
+        self.goal.reach(axis).unwrap_or(configured)
+    }
+
+    /// Parameters of the adaptive law, if the stiffness adapts.
+    #[must_use]
+    pub fn psi(&self) -> Option<&Psi> {
+        if let Stiffness::Adaptive(psi) = &self.stiffness { Some(psi) } else { None }
+    }
+
+    /// The record as a TOML document, which reads back as the same space.
+    ///
+    /// # Panics
+    /// Never: every record is a table.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).expect("a record is a table")
     }
 
     /// What each entry of an action means under `config`, in order.
@@ -103,134 +126,188 @@ impl ActionSpace {
         const DELTA: [&str; 6] = ["delta_x", "delta_y", "delta_z", "delta_rx", "delta_ry", "delta_rz"];
         const WORLD: &str = "world axes, at the tool point";
         let mut entries = Vec::with_capacity(self.dim());
-        if self.impedance == Impedance::Commanded {
-            let variable = &config.impedance.variable;
+        if let Stiffness::Commanded(range) = &self.stiffness {
             for (axis, name) in STIFFNESS.into_iter().enumerate() {
-                let [low, high] = variable.range(axis);
-                let unit = variable.form.convention.stiffness_unit(axis);
-                entries.push(ActionEntry { name, unit, frame: WORLD, low, high });
+                let (low, high) = (range.low[axis], range.high[axis]);
+                entries.push(ActionEntry { name, unit: self.unit.name(axis), frame: WORLD, low, high });
+            }
+        }
+        for range in self.commanded_psi.iter().flat_map(|psi| &psi.ranges) {
+            for (group, frame) in ["translational axes", "rotational axes"].into_iter().enumerate() {
+                let (name, low, high) = (range.parameter.entry(group), range.low[3 * group], range.high[3 * group]);
+                entries.push(ActionEntry { name, unit: "as in psi, log", frame, low, high });
             }
         }
         for (axis, name) in DELTA.into_iter().enumerate() {
-            let (unit, step) = (if axis < 3 { "m" } else { "rad" }, config.step(axis));
+            let (unit, step) = (if axis < 3 { "m" } else { "rad" }, self.step(config, axis));
             entries.push(ActionEntry { name, unit, frame: WORLD, low: -step, high: step });
         }
         if self.force {
             let frame = "along the task's contact axis, environment on tool";
-            entries.push(ActionEntry {
-                name: "normal_force",
-                unit: "N",
-                frame,
-                low: 0.0,
-                high: config.force.force_max,
-            });
+            let high = config.force.force_max;
+            entries.push(ActionEntry { name: "normal_force", unit: "N", frame, low: 0.0, high });
         }
         entries
+    }
+
+    /// How stable the adaptive law is at its lowest stiffness, of each axis; `None` if the stiffness does not adapt.
+    #[must_use]
+    pub fn margins(&self) -> Option<[StabilityMargin; 6]> {
+        self.psi().map(|psi| std::array::from_fn(|axis| self.margin(psi, axis)))
+    }
+
+    fn margin(&self, psi: &Psi, axis: usize) -> StabilityMargin {
+        let inertia = self.unit.inertia(psi.inertia.vector())[axis];
+        let damping = self.damping.of_axis(psi.k_min[axis], inertia, self.damping_ratio[axis]);
+        stability_margin(psi, axis, inertia, damping)
+    }
+
+    /// Checks every value, and the stability of the adaptive law at its lowest stiffness.
+    ///
+    /// # Errors
+    /// The first value that is not allowed, with its field (below `space`) and its range.
+    pub fn validate(&self, control_hz: u32) -> Result<(), ConfigError> {
+        self.check(control_hz).map_err(|error| error.below("space"))
+    }
+
+    fn check(&self, control_hz: u32) -> Result<(), ConfigError> {
+        let contradiction =
+            |field: &str, reason: &str| Err(ConfigError::Contradiction { field: field.into(), reason: reason.into() });
+        let harmless = |c: char| c.is_ascii_alphanumeric() || "-_.+=".contains(c);
+        if self.name.is_empty() || !self.name.chars().all(harmless) || self.name.starts_with('.') {
+            let reason =
+                format!("{:?} names folders: letters, digits, - _ + = and . (not first) are allowed", self.name);
+            return contradiction("name", &reason);
+        }
+        self.goal.validate()?;
+        for axis in 0..6 {
+            within(&format!("damping_ratio (axis {})", AXES[axis]), self.damping_ratio[axis], 0.0..=10.0)?;
+        }
+        self.stiffness.validate(control_hz)?;
+        if self.set_point == SetPoint::Jump && self.rate == RateRule::SetPoint {
+            return contradiction(
+                "rate",
+                "\"set-point\" needs a set-point with a velocity: set_point = \"jump\" has none",
+            );
+        }
+        match (self.psi(), &self.commanded_psi) {
+            (Some(psi), None) => self.check_stability(psi),
+            (Some(psi), Some(commanded)) => commanded.validate(psi, |psi| {
+                psi.validate(control_hz)?;
+                self.check_stability(psi)
+            }),
+            (None, Some(_)) => contradiction("commanded_psi", "needs a stiffness that adapts: stiffness.adaptive"),
+            (None, None) => Ok(()),
+        }
+    }
+
+    /// Refuses parameters under which small oscillations grow, unless they are asked for.
+    pub(crate) fn check_stability(&self, psi: &Psi) -> Result<(), ConfigError> {
+        for (axis, axis_name) in AXES.iter().enumerate() {
+            let margin = self.margin(psi, axis);
+            if !margin.is_stable() && !psi.allow_unstable {
+                return Err(ConfigError::Unstable {
+                    field: format!("stiffness.adaptive.alpha (axis {axis_name})"),
+                    alpha: margin.alpha,
+                    alpha_max: margin.alpha_max,
+                    stiffness: psi.k_min[axis],
+                    inertia: self.unit.inertia(psi.inertia.vector())[axis],
+                    damping: margin.damping,
+                });
+            }
+        }
+        Ok(())
     }
 }
 
 impl fmt::Display for ActionSpace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
+        f.pad(&self.name)
     }
-}
-
-/// A name that is no action space.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("unknown action space `{name}`; did you mean `{nearest}`? Known: {}", ActionSpace::ALL.map(|s| s.name()).join(", "))]
-pub struct UnknownActionSpace {
-    /// The name given.
-    pub name: String,
-    /// The known name nearest to it.
-    pub nearest: &'static str,
-}
-
-impl FromStr for ActionSpace {
-    type Err = UnknownActionSpace;
-
-    fn from_str(name: &str) -> Result<Self, Self::Err> {
-        Self::ALL.into_iter().find(|space| space.name() == name).ok_or_else(|| {
-            let nearest = Self::ALL.iter().map(Self::name).min_by_key(|known| edit_distance(name, known));
-            UnknownActionSpace { name: name.to_owned(), nearest: nearest.expect("there are action spaces") }
-        })
-    }
-}
-
-impl TryFrom<String> for ActionSpace {
-    type Error = UnknownActionSpace;
-
-    fn try_from(name: String) -> Result<Self, Self::Error> {
-        name.parse()
-    }
-}
-
-impl From<ActionSpace> for String {
-    fn from(space: ActionSpace) -> Self {
-        space.name().to_owned()
-    }
-}
-
-/// Insertions, deletions and substitutions between two names (Levenshtein).
-fn edit_distance(a: &str, b: &str) -> usize {
-    let mut row: Vec<usize> = (0..=b.chars().count()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.chars().enumerate() {
-            let substituted = diagonal + usize::from(x != y);
-            diagonal = row[j + 1];
-            row[j + 1] = substituted.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.chars().count()]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn names_round_trip_through_text_and_serde() {
-        #[derive(Serialize, Deserialize)]
-        struct File {
-            space: ActionSpace,
-        }
-        for space in ActionSpace::ALL {
-            assert_eq!(space.to_string().parse(), Ok(space));
-            let text = toml::to_string(&File { space }).unwrap();
-            assert_eq!(text.trim(), format!("space = \"{space}\""));
-            assert_eq!(toml::from_str::<File>(&text).unwrap().space, space);
-        }
-        let names: std::collections::HashSet<_> = ActionSpace::ALL.iter().map(ActionSpace::name).collect();
-        assert_eq!(names.len(), 2 * NAMED.len());
-    }
-
-    #[test]
-    fn a_wrong_name_is_answered_with_the_nearest_and_all() {
-        let error = "varable-forse".parse::<ActionSpace>().unwrap_err();
-        assert_eq!(error.nearest, "variable-force");
-        let message = error.to_string();
-        assert!(
-            message.contains("`varable-forse`")
-                && message.contains("aforce, variable, low, mid, high, osc, aforce-force")
-        );
+    fn space(name: &str) -> ActionSpace {
+        name.parse().unwrap()
     }
 
     #[test]
     fn dimensions_and_entries_agree() {
         let config = crate::testing::robosuite_steps();
-        let dims = [6, 12, 6, 6, 6, 6, 7, 13, 7, 7, 7, 7];
-        assert_eq!(dims.len(), ActionSpace::ALL.len());
-        for (space, dim) in ActionSpace::ALL.into_iter().zip(dims) {
-            assert_eq!(space.dim(), dim, "{space}");
-            assert_eq!(space.entries(&config).len(), dim, "{space}");
+        for space in ActionSpace::built_in() {
+            assert_eq!(space.entries(&config).len(), space.dim(), "{space}");
         }
-        let described = "variable-force".parse::<ActionSpace>().unwrap().entries(&config);
+        let dims = ["osc", "osc-force", "variable", "variable-force", "aforce-psi", "aforce"].map(|n| space(n).dim());
+        assert_eq!(dims, [6, 7, 12, 13, 10, 6]);
+        let described = space("variable-force").entries(&config);
         assert_eq!(
             (described[0].name, described[0].unit, described[0].low, described[0].high),
             ("kp_x", "1/s^2", 0.0, 300.0)
         );
         assert_eq!((described[6].name, described[6].unit, described[6].low), ("delta_x", "m", -0.05));
         assert_eq!((described[12].name, described[12].unit, described[12].high), ("normal_force", "N", 50.0));
+        let psi = space("aforce-psi").entries(&config);
+        assert_eq!((psi[1].name, psi[1].low), ("tolerance_rotation", 0.09));
+        assert_eq!((psi[2].name, psi[2].high), ("k_min_translation", 900.0));
+    }
+
+    fn error(change: impl FnOnce(&mut ActionSpace)) -> String {
+        let mut space = space("aforce-psi");
+        change(&mut space);
+        space.validate(500).unwrap_err().to_string()
+    }
+
+    fn psi_of(space: &mut ActionSpace) -> &mut Psi {
+        match &mut space.stiffness {
+            Stiffness::Adaptive(psi) => psi,
+            _ => panic!("adapts"),
+        }
+    }
+
+    #[test]
+    fn what_is_not_allowed_is_told_with_field_value_and_range() {
+        assert_eq!(
+            error(|s| psi_of(s).k_0 = Gains::pair(100.0, 30.0)),
+            "space.stiffness.adaptive.k_0 (axis x) = 100 is not allowed; allowed: k_min = 300 or above"
+        );
+        assert_eq!(
+            error(|s| psi_of(s).alpha = Gains::pair(f64::NAN, 1.0)),
+            "space.stiffness.adaptive.alpha (axis x) = NaN is not allowed; allowed: 0 or above"
+        );
+        assert!(error(|s| psi_of(s).k_rate_max = Gains::all(1.0)).contains("gamma = 2700 or above"));
+        assert!(error(|s| psi_of(s).mu = Gains::all(1e4)).contains("stiffness.adaptive.mu = 10000"));
+        assert!(error(|s| s.damping_ratio = Gains::all(-1.0)).contains("damping_ratio (axis x) = -1"));
+        assert!(error(|s| s.stiffness = Stiffness::Fixed(Gains::all(1.0))).contains("commanded_psi"));
+        assert!(error(|s| (s.set_point, s.rate) = (SetPoint::Jump, RateRule::SetPoint)).contains("space.rate"));
+        assert!(error(|s| s.name = "a/b".into()).contains("space.name"));
+        let unstable = error(|s| psi_of(s).alpha = Gains::pair(5000.0, 1.0));
+        assert!(unstable.contains("(axis x)") && unstable.contains("= 5000 is unstable"), "{unstable}");
+    }
+
+    /// The limit is checked at the corners of what the policy may command, not at the record's own psi.
+    #[test]
+    fn a_commanded_law_is_stable_wherever_the_policy_takes_it() {
+        let stable_until = |k_min: f64| {
+            let mut space = space("aforce");
+            psi_of(&mut space).k_min = Gains::pair(k_min, 20.0);
+            psi_of(&mut space).k_0 = Gains::pair(500.0, 30.0);
+            space.margins().unwrap()[0].alpha_max
+        };
+        let alpha = 0.5 * (stable_until(100.0) + stable_until(300.0));
+        let mut plain = space("aforce");
+        psi_of(&mut plain).alpha = Gains::pair(alpha, 5.0);
+        plain.validate(500).unwrap();
+        let refused = error(|space| psi_of(space).alpha = Gains::pair(alpha, 5.0));
+        assert!(refused.contains("k_min = 100"), "{refused}");
+        let crossed = error(|space| space.commanded_psi.as_mut().unwrap().ranges[1].high = Gains::all(5000.0));
+        assert!(crossed.contains("k_max"), "{crossed}");
+        let twice = error(|space| {
+            let ranges = &mut space.commanded_psi.as_mut().unwrap().ranges;
+            ranges.push(ranges[0].clone());
+        });
+        assert!(twice.contains("twice"), "{twice}");
     }
 }

@@ -1,64 +1,74 @@
 //! The adaptive law: stiffness and feed-forward wrench from the tracking error.
 
-use crate::adaptive_impedance::{AdaptiveImpedance, AxisLaw};
+use crate::psi::Psi;
 use crate::spatial::Vector6;
 
 /// The running law: K(t) and F_ff(t) of the six axes.
 #[derive(Debug, Clone)]
 pub struct AdaptiveLaw {
-    config: AdaptiveImpedance,
+    psi: Psi,
     stiffness: Vector6,
     feedforward: Vector6,
 }
 
 impl AdaptiveLaw {
-    /// The law at its start.
+    /// The law at its start. `psi` is checked with the space that the law acts in:
+    /// [`ActionSpace::validate`](crate::ActionSpace::validate).
     #[must_use]
-    pub fn new(config: AdaptiveImpedance) -> Self {
-        let mut law = Self { config, stiffness: Vector6::zeros(), feedforward: Vector6::zeros() };
-        law.reset();
-        law
+    pub fn new(psi: Psi) -> Self {
+        Self { stiffness: *psi.k_0.vector(), feedforward: Vector6::zeros(), psi }
     }
 
     /// K = K(0) and F_ff = 0, as at the start of an episode.
     pub fn reset(&mut self) {
-        self.stiffness = Vector6::from_fn(|axis, _| self.axis(axis).stiffness_start);
-        self.feedforward = Vector6::zeros();
+        *self = Self::new(self.psi);
     }
 
     /// One sample of `dt` seconds, from the error e (m, rad) and its rate (m/s, rad/s): limit the rates, integrate, clamp.
-    pub fn update(&mut self, e: &Vector6, e_dot: &Vector6, dt: f64) {
-        let sign = self.config.sign.factor();
+    ///
+    /// `excess` is what the torque limits cut off the last sample's torque, seen at the tool: J (tau wanted - tau sent). With
+    /// anti-windup K does not grow along an axis whose spring, -K e, would push further that way.
+    pub fn update(&mut self, e: &Vector6, e_dot: &Vector6, excess: &Vector6, dt: f64) {
+        let psi = &self.psi;
+        let sign = psi.delta_sign.factor();
         for axis in 0..6 {
-            let law = *self.axis(axis);
-            let eps = e[axis] + sign * law.delta * e_dot[axis]; // eq. 6
-            let k_dot = law.beta() * eps.abs() - law.gamma(); // eq. 4
-            let f_dot = law.feedforward_gain * eps - law.forgetting * self.feedforward[axis]; // eq. 5
-            let k_dot = k_dot.clamp(-law.stiffness_rate_max, law.stiffness_rate_max);
-            let f_dot = f_dot.clamp(-law.feedforward_rate_max, law.feedforward_rate_max);
-            let k = self.stiffness[axis] + dt * k_dot;
-            let f = self.feedforward[axis] + dt * f_dot;
-            self.stiffness[axis] = k.clamp(law.stiffness_min, law.stiffness_max);
+            let eps = e[axis] + sign * psi.delta[axis] * e_dot[axis]; // eq. 6
+            let k_dot = psi.beta[axis] * eps.abs() - psi.gamma[axis]; // eq. 4
+            let f_dot = psi.alpha[axis] * eps - psi.mu[axis] * self.feedforward[axis]; // eq. 5
+            let at_limit = psi.anti_windup && -e[axis] * excess[axis] > 0.0;
+            let k_dot = if at_limit { k_dot.min(0.0) } else { k_dot };
+            let f_dot = f_dot.clamp(-psi.f_ff_rate_max[axis], psi.f_ff_rate_max[axis]);
+            // K is also brought between bounds that have been moved, and no faster.
+            let k = (self.stiffness[axis] + dt * k_dot).clamp(psi.k_min[axis], psi.k_max[axis]);
+            let k_step = dt * psi.k_rate_max[axis];
+            self.stiffness[axis] = k.clamp(self.stiffness[axis] - k_step, self.stiffness[axis] + k_step);
             // The clamp is inside the integrator: F_ff cannot wind up beyond it.
-            self.feedforward[axis] = f.clamp(-law.feedforward_max, law.feedforward_max);
+            let f = self.feedforward[axis] + dt * f_dot;
+            self.feedforward[axis] = f.clamp(-psi.f_ff_max[axis], psi.f_ff_max[axis]);
         }
     }
 
-    /// K of each axis (N/m, Nm/rad; shaped: 1/s^2).
+    /// The parameters.
+    #[must_use]
+    pub fn psi(&self) -> &Psi {
+        &self.psi
+    }
+
+    /// The parameters, to be changed between actions. K moves to new bounds at `k_rate_max`.
+    pub(crate) fn psi_mut(&mut self) -> &mut Psi {
+        &mut self.psi
+    }
+
+    /// K of each axis (N/m, Nm/rad; in a space in 1/s^2 that).
     #[must_use]
     pub fn stiffness(&self) -> &Vector6 {
         &self.stiffness
     }
 
-    /// F_ff of each axis (N, Nm; shaped: m/s^2, rad/s^2), world axes. It enters the torque law with a minus sign.
+    /// F_ff of each axis (N, Nm; in a space in 1/s^2 m/s^2, rad/s^2), world axes. It enters the torque law with a minus sign.
     #[must_use]
     pub fn feedforward(&self) -> &Vector6 {
         &self.feedforward
-    }
-
-    /// Axes 0-2 translate, 3-5 rotate.
-    fn axis(&self, axis: usize) -> &AxisLaw {
-        if axis < 3 { &self.config.translation } else { &self.config.rotation }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::gains::Gains;
 use crate::spatial::Vector6;
 
 /// How D is formed from K.
@@ -15,12 +16,12 @@ pub enum Damping {
 }
 
 impl Damping {
-    /// D of each axis (Ns/m, Nms/rad; in the shaped convention 1/s).
+    /// D of each axis (Ns/m, Nms/rad; where stiffness is in 1/s^2, 1/s).
     ///
-    /// `inertia` is the diagonal of Lambda (kg, kg m^2), or ones in the shaped convention, where both kinds agree.
+    /// `inertia` is the diagonal of Lambda (kg, kg m^2), or ones where stiffness is in 1/s^2: there both kinds agree.
     #[must_use]
-    pub fn of(self, stiffness: &Vector6, inertia: &Vector6, damping_ratio: f64) -> Vector6 {
-        stiffness.zip_map(inertia, |k, m| self.of_axis(k, m, damping_ratio))
+    pub fn of(self, stiffness: &Vector6, inertia: &Vector6, damping_ratio: &Gains) -> Vector6 {
+        Vector6::from_fn(|axis, _| self.of_axis(stiffness[axis], inertia[axis], damping_ratio[axis]))
     }
 
     /// D of one axis.
@@ -48,6 +49,9 @@ mod tests {
     fn mass_aware_reduces_to_literal_at_unit_inertia() {
         let k = Vector6::new(0.0, 20.0, 150.0, 300.0, 7.0, 1500.0);
         let ones = Vector6::repeat(1.0);
-        assert_eq!(Damping::MassAware.of(&k, &ones, 1.0), Damping::Literal.of(&k, &ones, 1.0));
+        assert_eq!(
+            Damping::MassAware.of(&k, &ones, &Gains::all(1.0)),
+            Damping::Literal.of(&k, &ones, &Gains::all(1.0))
+        );
     }
 }

@@ -27,22 +27,30 @@ pub enum ConfigError {
     },
     /// The adaptive law would grow oscillations at its lowest stiffness.
     #[error(
-        "{group}: feedforward_gain (alpha) = {alpha} is unstable at stiffness_min = {stiffness}: the limit is \
-         {alpha_max:.1} (inertia {inertia}, damping {damping:.2}); lower it, raise stiffness_min, or set allow_unstable = true"
+        "{field} = {alpha} is unstable at k_min = {stiffness}: the limit is {alpha_max:.1} (inertia {inertia}, damping \
+         {damping:.2}); lower it, raise k_min, or set allow_unstable = true"
     )]
     Unstable {
-        /// Dotted path of the law of the translational or the rotational axes.
-        group: String,
+        /// Dotted path of alpha, with its axis.
+        field: String,
         /// The feed-forward gain found.
         alpha: f64,
         /// The largest stable feed-forward gain.
         alpha_max: f64,
         /// The lowest stiffness, where the loop is least stable.
         stiffness: f64,
-        /// Inertia of the axis (kg, kg m^2; 1 in the shaped convention).
+        /// Inertia of the axis (kg, kg m^2; 1 where stiffness is in 1/s^2).
         inertia: f64,
         /// Damping of the axis at that stiffness.
         damping: f64,
+    },
+    /// Two settings contradict each other.
+    #[error("{field}: {reason}")]
+    Contradiction {
+        /// Dotted path of the field.
+        field: String,
+        /// With what, and what would be right.
+        reason: String,
     },
 }
 
@@ -52,7 +60,8 @@ impl ConfigError {
     pub fn below(mut self, section: &str) -> Self {
         let (Self::OutOfRange { field: path, .. }
         | Self::Rates { section: path, .. }
-        | Self::Unstable { group: path, .. }) = &mut self;
+        | Self::Unstable { field: path, .. }
+        | Self::Contradiction { field: path, .. }) = &mut self;
         path.insert_str(0, &format!("{section}."));
         self
     }

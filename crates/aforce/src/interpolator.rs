@@ -9,7 +9,7 @@ use crate::spatial::{Pose, Twist};
 
 /// How the set-point travels to a new goal.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Interpolation {
     /// A straight ramp, then hold. (In the paper's simulations it takes a fifth of the action; robosuite's default is none.)
     Linear {
@@ -28,8 +28,8 @@ pub enum Interpolation {
 impl Interpolation {
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
         let (field, share) = match *self {
-            Self::Linear { ramp_ratio } => ("interpolation.ramp_ratio", ramp_ratio),
-            Self::JerkLimited { dynamics } => ("interpolation.dynamics", dynamics),
+            Self::Linear { ramp_ratio } => ("interpolation.linear.ramp_ratio", ramp_ratio),
+            Self::JerkLimited { dynamics } => ("interpolation.jerk-limited.dynamics", dynamics),
         };
         positive(field, share)?;
         within(field, share, 0.0..=1.0)
@@ -51,6 +51,12 @@ enum Path {
 }
 
 impl Interpolator {
+    /// A set-point that is its goal from the first sample on.
+    #[must_use]
+    pub fn jump(dt: f64) -> Self {
+        Self { path: Path::Linear(LinearRamp::new(1, dt)), pose: Pose::identity() }
+    }
+
     /// `samples_per_action` control samples of `dt` seconds make one action.
     #[must_use]
     pub fn new(interpolation: &Interpolation, samples_per_action: u32, dt: f64) -> Self {

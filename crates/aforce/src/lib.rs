@@ -10,8 +10,10 @@
 //! eps   = e + delta e_dot             (eq. 6; the paper prints e - delta e_dot, see [`DeltaSign`])
 //! ```
 //!
-//! In the [`Shaped`](Convention::Shaped) convention F_ff, K e and D e_dot are accelerations, which the arm's inertia Lambda
-//! turns into a wrench; in place of F_d stands the output of the force controller that holds it ([`ForceConfig`]).
+//! An [`ActionSpace`] is one record of data that says which of these a policy commands, and by which rules. In a space whose
+//! stiffness is in 1/s^2, F_ff, K e and D e_dot are accelerations, which the arm's inertia Lambda turns into a wrench; e_dot is
+//! x_dot alone in a space that damps against standstill ([`RateRule`]); in place of F_d stands the output of the force
+//! controller that holds it ([`ForceConfig`]).
 //!
 //! Conventions, stated once and used everywhere: SI units; six-vectors are *linear first*, in world axes, at the tool
 //! point; a [`Wrench`] in a [`Measurement`] is what the environment exerts *on the tool*, and F_d is the wrench the
@@ -24,7 +26,8 @@
 mod action;
 mod action_space;
 mod adaptation;
-mod adaptive_impedance;
+mod built_in;
+mod commanded_psi;
 mod config;
 mod contact;
 mod controller;
@@ -32,6 +35,8 @@ mod damping;
 mod energy;
 mod error;
 mod force;
+mod gains;
+mod goal;
 mod impedance;
 mod interpolator;
 mod jerk_limited;
@@ -39,27 +44,34 @@ mod limits;
 mod linear;
 mod null_space;
 mod operational_space;
-mod reference;
+mod psi;
 mod spatial;
 mod stability;
+mod stiffness;
 
 pub use action::encode;
-pub use action_space::{ActionEntry, ActionSpace, Impedance, Level, UnknownActionSpace};
+pub use action_space::{ActionEntry, ActionSpace, RateRule, SetPoint};
 pub use adaptation::AdaptiveLaw;
-pub use adaptive_impedance::{AdaptiveImpedance, AxisLaw, DeltaSign};
-pub use config::{ControllerConfig, ImpedanceSettings};
+pub use built_in::{RecordError, UnknownActionSpace, complete, overlay};
+pub use commanded_psi::{CommandedPsi, PsiParameter, PsiRange};
+pub use config::ControllerConfig;
 pub use controller::Controller;
 pub use damping::Damping;
 pub use energy::EnergyLedger;
 pub use error::{ConfigError, within};
 pub use force::{ForceAxis, ForceConfig, ForceControl};
-pub use impedance::{CommandedImpedance, Convention, FixedImpedance, ImpedanceForm, impedance_wrench};
+pub use gains::Gains;
+pub use goal::GoalRule;
+pub use impedance::{Impedance, impedance};
 pub use interpolator::Interpolation;
 pub use limits::TorqueLimits;
 pub use operational_space::OperationalSpace;
-pub use reference::Reference;
-pub use spatial::{Jacobian, JointMatrix, JointVector, Measurement, Pose, Twist, Vector3, Vector6, Wrench, pose_error};
+pub use psi::{DeltaSign, Psi};
+pub use spatial::{
+    Jacobian, JointMatrix, JointVector, Measurement, Pose, RotationError, Twist, Vector3, Vector6, Wrench, pose_error,
+};
 pub use stability::{StabilityMargin, stability_margin};
+pub use stiffness::{Scale, Stiffness, StiffnessRange, StiffnessUnit};
 
 #[cfg(test)]
 mod testing;

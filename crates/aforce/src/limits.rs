@@ -1,34 +1,55 @@
-//! The one exit for torques: limits, rate, finiteness.
+//! The last step before a torque leaves: limits, rate, finiteness.
 
+use crate::error::{ConfigError, within};
 use crate::spatial::{JointVector, all_finite};
 
 /// What the plant's joints can take. Part of the plant, not of the controller's configuration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TorqueLimits {
+    max: JointVector,
+    rate: Option<JointVector>,
+}
+
+impl TorqueLimits {
+    /// The largest torque of each joint (Nm), and the largest rate of each joint's torque (Nm/s) if there is one, either way.
+    ///
+    /// # Errors
+    /// If one is NaN or negative.
+    pub fn new(max: JointVector, rate: Option<JointVector>) -> Result<Self, ConfigError> {
+        for (name, limits) in [("max", Some(max)), ("rate", rate)] {
+            for (joint, &limit) in limits.iter().flat_map(|limits| limits.iter()).enumerate() {
+                within(&format!("torque_limits.{name} (joint {})", joint + 1), limit, 0.0..=f64::INFINITY)?;
+            }
+        }
+        Ok(Self { max, rate })
+    }
+
     /// Largest torque of each joint, either way (Nm).
-    pub max: JointVector,
-    /// Largest rate of each joint's torque, either way (Nm/s), if there is one.
-    pub rate: Option<JointVector>,
+    #[must_use]
+    pub fn max(&self) -> &JointVector {
+        &self.max
+    }
 }
 
 /// Applies [`TorqueLimits`] and remembers what it did.
 #[derive(Debug, Clone)]
-pub(crate) struct TorqueExit {
+pub(crate) struct TorqueLimiter {
     limits: TorqueLimits,
     previous: JointVector,
-    saturated: [bool; 7],
+    /// What was cut off the latest torque (Nm).
+    excess: JointVector,
     faults: u64,
 }
 
-impl TorqueExit {
+impl TorqueLimiter {
     pub(crate) fn new(limits: TorqueLimits) -> Self {
-        Self { limits, previous: JointVector::zeros(), saturated: [false; 7], faults: 0 }
+        Self { limits, previous: JointVector::zeros(), excess: JointVector::zeros(), faults: 0 }
     }
 
     /// The rate limit starts from `torque` (Nm): what has been holding the arm.
     pub(crate) fn reset(&mut self, torque: &JointVector) {
         self.previous = if all_finite(torque) { self.clamp(torque) } else { JointVector::zeros() };
-        (self.saturated, self.faults) = ([false; 7], 0);
+        (self.excess, self.faults) = (JointVector::zeros(), 0);
     }
 
     /// The torque to send instead of `wanted`. A `wanted` that is not finite is a fault and becomes `fallback`, which
@@ -47,14 +68,19 @@ impl TorqueExit {
                 torque[i] = torque[i].clamp(self.previous[i] - step, self.previous[i] + step);
             }
         }
-        self.saturated = std::array::from_fn(|i| torque[i] != finite[i]);
+        self.excess = finite - torque;
         self.previous = torque;
         torque
     }
 
     /// Joints whose latest torque was cut by a limit.
     pub(crate) fn saturated(&self) -> [bool; 7] {
-        self.saturated
+        std::array::from_fn(|i| self.excess[i] != 0.0)
+    }
+
+    /// What the limits cut off the latest torque (Nm); zero where they did not.
+    pub(crate) fn excess(&self) -> &JointVector {
+        &self.excess
     }
 
     /// Samples since reset whose torque was not finite.
@@ -73,56 +99,66 @@ mod tests {
     use proptest::prelude::*;
 
     fn limits(rate: Option<f64>) -> TorqueLimits {
-        TorqueLimits {
-            max: JointVector::from([80.0, 80.0, 80.0, 80.0, 80.0, 12.0, 12.0]),
-            rate: rate.map(JointVector::repeat),
-        }
+        let max = JointVector::from([80.0, 80.0, 80.0, 80.0, 80.0, 12.0, 12.0]);
+        TorqueLimits::new(max, rate.map(JointVector::repeat)).unwrap()
     }
 
     #[test]
     fn within_the_limits_nothing_changes() {
-        let mut exit = TorqueExit::new(limits(None));
+        let mut limiter = TorqueLimiter::new(limits(None));
         let tau = JointVector::from([1.0, -80.0, 3.0, 0.0, 79.0, 12.0, -11.0]);
-        assert_eq!(exit.pass(&tau, &tau, 0.002), tau);
-        assert_eq!(exit.saturated(), [false; 7]);
+        assert_eq!(limiter.pass(&tau, &tau, 0.002), tau);
+        assert_eq!(limiter.saturated(), [false; 7]);
+    }
+
+    #[test]
+    fn limits_that_are_none_are_refused() {
+        let with = |max: f64, rate: f64| {
+            let mut limits = [JointVector::repeat(10.0), JointVector::repeat(10.0)];
+            (limits[0][2], limits[1][6]) = (max, rate);
+            TorqueLimits::new(limits[0], Some(limits[1])).map_err(|error| error.to_string())
+        };
+        assert!(with(80.0, f64::INFINITY).is_ok());
+        assert!(with(f64::NAN, 1.0).unwrap_err().starts_with("torque_limits.max (joint 3) = NaN"));
+        assert!(with(1.0, -1.0).unwrap_err().starts_with("torque_limits.rate (joint 7) = -1"));
     }
 
     #[test]
     fn clipped_joints_are_named() {
-        let mut exit = TorqueExit::new(limits(None));
-        let tau = exit.pass(&JointVector::repeat(13.0), &JointVector::zeros(), 0.002);
+        let mut limiter = TorqueLimiter::new(limits(None));
+        let tau = limiter.pass(&JointVector::repeat(13.0), &JointVector::zeros(), 0.002);
         assert_eq!((tau[4], tau[5]), (13.0, 12.0));
-        assert_eq!(exit.saturated(), [false, false, false, false, false, true, true]);
+        assert_eq!(limiter.saturated(), [false, false, false, false, false, true, true]);
     }
 
     #[test]
     fn a_step_becomes_a_ramp() {
-        let mut exit = TorqueExit::new(limits(Some(1000.0)));
-        exit.reset(&JointVector::repeat(2.0));
-        assert_eq!(exit.pass(&JointVector::repeat(10.0), &JointVector::zeros(), 0.001)[0], 3.0);
-        assert_eq!(exit.pass(&JointVector::repeat(10.0), &JointVector::zeros(), 0.001)[0], 4.0);
-        assert_eq!(exit.saturated(), [true; 7]);
+        let mut limiter = TorqueLimiter::new(limits(Some(1000.0)));
+        limiter.reset(&JointVector::repeat(2.0));
+        assert_eq!(limiter.pass(&JointVector::repeat(10.0), &JointVector::zeros(), 0.001)[0], 3.0);
+        assert_eq!(limiter.pass(&JointVector::repeat(10.0), &JointVector::zeros(), 0.001)[0], 4.0);
+        assert_eq!(limiter.saturated(), [true; 7]);
     }
 
     #[test]
     fn faults_fall_back_and_are_counted() {
-        let mut exit = TorqueExit::new(limits(None));
+        let mut limiter = TorqueLimiter::new(limits(None));
         let mut broken = JointVector::zeros();
         broken[3] = f64::NAN;
-        assert_eq!(exit.pass(&broken, &JointVector::repeat(5.0), 0.002), JointVector::repeat(5.0));
-        assert_eq!(exit.pass(&broken, &broken, 0.002), JointVector::zeros());
-        assert_eq!(exit.faults(), 2);
+        assert_eq!(limiter.pass(&broken, &JointVector::repeat(5.0), 0.002), JointVector::repeat(5.0));
+        assert_eq!(limiter.pass(&broken, &broken, 0.002), JointVector::zeros());
+        assert_eq!(limiter.faults(), 2);
     }
 
     proptest! {
         #[test]
         fn limits_and_rates_are_never_broken(torques in prop::collection::vec(prop::array::uniform7(-1e4..1e4f64), 1..40)) {
-            let mut exit = TorqueExit::new(limits(Some(1000.0)));
+            let mut limiter = TorqueLimiter::new(limits(Some(1000.0)));
             let mut previous = JointVector::zeros();
             for wanted in torques {
-                let tau = exit.pass(&JointVector::from(wanted), &JointVector::zeros(), 0.001);
+                let tau = limiter.pass(&JointVector::from(wanted), &JointVector::zeros(), 0.001);
                 for i in 0..7 {
-                    prop_assert!(tau[i].abs() <= exit.limits.max[i]);
+                    prop_assert!(tau[i].abs() <= limiter.limits.max[i]);
                     prop_assert!((tau[i] - previous[i]).abs() <= 1.0 + 1e-9);
                 }
                 previous = tau;

@@ -1,6 +1,7 @@
 //! Vectors, poses and what the controller reads from a plant. Linear first, world axes, at the tool point.
 
 use nalgebra::{Isometry3, SMatrix, SVector, UnitQuaternion};
+use serde::{Deserialize, Serialize};
 
 /// One value per joint: positions (rad), velocities (rad/s) or torques (Nm).
 pub type JointVector = SVector<f64, 7>;
@@ -48,6 +49,31 @@ pub fn pose_error(x: &Pose, x_d: &Pose) -> Vector6 {
     let p = x.translation.vector - x_d.translation.vector;
     let r = rotation_vector(&(x.rotation * x_d.rotation.inverse()));
     stack(&p, &r)
+}
+
+/// How the rotational part of an error is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RotationError {
+    /// angle x axis: the rotation vector.
+    Angle,
+    /// sin(angle) x axis (robosuite): about the same while small, less beyond, nothing at half a turn.
+    Sine,
+}
+
+impl RotationError {
+    /// e = x - x_d as [`pose_error`] has it, the rotational part as measured (m, rad).
+    #[must_use]
+    pub fn of(self, x: &Pose, x_d: &Pose) -> Vector6 {
+        match self {
+            Self::Angle => pose_error(x, x_d),
+            Self::Sine => {
+                let turn = x.rotation * x_d.rotation.inverse();
+                // 2 cos(angle/2) sin(angle/2) x axis.
+                stack(&(x.translation.vector - x_d.translation.vector), &(2.0 * turn.w * turn.imag()))
+            }
+        }
+    }
 }
 
 /// The logarithm of a rotation (rad, at most pi long). A quaternion and its negative give the same vector.
@@ -123,6 +149,24 @@ mod tests {
         // 350 degrees forward is 10 degrees back.
         let e = pose_error(&turned(Vector3::z() * (350f64).to_radians()), &Pose::identity());
         assert_relative_eq!(e[5], -(10f64).to_radians(), epsilon = 1e-9);
+    }
+
+    #[test]
+    fn the_sine_of_an_angle_is_less_than_the_angle() {
+        let axis = Vector3::new(0.6, 0.0, -0.8);
+        for angle in [-2.5, -0.3, 1e-9, 0.4, 1.5, 3.0] {
+            let x = turned(axis * angle);
+            assert_relative_eq!(
+                rotational(&RotationError::Sine.of(&x, &Pose::identity())),
+                axis * angle.sin(),
+                epsilon = 1e-12
+            );
+            assert_relative_eq!(
+                rotational(&RotationError::Angle.of(&x, &Pose::identity())),
+                axis * angle,
+                epsilon = 1e-12
+            );
+        }
     }
 
     #[test]

@@ -1,15 +1,15 @@
 //! When the adaptive loop is stable: a closed-form certificate for one axis.
 
-use crate::adaptive_impedance::{AxisLaw, DeltaSign};
+use crate::psi::Psi;
 
 /// How far the feed-forward gain of an axis is from its limit, at the lowest stiffness.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StabilityMargin {
-    /// The feed-forward gain of the law, alpha (N/m/s, Nm/rad/s; shaped: 1/s^3).
+    /// The feed-forward gain of the law, alpha (N/m/s, Nm/rad/s; in 1/s^2: 1/s^3).
     pub alpha: f64,
     /// The largest stable alpha; infinite if every one is stable.
     pub alpha_max: f64,
-    /// Damping of the axis at the lowest stiffness (Ns/m, Nms/rad; shaped: 1/s).
+    /// Damping of the axis at the lowest stiffness (Ns/m, Nms/rad; in 1/s^2: 1/s).
     pub damping: f64,
 }
 
@@ -21,8 +21,8 @@ impl StabilityMargin {
     }
 }
 
-/// The margin of `law` at its lowest stiffness K, for an axis of inertia M (kg, kg m^2; 1 in the shaped convention)
-/// with damping D.
+/// The margin of an `axis` of the law `psi` at its lowest stiffness K, for an inertia M (kg, kg m^2; 1 where stiffness is in
+/// 1/s^2) with damping D.
 ///
 /// The loop M e'' + D e' + K e + F = 0, F' = alpha (e + s delta e') - mu F is stable exactly when, with T = D/M + mu,
 ///
@@ -32,31 +32,27 @@ impl StabilityMargin {
 ///
 /// The limit falls as K relaxes, so it is taken at the lowest stiffness and not at the starting one.
 #[must_use]
-pub fn stability_margin(law: &AxisLaw, sign: DeltaSign, inertia: f64, damping: f64) -> StabilityMargin {
-    let (k, d, mu) = (law.stiffness_min, damping, law.forgetting);
-    let s_delta = sign.factor() * law.delta;
+pub fn stability_margin(psi: &Psi, axis: usize, inertia: f64, damping: f64) -> StabilityMargin {
+    let (k, d, mu) = (psi.k_min[axis], damping, psi.mu[axis]);
+    let s_delta = psi.delta_sign.factor() * psi.delta[axis];
     let t = d / inertia + mu;
     let no_divergence = if s_delta < 0.0 { (k + d * mu) / -s_delta } else { f64::INFINITY };
     // Both sides times T, which is zero without damping and forgetting: then nothing but alpha = 0 is left.
     let slope = 1.0 - s_delta * t;
     let no_oscillation = if slope > 0.0 { (k * d / inertia + d * mu * t) / slope } else { f64::INFINITY };
-    StabilityMargin { alpha: law.feedforward_gain, alpha_max: no_divergence.min(no_oscillation), damping }
+    StabilityMargin { alpha: psi.alpha[axis], alpha_max: no_divergence.min(no_oscillation), damping }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::adaptive_impedance::AdaptiveImpedance;
     use crate::damping::Damping;
+    use crate::gains::Gains;
+    use crate::psi::DeltaSign;
 
-    fn law(stiffness_min: f64, alpha: f64, delta: f64) -> AxisLaw {
-        AxisLaw {
-            stiffness_min,
-            feedforward_gain: alpha,
-            delta,
-            forgetting: 1.0,
-            ..AdaptiveImpedance::physical().translation
-        }
+    fn law(k_min: f64, alpha: f64, delta: f64, delta_sign: DeltaSign) -> Psi {
+        let [k_min, alpha, delta] = [k_min, alpha, delta].map(Gains::all);
+        Psi { k_min, alpha, delta, delta_sign, mu: Gains::all(1.0), ..crate::testing::psi() }
     }
 
     /// Worked out by hand from the closed form.
@@ -73,7 +69,7 @@ mod tests {
         for (mass, damping, k, limits) in table {
             let d = damping.of_axis(k, mass, 1.0);
             for (sign, limit) in [DeltaSign::Literal, DeltaSign::Off, DeltaSign::Damping].into_iter().zip(limits) {
-                let found = stability_margin(&law(k, 1.0, 0.1), sign, mass, d).alpha_max;
+                let found = stability_margin(&law(k, 1.0, 0.1, sign), 0, mass, d).alpha_max;
                 // The table is rounded to whole numbers.
                 assert!(found == limit || (found - limit).abs() < 0.6, "{mass} {k} {sign:?}: {found} not {limit}");
             }
@@ -83,8 +79,8 @@ mod tests {
     #[test]
     fn nothing_is_stable_without_damping_and_forgetting() {
         for sign in [DeltaSign::Literal, DeltaSign::Off, DeltaSign::Damping] {
-            let law = AxisLaw { forgetting: 0.0, ..law(100.0, 1.0, 0.1) };
-            assert!(!stability_margin(&law, sign, 4.0, 0.0).is_stable(), "{sign:?}");
+            let law = Psi { mu: Gains::all(0.0), ..law(100.0, 1.0, 0.1, sign) };
+            assert!(!stability_margin(&law, 0, 4.0, 0.0).is_stable(), "{sign:?}");
         }
     }
 
@@ -109,7 +105,7 @@ mod tests {
     fn the_limit_is_the_boundary_between_decay_and_growth() {
         for sign in [DeltaSign::Damping, DeltaSign::Off, DeltaSign::Literal] {
             for (mass, k) in [(4.0, 20.0), (4.0, 150.0), (12.0, 50.0)] {
-                let margin = |alpha| stability_margin(&law(k, alpha, 0.1), sign, mass, 2.0 * f64::sqrt(k));
+                let margin = |alpha| stability_margin(&law(k, alpha, 0.1, sign), 0, mass, 2.0 * f64::sqrt(k));
                 let limit = margin(1.0).alpha_max;
                 let s_delta = 0.1 * sign.factor();
                 assert!(

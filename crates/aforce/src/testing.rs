@@ -2,8 +2,12 @@
 
 use nalgebra::UnitQuaternion;
 
+use crate::action_space::ActionSpace;
 use crate::config::ControllerConfig;
+use crate::gains::Gains;
+use crate::psi::{DeltaSign, Psi};
 use crate::spatial::{Jacobian, JointMatrix, JointVector, Measurement, Pose, Twist, Wrench, linear, rotational};
+use crate::stiffness::Stiffness;
 
 /// A generic arm at rest: random Jacobian, random positive definite mass matrix.
 pub(crate) fn random_arm(seed: u64) -> Measurement {
@@ -59,7 +63,38 @@ pub(crate) fn move_gantry(y: &mut Measurement, tau: &JointVector, external: &Wre
     y.pose.rotation = UnitQuaternion::from_scaled_axis(rotational(&y.twist) * dt) * y.pose.rotation;
 }
 
-/// The default configuration with robosuite's action steps.
+/// The default configuration, which has robosuite's action steps.
 pub(crate) fn robosuite_steps() -> ControllerConfig {
     ControllerConfig { position_step: 0.05, rotation_step: 0.5, ..ControllerConfig::default() }
+}
+
+/// A law in N/m whose numbers are easy to work with: it tolerates 5 mm and 0.05 rad, and relaxes in a second.
+pub(crate) fn psi() -> Psi {
+    Psi {
+        alpha: Gains::pair(100.0, 5.0),
+        beta: Gains::pair(1.5e5, 900.0),
+        gamma: Gains::pair(750.0, 45.0),
+        mu: Gains::all(1.0),
+        delta: Gains::all(0.05),
+        delta_sign: DeltaSign::Damping,
+        k_min: Gains::pair(50.0, 5.0),
+        k_max: Gains::pair(800.0, 50.0),
+        k_0: Gains::pair(200.0, 20.0),
+        f_ff_max: Gains::pair(15.0, 3.0),
+        k_rate_max: Gains::pair(5000.0, 500.0),
+        f_ff_rate_max: Gains::pair(1000.0, 500.0),
+        inertia: Gains::pair(42.0, 3.0),
+        anti_windup: true,
+        allow_unstable: false,
+    }
+}
+
+/// `aforce` with the law [`psi`].
+pub(crate) fn adaptive(psi: Psi) -> ActionSpace {
+    ActionSpace { stiffness: Stiffness::Adaptive(psi), ..crate::testing::space("aforce") }
+}
+
+/// A built-in space.
+pub(crate) fn space(name: &str) -> ActionSpace {
+    name.parse().unwrap()
 }

@@ -49,12 +49,12 @@ fn measurement() -> Measurement {
 
 #[test]
 fn the_control_step_allocates_nothing() {
-    let limits = TorqueLimits { max: JointVector::repeat(80.0), rate: Some(JointVector::repeat(1000.0)) };
+    let limits = TorqueLimits::new(JointVector::repeat(80.0), Some(JointVector::repeat(1000.0))).unwrap();
     let y = measurement();
     for interpolation in [Interpolation::Linear { ramp_ratio: 1.0 }, Interpolation::JerkLimited { dynamics: 1.0 }] {
         let config = ControllerConfig { interpolation, ..ControllerConfig::default() };
-        for space in ActionSpace::ALL {
-            let mut control = Controller::new(space, &config, limits, Vector3::z_axis()).unwrap();
+        for space in ActionSpace::built_in() {
+            let mut control = Controller::new(&space, &config, limits, Vector3::z_axis()).unwrap();
             control.reset(&y);
             let (mut in_goals, mut in_updates) = (0, 0);
             for step in 0..20 {

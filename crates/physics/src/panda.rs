@@ -81,7 +81,7 @@ pub struct Parameters {
 impl Parameters {
     /// What the joints can take.
     pub fn torque_limits(&self) -> TorqueLimits {
-        TorqueLimits { max: self.max_torque, rate: self.max_torque_rate }
+        TorqueLimits::new(self.max_torque, self.max_torque_rate).expect("limits of an arm")
     }
 }
 

@@ -16,6 +16,7 @@ pub struct Traces {
     time: f64,
     actions: u32,
     energy: f64,
+    tool_work: [f64; 2],
     columns: Vec<Column>,
 }
 
@@ -38,6 +39,9 @@ impl Traces {
         self.actions += 1;
         self.time += 1.0 / rate;
         self.energy += step.interval.energy.absolute;
+        for (work, group) in self.tool_work.iter_mut().zip(step.interval.impedance) {
+            *work += group.work;
+        }
         let first = self.columns.is_empty();
         let (time, mut next) = (self.time, 0);
         let mut put = |panel, unit, label, value| {
@@ -57,13 +61,34 @@ impl Traces {
             put("Contact force", "N", "requested", controller.requested_force());
             put("Contact force", "N", "desired", controller.desired_force());
         }
-        let stiffness = controller.own_stiffness();
-        let unit = |axis| controller.convention().stiffness_unit(axis);
-        for (i, axis) in AXES.into_iter().enumerate() {
-            put("Stiffness", unit(i), axis, stiffness[i]);
+        let (stiffness, spring) = (controller.stiffness(), controller.feedforward_spring());
+        let adapts = controller.psi().is_some();
+        for (panel, unit, first) in [("Stiffness", "N/m", 0), ("Rotational stiffness", "Nm/rad", 3)] {
+            for (i, axis) in AXES.into_iter().enumerate() {
+                put(panel, unit, axis, stiffness[first + i]);
+            }
+            if adapts {
+                put(panel, unit, "alpha/mu, mean", spring.fixed_rows::<3>(first).mean());
+            }
         }
-        for (i, axis) in AXES.into_iter().enumerate() {
-            put("Rotational stiffness", unit(3 + i), axis, stiffness[3 + i]);
+        let samples = f64::from(interval.samples.max(1));
+        let [translation, rotation] = &interval.impedance;
+        if controller.stiffness_bounds(0).is_some() {
+            for (label, sum) in [
+                ("translation at K_min", translation.sum_at_min),
+                ("translation at K_max", translation.sum_at_max),
+                ("rotation at K_min", rotation.sum_at_min),
+                ("rotation at K_max", rotation.sum_at_max),
+            ] {
+                put("Stiffness at its bounds", "share of axes and time", label, sum / samples);
+            }
+        }
+        for (panel, unit, group) in
+            [("Force of the impedance", "N", translation), ("Moment of the impedance", "Nm", rotation)]
+        {
+            put(panel, unit, "spring, K e", group.sum_spring / samples);
+            put(panel, unit, "damper, D e_dot", group.sum_damper / samples);
+            put(panel, unit, "feed-forward, F_ff", group.sum_feedforward / samples);
         }
         for (i, axis) in AXES.into_iter().enumerate() {
             put("Position error", "mm", axis, 1000.0 * controller.error()[i]);
@@ -83,6 +108,8 @@ impl Traces {
         }
         put("Joint power", "W", "sum of |tau qd|", interval.energy.absolute * rate);
         put("Energy so far", "J", "sum of |tau qd| dt", self.energy);
+        put("Energy so far", "J", "of the tool's translation", self.tool_work[0]);
+        put("Energy so far", "J", "of the tool's rotation", self.tool_work[1]);
         for (term, value) in env.task().reward_terms().iter().zip(step.reward_terms) {
             put("Reward", "per action", term, value);
         }

@@ -1,6 +1,6 @@
 //! The environment: the one loop from an action to torques, and back to a reward.
 
-use aforce::{ActionSpace, ConfigError, Controller, ControllerConfig, Impedance, Measurement, within};
+use aforce::{ActionSpace, ConfigError, Controller, ControllerConfig, Measurement, within};
 use physics::panda::{HOME, ParameterSet};
 use physics::{Plant, Simulation, SimulationConfig};
 use rand::{Rng, SeedableRng};
@@ -50,12 +50,8 @@ impl EnvConfig {
         within("env.force_penalty.limit", limit, 0.0..=1e6)?;
         within("env.force_penalty.weight", weight, 0.0..=1e3)?;
         self.simulation.validate().map_err(|error| error.below("env"))?;
-        let controller = &self.controller;
-        let stable = || match self.space.impedance {
-            Impedance::Adaptive => controller.impedance.aforce.check_stability(),
-            _ => Ok(()),
-        };
-        controller.validate().and_then(|()| stable()).map_err(|error| error.below("env.controller"))
+        self.space.validate(self.controller.control_hz).map_err(|error| error.below("env"))?;
+        self.controller.validate().map_err(|error| error.below("env.controller"))
     }
 }
 
@@ -63,7 +59,7 @@ impl Default for EnvConfig {
     fn default() -> Self {
         EnvConfig {
             task: TaskName::default(),
-            space: ActionSpace { impedance: Impedance::Adaptive, force: false },
+            space: "aforce".parse().expect("a built-in space"),
             robot: ParameterSet::default(),
             horizon: 500,
             initial_noise: 0.02,
@@ -125,7 +121,7 @@ impl Env {
         let mut task = config.task.create(config.horizon);
         let parameters = config.robot.parameters();
         let limits = parameters.torque_limits();
-        let controller = Controller::new(config.space, &config.controller, limits, task.contact_axis())?;
+        let controller = Controller::new(&config.space, &config.controller, limits, task.contact_axis())?;
         let plant = Plant { parameters, dt: config.controller.dt(), config: config.simulation };
         let simulation = task.reset(&plant, &mut ChaCha8Rng::seed_from_u64(0));
         let y = simulation.measure();

@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use serde::{Deserialize, Serialize};
 
 use crate::env::{Env, Step};
+use crate::interval::AxisGroup;
 
 /// Plays one episode from `seed`, `act` choosing the actions in [-1, 1]^n, to its end or until `on_step` breaks off, which
 /// sees every step after it happened.
@@ -60,6 +61,8 @@ impl Episode {
         let sum = |of: fn(&Step) -> f64| self.steps.iter().map(of).sum::<f64>();
         let max = |of: fn(&Step) -> f64| self.steps.iter().map(of).fold(0.0, f64::max);
         let last = self.steps.last();
+        let samples = self.steps.iter().map(|s| f64::from(s.interval.samples)).sum::<f64>().max(1.0);
+        let [translation, rotation] = self.impedance();
         Outcome {
             total: self.total,
             length: self.steps.len(),
@@ -81,9 +84,32 @@ impl Episode {
             p99_contact_force_n: self.force_percentile(0.99),
             max_raw_contact_force_n: max(|s| s.interval.max_raw_force),
             contact_time_s: sum(|s| s.interval.contact_time),
-            mean_stiffness: sum(|s| s.interval.mean_stiffness()) / n,
+            mean_stiffness: sum(|s| s.interval.mean_own_stiffness()) / n,
             saturated_fraction: sum(|s| s.interval.saturated()) / n,
+            stiffness_translation_n_per_m: translation.sum_stiffness / samples,
+            stiffness_rotation_nm_per_rad: rotation.sum_stiffness / samples,
+            feedforward_spring_translation_n_per_m: translation.sum_feedforward_spring / samples,
+            feedforward_spring_rotation_nm_per_rad: rotation.sum_feedforward_spring / samples,
+            at_k_min_translation: translation.sum_at_min / samples,
+            at_k_max_translation: translation.sum_at_max / samples,
+            at_k_min_rotation: rotation.sum_at_min / samples,
+            at_k_max_rotation: rotation.sum_at_max / samples,
+            feedforward_share_translation: translation.feedforward_share(),
+            feedforward_share_rotation: rotation.feedforward_share(),
+            tool_work_translation_j: translation.work,
+            tool_work_rotation_j: rotation.work,
         }
+    }
+
+    /// What the impedance of the translational and of the rotational axes did.
+    fn impedance(&self) -> [AxisGroup; 2] {
+        let mut sums = [AxisGroup::default(); 2];
+        for step in &self.steps {
+            for (sum, group) in sums.iter_mut().zip(step.interval.impedance) {
+                *sum += group;
+            }
+        }
+        sums
     }
 }
 
@@ -114,6 +140,18 @@ pub struct Outcome {
     pub contact_time_s: f64,
     pub mean_stiffness: f64,
     pub saturated_fraction: f64,
+    pub stiffness_translation_n_per_m: f64,
+    pub stiffness_rotation_nm_per_rad: f64,
+    pub feedforward_spring_translation_n_per_m: f64,
+    pub feedforward_spring_rotation_nm_per_rad: f64,
+    pub at_k_min_translation: f64,
+    pub at_k_max_translation: f64,
+    pub at_k_min_rotation: f64,
+    pub at_k_max_rotation: f64,
+    pub feedforward_share_translation: f64,
+    pub feedforward_share_rotation: f64,
+    pub tool_work_translation_j: f64,
+    pub tool_work_rotation_j: f64,
 }
 
 #[cfg(test)]

@@ -1,6 +1,8 @@
 //! What happened during one action: energy, force, stiffness.
 
-use aforce::{Controller, EnergyLedger, JointVector};
+use std::ops::AddAssign;
+
+use aforce::{Controller, EnergyLedger, JointVector, Vector6};
 use physics::ContactReading;
 
 /// Record of one action, summed or averaged over its control samples.
@@ -24,11 +26,74 @@ pub struct Interval {
     pub excess_impulse: f64,
     /// Time with contact beyond the wrist (s).
     pub contact_time: f64,
-    /// Sum over samples of the mean translational stiffness, in the unit of the action
-    /// space's own convention (1/s2 or N/m).
-    pub sum_stiffness: f64,
+    /// Sum over samples of the mean translational stiffness, in the action space's own unit (1/s2 or N/m).
+    pub sum_own_stiffness: f64,
+    /// The impedance of the translational axes and of the rotational ones.
+    pub impedance: [AxisGroup; 2],
     /// Sum over samples of the share of joints whose torque was limited.
     pub sum_saturated: f64,
+}
+
+/// What three axes, the translational or the rotational ones, did during one action: sums over its control samples.
+///
+/// Stiffness is what acts, in N/m or Nm/rad whatever the action space's unit; forces in N or Nm.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct AxisGroup {
+    /// Of the mean stiffness of the three axes.
+    pub sum_stiffness: f64,
+    /// Of the mean of alpha/mu, the spring that F_ff is to an error that lasts.
+    pub sum_feedforward_spring: f64,
+    /// Of the share of the three axes whose stiffness is at its lower bound, and at its upper one.
+    pub sum_at_min: f64,
+    /// See `sum_at_min`.
+    pub sum_at_max: f64,
+    /// Of the norms of F_ff, K e and D e_dot.
+    pub sum_feedforward: f64,
+    /// See `sum_feedforward`.
+    pub sum_spring: f64,
+    /// See `sum_feedforward`.
+    pub sum_damper: f64,
+    /// Integral of abs(force x velocity), or abs(moment x angular velocity), of the wrench that the controller asks for (J).
+    pub work: f64,
+}
+
+impl AxisGroup {
+    /// Takes in the axes from `first` on, of one control sample of `dt` seconds.
+    fn add(&mut self, first: usize, controller: &Controller, dt: f64) {
+        let mean = |v: &Vector6| v.fixed_rows::<3>(first).mean();
+        let norm = |v: &Vector6| v.fixed_rows::<3>(first).norm();
+        self.sum_stiffness += mean(&controller.stiffness());
+        self.sum_feedforward_spring += mean(&controller.feedforward_spring());
+        for axis in first..first + 3 {
+            let k = controller.own_stiffness()[axis];
+            let [low, high] = controller.stiffness_bounds(axis).unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+            self.sum_at_min += if k <= low { 1.0 / 3.0 } else { 0.0 };
+            self.sum_at_max += if k >= high { 1.0 / 3.0 } else { 0.0 };
+        }
+        self.sum_feedforward += norm(controller.feedforward());
+        self.sum_spring += norm(&controller.spring_wrench());
+        self.sum_damper += norm(controller.damper_wrench());
+        self.work += controller.power()[first / 3].abs() * dt;
+    }
+
+    /// F_ff's part of what spring, damper and F_ff pull with, 0 to 1; 0 if nothing does.
+    pub fn feedforward_share(&self) -> f64 {
+        let all = self.sum_feedforward + self.sum_spring + self.sum_damper;
+        if all > 0.0 { self.sum_feedforward / all } else { 0.0 }
+    }
+}
+
+impl AddAssign for AxisGroup {
+    fn add_assign(&mut self, other: Self) {
+        self.sum_stiffness += other.sum_stiffness;
+        self.sum_feedforward_spring += other.sum_feedforward_spring;
+        self.sum_at_min += other.sum_at_min;
+        self.sum_at_max += other.sum_at_max;
+        self.sum_feedforward += other.sum_feedforward;
+        self.sum_spring += other.sum_spring;
+        self.sum_damper += other.sum_damper;
+        self.work += other.work;
+    }
 }
 
 impl Interval {
@@ -53,13 +118,16 @@ impl Interval {
         self.max_raw_force = self.max_raw_force.max(contact.raw.fixed_rows::<3>(0).norm());
         self.excess_impulse += (force - force_limit).max(0.0) * dt;
         self.contact_time += if contact.touching { dt } else { 0.0 };
-        self.sum_stiffness += controller.own_stiffness().fixed_rows::<3>(0).mean();
+        self.sum_own_stiffness += controller.own_stiffness().fixed_rows::<3>(0).mean();
+        for (group, first) in self.impedance.iter_mut().zip([0, 3]) {
+            group.add(first, controller, dt);
+        }
         self.sum_saturated += controller.saturated().iter().filter(|&&limited| limited).count() as f64 / 7.0;
     }
 
-    /// Mean translational stiffness (1/s2 or N/m: the action space's own convention).
-    pub fn mean_stiffness(&self) -> f64 {
-        self.sum_stiffness / f64::from(self.samples.max(1))
+    /// Mean translational stiffness (1/s2 or N/m: the action space's own unit).
+    pub fn mean_own_stiffness(&self) -> f64 {
+        self.sum_own_stiffness / f64::from(self.samples.max(1))
     }
 
     /// Mean torque of each joint (Nm).
@@ -97,9 +165,9 @@ mod tests {
             wrench: Wrench::zeros(),
         };
         let max = JointVector::from_fn(|i, _| if i < limited { 0.5 } else { 10.0 });
-        let (space, limits) = ("variable".parse().unwrap(), TorqueLimits { max, rate: None });
+        let (space, limits) = ("variable".parse().unwrap(), TorqueLimits::new(max, None).unwrap());
         let mut controller =
-            Controller::new(space, &ControllerConfig::default(), limits, Vector3::z_axis()).expect("defaults");
+            Controller::new(&space, &ControllerConfig::default(), limits, Vector3::z_axis()).expect("defaults");
         controller.reset(&y);
         controller.set_goal(&[kp, [0.0; 6]].concat(), &y);
         controller.update(&y);
@@ -139,7 +207,15 @@ mod tests {
         close("impulse above 15 N", interval.excess_impulse, (65.0 + 5.0) * DT);
         close("time of contact", interval.contact_time, 2.0 * DT);
         // Means over x, y, z: 150, 300 and 30.
-        close("stiffness", interval.mean_stiffness(), 160.0);
+        close("stiffness", interval.mean_own_stiffness(), 160.0);
+        // At unit inertia 1/s2 are N/m. Bounds are 0 and 300: of x, y, z one is at each, three are high, two are low.
+        let [translation, rotation] = interval.impedance;
+        close("stiffness that acts", translation.sum_stiffness, 480.0);
+        close("at the lower bound", translation.sum_at_min, 1.0 / 3.0 + 2.0 / 3.0);
+        close("at the upper bound", translation.sum_at_max, 1.0 / 3.0 + 1.0);
+        close("rotation at the lower bound", rotation.sum_at_min, 1.0);
+        close("rotation at the upper bound", rotation.sum_at_max, 1.0);
+        close("no feed-forward", translation.sum_feedforward + rotation.sum_feedforward_spring, 0.0);
         close("saturated", interval.saturated(), (5.0 + 2.0) / 21.0);
         for i in 0..7 {
             let factor = (i + 1) as f64;
@@ -150,11 +226,53 @@ mod tests {
         close("absolute energy", interval.energy.absolute, 28.0 * (1.5 + 6.0) * DT);
     }
 
+    /// The parts of the impedance of an arm that is held away from its goal, worked out by hand.
+    #[test]
+    fn each_group_of_axes_is_recorded_with_its_parts() {
+        let mut y = Measurement {
+            q: JointVector::zeros(),
+            qd: JointVector::zeros(),
+            pose: Pose::identity(),
+            twist: Twist::zeros(),
+            jacobian: Jacobian::identity(),
+            mass: JointMatrix::identity(),
+            bias: JointVector::zeros(),
+            wrench: Wrench::zeros(),
+        };
+        let limits = TorqueLimits::new(JointVector::repeat(1e3), None).unwrap();
+        let space = "aforce".parse().unwrap();
+        let mut controller = Controller::new(&space, &ControllerConfig::default(), limits, Vector3::z_axis()).unwrap();
+        controller.reset(&y);
+        y.pose = Pose::new(Vector3::new(0.03, 0.0, 0.04), Vector3::new(0.0, 0.1, 0.0));
+        y.twist = Twist::new(0.0, 0.2, 0.0, 0.0, 0.0, 0.5);
+        controller.update(&y);
+        let mut interval = Interval::default();
+        let still = JointVector::zeros();
+        interval.add(&still, &still, &ContactReading::default(), &controller, 60.0, 0.002);
+        let [translation, rotation] = interval.impedance;
+        let close =
+            |name: &str, a: f64, b: f64| assert!((a - b).abs() < 1e-9 * b.abs().max(1.0), "{name}: {a}, not {b}");
+        let k = controller.stiffness();
+        close("alpha / mu", translation.sum_feedforward_spring, 100.0);
+        close("alpha / mu", rotation.sum_feedforward_spring, 5.0);
+        close("K e", translation.sum_spring, f64::hypot(0.03 * k[0], 0.04 * k[2]));
+        close("K e", rotation.sum_spring, 0.1 * k[4]);
+        close("D e_dot", translation.sum_damper, 0.2 * 2.0 * k[1].sqrt());
+        close("D e_dot", rotation.sum_damper, 0.5 * 2.0 * k[5].sqrt());
+        // One sample: F_ff = dt alpha eps, eps = e + 0.05 s e_dot.
+        close("F_ff", translation.sum_feedforward, 0.2 * Vector3::new(0.03, 0.01, 0.04).norm());
+        let pull = translation.sum_feedforward + translation.sum_spring + translation.sum_damper;
+        close("share of F_ff", translation.feedforward_share(), translation.sum_feedforward / pull);
+        assert_eq!(AxisGroup::default().feedforward_share(), 0.0);
+        close("work", translation.work, 0.002 * 0.2 * (0.2 * 2.0 * k[1].sqrt() + 0.2 * 0.01));
+        assert_eq!((translation.sum_at_min, translation.sum_at_max), (0.0, 0.0));
+    }
+
     /// An action that diverged in its first sample has means all the same.
     #[test]
     fn means_over_no_sample_are_zero() {
         let interval = Interval::default();
-        assert_eq!((interval.mean_stiffness(), interval.mean_force(), interval.saturated()), (0.0, 0.0, 0.0));
+        assert_eq!((interval.mean_own_stiffness(), interval.mean_force(), interval.saturated()), (0.0, 0.0, 0.0));
         assert_eq!(interval.mean_torque(), JointVector::zeros());
     }
 }

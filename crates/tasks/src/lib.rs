@@ -5,6 +5,7 @@
 //! back as a reward, an observation and an [`Interval`] of energies and forces.
 
 mod component;
+mod describe;
 mod door;
 mod env;
 mod episode;
@@ -20,9 +21,10 @@ mod task_name;
 mod wipe;
 
 pub use component::Component;
+pub use describe::describe;
 pub use env::{Env, EnvConfig, Step};
 pub use episode::{Episode, Outcome, play};
-pub use interval::Interval;
+pub use interval::{AxisGroup, Interval};
 pub use markers::Markers;
 pub use observation::scale;
 pub use penalty::ForcePenalty;

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use aforce::ActionSpace;
 use anyhow::{Result, ensure};
 use clap::{Parser, ValueEnum};
 use experiments::config::RunConfig;
@@ -31,8 +32,8 @@ struct Arguments {
     #[arg(long, value_delimiter = ',', value_parser = cli::task_parser())]
     tasks: Vec<TaskName>,
     /// Action spaces (default: all)
-    #[arg(long, value_delimiter = ',')]
-    spaces: Vec<aforce::ActionSpace>,
+    #[arg(long, value_delimiter = ',', value_name = "NAME|FILE", value_parser = cli::parse_space)]
+    spaces: Vec<ActionSpace>,
     /// Episodes per action space
     #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..))]
     episodes: u32,
@@ -50,7 +51,7 @@ enum Who {
 struct Row {
     schema: u32,
     task: &'static str,
-    space: &'static str,
+    space: String,
     policy: &'static str,
     position_step_m: f64,
     rotation_step_rad: f64,
@@ -78,19 +79,19 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let out = arguments.out.display();
     ensure!(!arguments.out.exists(), "{out}: exists; nothing was overwritten");
     let config = arguments.settings.resolve()?;
-    let all = || aforce::ActionSpace::ALL.to_vec();
+    let all = ActionSpace::built_in;
     let spaces = if arguments.spaces.is_empty() { all() } else { arguments.spaces.clone() };
     let tasks = if arguments.tasks.is_empty() { vec![config.env.task] } else { arguments.tasks.clone() };
-    let pairs: Vec<_> = tasks.iter().flat_map(|&task| spaces.iter().map(move |&space| (task, space))).collect();
+    let pairs: Vec<_> = tasks.iter().flat_map(|&task| spaces.iter().map(move |space| (task, space))).collect();
     for (at, (task, space)) in pairs.iter().enumerate() {
-        if pairs[..at].contains(&(*task, *space)) {
+        if pairs[..at].iter().any(|other| (other.0, &other.1.name) == (*task, &space.name)) {
             return Err(bad(format!("{} with {space} is asked for twice", task.as_str())));
         }
     }
     file::prepare(&arguments.out)?;
     let rows = output::parallel::map(&pairs, |&(task, space)| {
         let mut config = config.clone();
-        (config.env.task, config.env.space) = (task, space);
+        (config.env.task, config.env.space) = (task, space.clone());
         let row = play(&config, arguments.policy, arguments.episodes)?;
         println!("{} {space}: success {:.2}, return {:.1}", row.task, row.success, row.return_mean);
         Ok::<_, anyhow::Error>(row)
@@ -122,7 +123,7 @@ fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
     Ok(Row {
         schema: 1,
         task: config.env.task.as_str(),
-        space: config.env.space.name(),
+        space: config.env.space.name.clone(),
         policy: policy.name(),
         position_step_m: config.env.controller.position_step,
         rotation_step_rad: config.env.controller.rotation_step,

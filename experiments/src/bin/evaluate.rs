@@ -65,12 +65,13 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
 type Column = (&'static str, fn(&Outcome) -> f64);
 
 /// Mean, deviation and range over episodes are printed of these.
-const COLUMNS: [Column; 11] = [
+const COLUMNS: [Column; 12] = [
     ("return", |o| o.total),
     ("success at the end", |o| f64::from(u8::from(o.success))),
     ("success at any time", |o| f64::from(u8::from(o.success_any))),
     ("energy, J per action", |o| o.energy_per_action_j),
-    ("stiffness, own unit", |o| o.mean_stiffness),
+    ("stiffness, N/m", |o| o.stiffness_translation_n_per_m),
+    ("stiffness, Nm/rad", |o| o.stiffness_rotation_nm_per_rad),
     ("largest force, N", |o| o.max_contact_force_n),
     ("penalised actions", |o| o.penalised_steps as f64),
     ("penalty", |o| o.penalty),

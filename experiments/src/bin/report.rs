@@ -100,7 +100,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
 }
 
 /// Runs of a group stand for each other: they have to differ in their seed and in nothing else. Groups are compared: their
-/// runs may also differ in the action space with its impedance, in the learner (and how long it trains) if their presets
+/// runs may also differ in the action space, in the learner (and how long it trains) if their presets
 /// do, and in anything if their variants do: a variant's name says what.
 fn comparable(runs: &[RunFolder], rows: &[RunSummary]) -> Result<()> {
     let mut seen: Vec<(&RunFolder, &RunSummary, RunConfig)> = vec![];
@@ -120,9 +120,8 @@ fn comparable(runs: &[RunFolder], rows: &[RunSummary]) -> Result<()> {
             }
             let mut alike = config.clone();
             alike.seed = theirs.seed;
-            if theirs.env.space != config.env.space {
-                alike.env.space = theirs.env.space;
-                alike.env.controller.impedance = theirs.env.controller.impedance;
+            if theirs.env.space.name != config.env.space.name {
+                alike.env.space = theirs.env.space.clone();
             }
             if theirs.preset != config.preset {
                 let RunConfig { preset, learner, steps, evaluate_every, checkpoint_every, .. } = theirs.clone();

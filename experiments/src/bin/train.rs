@@ -27,7 +27,7 @@ struct Arguments {
     out: PathBuf,
     #[command(flatten)]
     options: RunOptions,
-    /// Print what an action and an observation consist of, and train nothing
+    /// Print what an action and an observation consist of, the action space's record and what follows from it; train nothing
     #[arg(long)]
     describe: bool,
 }
@@ -39,24 +39,8 @@ fn main() -> ExitCode {
 fn run(arguments: &Arguments) -> Result<ExitCode> {
     let config = arguments.run.resolve()?;
     if arguments.describe {
-        describe(&Env::new(config.env, 0)?);
+        print!("{}", tasks::describe(&Env::new(config.env, 0)?));
         return Ok(ExitCode::SUCCESS);
     }
     curves::train_and_draw(&config, &arguments.out, arguments.options)
-}
-
-fn describe(env: &Env) {
-    println!("action, all entries in [-1, 1]:");
-    for c in env.config().space.entries(&env.config().controller) {
-        println!("  {:<28} {:>9.3} .. {:<9.3} {:<8} {}", c.name, c.low, c.high, c.unit, c.frame);
-    }
-    if env.task().has_gripper() {
-        println!("  {:<28} {:>9} .. {:<9} sign counts", "gripper", "open", "close");
-    }
-    let components = env.observation_components();
-    println!("observation ({} numbers), and how a learner scales them:", components.len());
-    for c in components {
-        println!("  {:<28} {:<18} (value - {}) x {}", c.name, c.unit, c.centre, c.scale);
-    }
-    println!("eef_pos is the grip site, eef_quat (of which x is never negative) the body right_hand, as in robosuite");
 }

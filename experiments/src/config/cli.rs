@@ -1,6 +1,6 @@
 //! Flags and exit codes that programs share.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use aforce::ActionSpace;
 use anyhow::Result;
@@ -9,7 +9,8 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use tasks::TaskName;
 use toml::Value;
 
-use crate::config::{RunConfig, parse_override};
+use crate::config::setup::SETUPS;
+use crate::config::{RunConfig, parse_override, spaces};
 
 /// Exit code of a run that a signal stopped after it saved itself: try again.
 pub const STOPPED: u8 = 75;
@@ -37,9 +38,13 @@ pub struct EnvArgs {
     /// Task
     #[arg(long, value_parser = task_parser())]
     pub task: Option<TaskName>,
-    /// Action space: aforce, variable, low, mid, high, osc, or one of them with -force
-    #[arg(long)]
+    /// Action space: aforce, variable, low, mid, high, osc and others, each also with -force; or a file with a record of one's
+    /// own, which ends with .toml
+    #[arg(long, value_name = "NAME|FILE", value_parser = parse_space)]
     pub space: Option<ActionSpace>,
+    /// How far an action may go
+    #[arg(long, value_parser = setup_parser())]
+    pub setup: Option<String>,
 }
 
 /// The configuration of a run.
@@ -80,8 +85,10 @@ impl EnvArgs {
     /// The flags as keys of the configuration.
     pub fn overrides(&self) -> Vec<(String, Value)> {
         let task = self.task.map(|task| ("env.task".into(), Value::String(task.as_str().into())));
-        let space = self.space.map(|space| ("env.space".into(), Value::String(space.to_string())));
-        self.settings.overrides.iter().cloned().chain(task).chain(space).collect()
+        let setup = self.setup.clone().map(|setup| ("setup".into(), Value::String(setup)));
+        // First, so that a key of the space changes the one named.
+        let space = self.space.as_ref().map(|space| ("env.space".into(), record(space)));
+        space.into_iter().chain(self.settings.overrides.iter().cloned()).chain(setup).chain(task).collect()
     }
 }
 
@@ -98,6 +105,23 @@ impl RunArgs {
         overrides.extend([seed, preset, steps].into_iter().flatten());
         RunConfig::resolve(self.env.settings.config.as_deref(), &overrides)
     }
+}
+
+/// An action space as a value of a configuration.
+pub fn record(space: &ActionSpace) -> Value {
+    Value::try_from(space).expect("a record is a table")
+}
+
+/// Reads an action space for clap: its name, or a file.
+///
+/// # Errors
+/// As [`spaces::named`].
+pub fn parse_space(text: &str) -> Result<ActionSpace, String> {
+    spaces::named(text, Path::new("")).map_err(|error| format!("{error:#}"))
+}
+
+fn setup_parser() -> impl TypedValueParser<Value = String> {
+    PossibleValuesParser::new(SETUPS.map(|(name, _, help)| PossibleValue::new(name).help(help)))
 }
 
 /// Reads a task's name for clap, which lists the known ones.

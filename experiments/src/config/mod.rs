@@ -3,6 +3,8 @@
 pub mod cli;
 mod run_config;
 mod run_id;
+pub mod setup;
+pub mod spaces;
 pub mod sweep;
 
 pub use run_config::{RunConfig, parse, parse_override};

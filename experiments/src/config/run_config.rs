@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use aforce::overlay;
 use anyhow::{Result, ensure};
 use output::program::bad;
 use serde::de::DeserializeOwned;
@@ -12,6 +13,7 @@ use tasks::EnvConfig;
 use toml::{Table, Value};
 
 use crate::config::run_id::{NAME_CHARACTERS, is_name_character};
+use crate::config::{setup, spaces};
 
 /// Everything that decides the outcome of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -63,13 +65,17 @@ impl RunConfig {
         let mut layers = vec![];
         if let Some(path) = file {
             let text = fs_err::read_to_string(path)?;
-            let table = parse(&text).map_err(|problem| bad(format!("{}: {problem}", path.display())))?;
-            layers.push((path.display().to_string(), table));
+            let name = path.display().to_string();
+            let mut table = parse(&text).map_err(|problem| bad(format!("{name}: {problem}")))?;
+            let folder = path.parent().unwrap_or(Path::new(""));
+            spaces::work_out(&mut table, folder).map_err(|problem| bad(format!("{name}: {problem:#}")))?;
+            layers.push((name, table));
         }
         let mut flags = Table::new();
         for (key, value) in overrides {
-            insert(&mut flags, key, value.clone()).map_err(|head| bad(format!("{key}: {head} is not a section")))?;
+            overlay(&mut flags, nested(key, value.clone()));
         }
+        spaces::work_out(&mut flags, Path::new("")).map_err(|problem| bad(format!("command line: {problem:#}")))?;
         layers.push(("command line".into(), flags));
         Self::from_layers(layers)
     }
@@ -94,8 +100,12 @@ impl RunConfig {
         }
         let preset = named.map_or(sac::Preset::Desktop, |(_, preset)| preset);
         let mut merged = Table::try_from(Self::preset(preset)).expect("a configuration is a table");
-        for (source, table) in layers {
-            merge(&mut merged, table);
+        for (source, mut table) in layers {
+            if let Some(setup) = table.remove("setup") {
+                let name = setup.as_str().map_or_else(|| setup.to_string(), String::from);
+                overlay(&mut merged, setup::settings(&name).map_err(|error| bad(format!("{source}: {error}")))?);
+            }
+            spaces::lay_over(&mut merged, table);
             let check: Result<Self, _> = merged.clone().try_into();
             check.map_err(|e| bad(format!("{source}: {}", explain(&e))))?;
         }
@@ -127,23 +137,16 @@ impl RunConfig {
         toml::to_string_pretty(self).expect("a configuration is a table")
     }
 
-    /// What has a part in the run: not the impedances of other action spaces.
-    fn in_use(&self) -> RunConfig {
-        let mut config = self.clone();
-        config.env.controller.impedance = self.env.controller.impedance.only(self.env.space.impedance);
-        config
-    }
-
-    /// First 16 hex digits of the hash of everything that has a part in the run but its length, which may be extended.
+    /// First 16 hex digits of the hash of everything that decides the run but its length, which may be extended.
     pub fn hash(&self) -> String {
-        let endless = RunConfig { steps: 0, ..self.in_use() };
+        let endless = RunConfig { steps: 0, ..self.clone() };
         blake3::hash(endless.to_toml().as_bytes()).to_hex()[..16].to_string()
     }
 
     /// The first setting but the length in which another run differs from this one, in words.
     pub fn difference(&self, other: &RunConfig) -> Option<String> {
         let table = |config: &RunConfig| Table::try_from(config).expect("a configuration is a table");
-        let (there, here) = (table(&self.in_use()), table(&RunConfig { steps: self.steps, ..other.in_use() }));
+        let (there, here) = (table(self), table(&RunConfig { steps: self.steps, ..other.clone() }));
         let (key, there, here) = first_difference(&there, &here)?;
         let word = |value: Option<Value>| value.map_or("absent".into(), |value| value.to_string());
         Some(format!("{key}: there {}, here {}", word(there), word(here)))
@@ -181,35 +184,13 @@ pub fn parse_override(text: &str) -> Result<(String, Value), String> {
     Ok((key.trim().into(), value))
 }
 
-/// Puts a value under a dotted key; the error is the part of the key that is no section.
-pub(crate) fn insert(table: &mut Table, key: &str, value: Value) -> Result<(), String> {
-    match key.split_once('.') {
-        None => {
-            table.insert(key.into(), value);
-        }
-        Some((head, rest)) => {
-            let inner = table.entry(head).or_insert_with(|| Value::Table(Table::new()));
-            insert(inner.as_table_mut().ok_or(head)?, rest, value)?;
-        }
-    }
-    Ok(())
-}
-
-/// Lays a table over another one.
-pub(crate) fn merge(base: &mut Table, over: Table) {
-    for (key, value) in over {
-        match (base.get_mut(&key), value) {
-            // A variant of another kind replaces the old one with all its fields.
-            (Some(Value::Table(old)), Value::Table(new)) if same_kind(old, &new) => merge(old, new),
-            (_, value) => {
-                base.insert(key, value);
-            }
-        }
-    }
-}
-
-fn same_kind(old: &Table, new: &Table) -> bool {
-    new.get("kind").is_none_or(|kind| old.get("kind") == Some(kind))
+/// A table with one value, under a dotted key.
+pub(crate) fn nested(key: &str, value: Value) -> Table {
+    let value = |key: &str| match key.split_once('.') {
+        None => (key.to_string(), value),
+        Some((head, rest)) => (head.to_string(), Value::Table(nested(rest, value))),
+    };
+    Table::from_iter([value(key)])
 }
 
 /// Likeness (Jaro) from which on a known key may be what was meant.
@@ -240,6 +221,7 @@ fn explain(error: &toml::de::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use aforce::{Gains, Stiffness};
 
     fn set(text: &str) -> (String, Value) {
         parse_override(text).unwrap()
@@ -294,18 +276,61 @@ mod tests {
         let error = |text: &str| RunConfig::resolve(None, &[set(text)]).unwrap_err().to_string();
         let gamma = error("learner.gamma=abc");
         assert!(gamma.starts_with("command line: learner.gamma: ") && gamma.contains("abc"), "{gamma}");
-        let kind = error("env.controller.interpolation.kind=jerk-limited");
+        let kind = error("env.controller.interpolation.jerk-limited={}");
         assert!(kind.contains("env.controller.interpolation") && kind.contains("dynamics"), "{kind}");
     }
 
     #[test]
-    fn a_key_of_another_kind_is_refused() {
-        let set_leash = |space: &str| {
-            let key = format!("env.controller.impedance.{space}.form.reference.leash_position=0.02");
-            RunConfig::resolve(None, &[set(&key)]).map_err(|error| error.to_string())
+    fn a_space_is_a_name_a_file_or_changes() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| fs_err::write(folder.path().join(name), text).unwrap();
+        write("soft.toml", "extends = 'low'\nstiffness.fixed = [90, 9]");
+        write("run.toml", "[env]\nspace = 'soft.toml'");
+        let resolve = |sets: &[&str]| {
+            let sets: Vec<_> = sets.iter().map(|s| set(s)).collect();
+            RunConfig::resolve(Some(&folder.path().join("run.toml")), &sets).map(|config| config.env.space)
         };
-        assert!(set_leash("aforce").is_ok(), "on a leash by default");
-        assert!(set_leash("osc").unwrap_err().contains("leash_position"), "re-based");
+        assert_eq!(resolve(&[]).unwrap().name, "soft");
+        let forced = resolve(&["env.space.force=true"]).unwrap();
+        assert_eq!((forced.name.as_str(), forced.force), ("soft", true));
+        // A name replaces the whole record, and what the layer below commanded goes with it.
+        write("run.toml", "[env]\nspace = 'aforce-psi'");
+        assert!(resolve(&[]).unwrap().commanded_psi.is_some());
+        assert_eq!(resolve(&["env.space=osc"]).unwrap(), "osc".parse().unwrap());
+        // Another choice replaces the first as a whole; the same choice is changed.
+        write("run.toml", "[env]\nspace = { name = 'mine', extends = 'aforce' }");
+        assert_eq!(resolve(&["env.space.stiffness.fixed=4"]).unwrap().stiffness, Stiffness::Fixed(Gains::all(4.0)));
+        let psi = *resolve(&["env.space.stiffness.adaptive.alpha=0"]).unwrap().psi().unwrap();
+        assert_eq!((psi.alpha, psi.mu), (Gains::all(0.0), Gains::all(1.0)));
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_space_is_told_with_its_key() {
+        let error = |text: &str| RunConfig::resolve(None, &[set(text)]).unwrap_err().to_string();
+        let leash = error("env.space.goal={rebased={leash_position=0.02}}");
+        assert!(leash.contains("env.space.goal"), "{leash}");
+        let typo = error("env.space.stiffness.adaptive.k_mn=3");
+        assert!(
+            typo.contains("\"env.space.stiffness.adaptive.k_mn\"; did you mean") && typo.contains("k_min"),
+            "{typo}"
+        );
+        let six = error("env.space.stiffness.adaptive.alpha=[1.0, nan, 1.0, 1.0, 1.0, 1.0]");
+        assert!(six.contains("env.space.stiffness.adaptive.alpha (axis y) = NaN"), "{six}");
+        let unstable = error("env.space.stiffness.adaptive.alpha=1e5");
+        assert!(unstable.contains("unstable") && unstable.contains("the limit is"), "{unstable}");
+        assert!(error("env.space=aforze").contains("did you mean `aforce`"));
+    }
+
+    #[test]
+    fn a_setup_is_two_keys_under_those_of_its_layer() {
+        let steps = |sets: &[&str]| {
+            let config = RunConfig::resolve(None, &sets.iter().map(|s| set(s)).collect::<Vec<_>>()).unwrap();
+            (config.env.controller.position_step, config.env.controller.rotation_step)
+        };
+        assert_eq!(steps(&[]), (0.05, 0.5));
+        assert_eq!(steps(&["setup=small-steps"]), (0.02, 0.15));
+        assert_eq!(steps(&["env.controller.rotation_step=0.03", "setup=small-steps"]), (0.02, 0.03));
+        assert!(RunConfig::resolve(None, &[set("setup=tiny")]).unwrap_err().to_string().contains("small-steps"));
     }
 
     #[test]
@@ -324,23 +349,20 @@ mod tests {
         let ours = resolve(&["steps=7"]);
         let difference = |sets: &[&str]| ours.difference(&resolve(sets));
         assert_eq!(difference(&["steps=9"]), None);
-        assert_eq!(difference(&["env.controller.impedance.low.translation=200.0"]), None, "of another space");
-        let start = "env.controller.impedance.aforce.rotation.stiffness_start";
-        assert_eq!(difference(&[&format!("{start}=90.0")]).unwrap(), format!("{start}: there 100.0, here 90.0"));
+        let mu = "env.space.stiffness.adaptive.mu";
+        assert_eq!(difference(&[&format!("{mu}=2.0")]).unwrap(), format!("{mu}: there 1.0, here 2.0"));
         let target = difference(&["learner.target_entropy=0.0"]).unwrap();
         assert!(target.starts_with("learner.target_entropy: there ") && target.ends_with("here 0.0"), "{target}");
         assert!(difference(&["learner.hidden=[8]"]).unwrap().starts_with("learner.hidden: "));
     }
 
     #[test]
-    fn the_hash_sees_everything_but_the_length_and_what_is_not_in_use() {
+    fn the_hash_sees_everything_but_the_length() {
         let hash =
             |sets: &[&str]| RunConfig::resolve(None, &sets.iter().map(|s| set(s)).collect::<Vec<_>>()).unwrap().hash();
         assert_eq!(hash(&[]), hash(&["steps=5"]));
         assert_ne!(hash(&[]), hash(&["seed=5"]));
         assert_ne!(hash(&[]), hash(&["env.controller.position_step=0.01"]));
-        let osc = "env.controller.impedance.osc.translation=160.0";
-        assert_eq!(hash(&[]), hash(&[osc]));
-        assert_ne!(hash(&["env.space=osc"]), hash(&["env.space=osc", osc]));
+        assert_ne!(hash(&["env.space=osc"]), hash(&["env.space=osc", "env.space.stiffness.fixed=160.0"]));
     }
 }

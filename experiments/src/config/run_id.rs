@@ -26,7 +26,7 @@ impl RunId {
     pub fn of(config: &RunConfig) -> Self {
         RunId {
             task: config.env.task.as_str().into(),
-            space: config.env.space.name().into(),
+            space: config.env.space.name.clone(),
             variant: config.variant.clone(),
             seed: config.seed,
         }

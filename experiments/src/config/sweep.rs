@@ -1,18 +1,19 @@
 //! A sweep: a TOML file that stands for a list of independent runs.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use aforce::ActionSpace;
+use aforce::overlay;
 use anyhow::{Context, Result};
 use output::program::bad;
 use serde::Deserialize;
 use tasks::TaskName;
 use toml::{Table, Value};
 
-use crate::config::run_config::{insert, merge};
+use crate::config::cli::record;
+use crate::config::run_config::nested;
 use crate::config::run_id::{NAME_CHARACTERS, is_name_character};
-use crate::config::{RunConfig, RunId, parse};
+use crate::config::{RunConfig, RunId, parse, spaces};
 
 /// Runs that belong together.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,6 +46,7 @@ struct Group {
     /// First part of the variant of its runs.
     name: Option<String>,
     tasks: Vec<TaskName>,
+    /// Names, files (counted from this file's folder) or tables.
     spaces: Vec<Value>,
     seeds: Vec<u32>,
     /// On top of the shared settings.
@@ -68,21 +70,29 @@ pub fn read(path: &Path) -> Result<Sweep> {
     let name = file.name.unwrap_or_else(|| stem.into());
     no_identity(&file.run).map_err(&wrong)?;
     let mut runs = vec![];
+    let mut records = HashMap::new();
     for group in &file.group {
         no_identity(&group.run).map_err(&wrong)?;
-        let spaces: Vec<Table> = group.spaces.iter().map(space_settings).collect::<Result<_, _>>().map_err(&wrong)?;
+        for space in &group.spaces {
+            if records.insert(space["name"].clone().to_string(), space).is_some_and(|other| other != space) {
+                return Err(wrong(format!("spaces: the name {} is used twice, for different spaces", space["name"])));
+            }
+        }
         for choice in group.choices().map_err(&wrong)? {
             for &task in &group.tasks {
                 for &seed in &group.seeds {
-                    for space in &spaces {
-                        let mut own = space.clone();
-                        let identity = [
+                    for space in &group.spaces {
+                        let mut own = Table::new();
+                        for (key, value) in [
+                            ("env.space", space.clone()),
                             ("env.task", Value::String(task.as_str().into())),
                             ("seed", Value::Integer(seed.into())),
                             ("variant", Value::String(choice.variant.clone())),
-                        ];
-                        identity.into_iter().for_each(|(key, value)| insert(&mut own, key, value).expect("a section"));
-                        let layers = [&file.run, &group.run, &choice.settings, &own];
+                        ] {
+                            overlay(&mut own, nested(key, value));
+                        }
+                        // The space comes first: settings may change it.
+                        let layers = [&own, &file.run, &group.run, &choice.settings];
                         runs.push(RunConfig::from_layers(layers.map(|layer| (source.clone(), layer.clone())).into())?);
                     }
                 }
@@ -109,13 +119,17 @@ impl File {
             return Err(bad(format!("{}: extends itself", path.display())));
         }
         readers.push(here);
-        let file: File =
-            parse(&fs_err::read_to_string(path)?).map_err(|problem| bad(format!("{}: {problem}", path.display())))?;
+        let wrong = |problem: String| bad(format!("{}: {problem}", path.display()));
+        let mut file: File = parse(&fs_err::read_to_string(path)?).map_err(wrong)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        for space in file.group.iter_mut().flat_map(|group| &mut group.spaces) {
+            let named = spaces::of_value(space.clone(), folder);
+            *space = record(&named.map_err(|problem| wrong(format!("spaces: {problem:#}")))?);
+        }
         let Some(base) = &file.extends else { return Ok(file) };
-        let base = path.parent().unwrap_or(Path::new("")).join(base);
-        let base = File::read(&base, readers).with_context(|| format!("{}: extends", path.display()))?;
+        let base = File::read(&folder.join(base), readers).with_context(|| format!("{}: extends", path.display()))?;
         let mut run = base.run;
-        merge(&mut run, file.run);
+        overlay(&mut run, file.run);
         let group = if file.group.is_empty() { base.group } else { file.group };
         Ok(File { run, group, ..file })
     }
@@ -140,6 +154,9 @@ impl Group {
             if values.is_empty() {
                 return Err(format!("{}: the list is empty", of_key()));
             }
+            if self.vary.keys().any(|other| other.starts_with(&format!("{key}."))) {
+                return Err(format!("{}: a part of it varies too", of_key()));
+            }
             let label = self.shortest(key);
             let with = |choice: &Choice, value: &Value| {
                 let Choice { mut variant, mut settings } = choice.clone();
@@ -147,11 +164,11 @@ impl Group {
                     variant.push(',');
                 }
                 variant.push_str(&format!("{label}={}", spelt(value)));
-                insert(&mut settings, key, value.clone()).map_err(|head| format!("{}: {head} varies too", of_key()))?;
-                Ok(Choice { variant, settings })
+                overlay(&mut settings, nested(key, value.clone()));
+                Choice { variant, settings }
             };
             let pairs = choices.iter().flat_map(|choice| values.iter().map(move |value| (choice, value)));
-            choices = pairs.map(|(choice, value)| with(choice, value)).collect::<Result<_, String>>()?;
+            choices = pairs.map(|(choice, value)| with(choice, value)).collect();
         }
         choices.iter().try_for_each(|choice| no_identity(&choice.settings))?;
         Ok(choices)
@@ -165,13 +182,6 @@ impl Group {
     }
 }
 
-/// An entry of `spaces` as settings of a run.
-fn space_settings(entry: &Value) -> Result<Table, String> {
-    let space: ActionSpace = entry.clone().try_into().map_err(|error| format!("spaces: {}", error.message()))?;
-    let env = Table::from_iter([("space".into(), Value::String(space.to_string()))]);
-    Ok(Table::from_iter([("env".into(), Value::Table(env))]))
-}
-
 /// Who a run is is no setting.
 fn no_identity(settings: &Table) -> Result<(), String> {
     let env = |key| settings.get("env").and_then(|env| env.get(key));
@@ -179,7 +189,11 @@ fn no_identity(settings: &Table) -> Result<(), String> {
         ("seed", settings.get("seed")),
         ("variant", settings.get("variant")),
         ("env.task", env("task")),
-        ("env.space", env("space")),
+        // Changes of a space are settings; a space is not.
+        (
+            "env.space",
+            env("space").filter(|space| space.get("name").or(space.get("extends")).is_some() || !space.is_table()),
+        ),
     ];
     match found.iter().find(|(_, value)| value.is_some()) {
         Some((key, _)) => Err(format!("run.{key}: a group's name, tasks, spaces and seeds say that")),
@@ -202,6 +216,7 @@ fn spelt(value: &Value) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use aforce::{Gains, Stiffness};
 
     fn sweep(text: &str) -> Result<Vec<RunConfig>> {
         let folder = tempfile::tempdir().unwrap();
@@ -260,7 +275,7 @@ mod tests {
              [[group]]\ntasks = [\"lift\"]\nspaces = [\"aforce\", \"osc\"]\nseeds = [1]\n\
              vary = { \"learner.n_step\" = [1, 5], \"env.controller.position_step\" = [0.02, 0.05] }\n\
              [[group]]\nname = \"soft-45\"\ntasks = [\"lift\"]\nspaces = [\"osc\"]\nseeds = [1]\n\
-             run.env.controller.impedance.osc = { translation = 45.0, rotation = 45.0 }\n\
+             run.env.space.stiffness.fixed = 45\n\
              [[group]]\nname = \"wide\"\ntasks = [\"lift\"]\nspaces = [\"osc\"]\nseeds = [1]\n\
              vary = { \"learner.hidden\" = [[8, 8]] }",
         )
@@ -280,7 +295,7 @@ mod tests {
         assert_eq!(labels(&runs), expected);
         let of = |run: &RunConfig| (run.learner.n_step, run.env.controller.position_step, run.learner.gamma);
         assert_eq!((of(&runs[2]), of(&runs[4])), ((1, 0.05, 0.9), (5, 0.02, 0.9)));
-        assert_eq!(runs[8].env.controller.impedance.osc.translation, 45.0);
+        assert_eq!(runs[8].env.space.stiffness, Stiffness::Fixed(Gains::all(45.0)));
         assert_eq!(runs[9].learner.hidden, [8, 8]);
     }
 
@@ -289,10 +304,44 @@ mod tests {
     fn varied_keys_that_end_alike_are_told_apart() {
         let runs = sweep(
             "[[group]]\ntasks = [\"lift\"]\nspaces = [\"aforce\"]\nseeds = [1]\n[group.vary]\n\
-             \"env.controller.impedance.aforce.translation.tolerance\" = [0.02]\n\
-             \"env.controller.impedance.aforce.rotation.tolerance\" = [0.2]",
+             \"env.controller.interpolation.linear.ramp_ratio\" = [0.2]\n\
+             \"env.space.stiffness.adaptive.delta\" = [0.1]\n\"env.space.stiffness.adaptive.mu\" = [0.5, 1.0]",
         );
-        assert_eq!(labels(&runs.unwrap()), ["aforce,translation.tolerance=0.02,rotation.tolerance=0.2"]);
+        assert_eq!(
+            labels(&runs.unwrap()),
+            ["aforce,ramp_ratio=0.2,delta=0.1,mu=0.5", "aforce,ramp_ratio=0.2,delta=0.1,mu=1.0"]
+        );
+    }
+
+    #[test]
+    fn spaces_are_names_files_and_tables() {
+        let folder = tempfile::tempdir().unwrap();
+        fs_err::write(folder.path().join("soft.toml"), "extends = 'low'\nstiffness.fixed = [90, 9]").unwrap();
+        let path = folder.path().join("sweep.toml");
+        let read = |spaces: &str| {
+            let text = format!("[[group]]\ntasks = ['lift']\nspaces = {spaces}\nseeds = [1]\n");
+            fs_err::write(&path, text + "vary = { 'env.space.damping_ratio' = [0.5, 1.0] }").unwrap();
+            read(&path).map(|sweep| sweep.runs).map_err(|error| format!("{error:#}"))
+        };
+        let runs =
+            read("['osc', 'soft.toml', { name = 'no-ff', extends = 'aforce', stiffness.adaptive.alpha = 0 }]").unwrap();
+        let expected = ["osc", "soft", "no-ff"].map(|space| format!("{space},damping_ratio=0.5"));
+        assert_eq!(labels(&runs)[..3], expected);
+        assert_eq!(runs[1].env.space.stiffness, Stiffness::Fixed(Gains::pair(90.0, 9.0)));
+        assert_eq!(runs[2].env.space.psi().unwrap().alpha, Gains::all(0.0));
+        assert_eq!(
+            (runs[2].env.space.damping_ratio, runs[5].env.space.damping_ratio),
+            (Gains::all(0.5), Gains::all(1.0))
+        );
+        for (spaces, word) in [
+            ("['soft.toml', { name = 'soft', extends = 'osc' }]", "\"soft\" is used twice"),
+            ("[{ extends = 'osc' }]", "needs a name"),
+            ("[{ name = 'osc', extends = 'low' }]", "built-in"),
+            ("['none.toml']", "none.toml"),
+        ] {
+            let error = read(spaces).unwrap_err();
+            assert!(error.contains(word) && error.contains("sweep.toml"), "{error}");
+        }
     }
 
     #[test]

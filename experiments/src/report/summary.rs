@@ -118,7 +118,7 @@ impl RunSummary {
             schema: training.values("schema")?[0] as u32,
             experiment: experiment(run.path(), root),
             task: config.env.task.as_str().into(),
-            space: config.env.space.name().into(),
+            space: config.env.space.name.clone(),
             variant: config.variant.clone(),
             seed: config.seed,
             preset: format!("{:?}", config.preset).to_lowercase(),

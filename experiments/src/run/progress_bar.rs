@@ -58,11 +58,11 @@ impl RunProgress {
         let left = (self.steps - step.min(self.steps)) as f64 / rate.max(1e-9);
         let training = mean(&self.recent);
         let text = format!(
-            "step {step:>7}  evaluation {:5.1} (success at end {:3.0} %)  training {training:5.1}  {:5.2} J/action  K {:4.0}  {rate:4.0} steps/s  {:.0} min left",
+            "step {step:>7}  evaluation {:5.1} (success at end {:3.0} %)  training {training:5.1}  {:5.2} J/action  K {:4.0} N/m  {rate:4.0} steps/s  {:.0} min left",
             mean_of(outcomes, |o| o.total),
             100.0 * mean_of(outcomes, |o| f64::from(u8::from(o.success))),
             mean_of(outcomes, |o| o.energy_per_action_j),
-            mean_of(outcomes, |o| o.mean_stiffness),
+            mean_of(outcomes, |o| o.stiffness_translation_n_per_m),
             left / 60.0
         );
         self.bar.set_message(format!("evaluation {:.0}", mean_of(outcomes, |o| o.total)));

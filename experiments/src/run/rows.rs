@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Version of the columns below.
-pub const SCHEMA: u32 = 2;
+pub const SCHEMA: u32 = 3;
 
 /// Columns before the outcome in `episodes.csv`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

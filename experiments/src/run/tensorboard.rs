@@ -36,7 +36,7 @@ impl TensorBoard {
                 ("contact/excess_impulse_ns", outcome.excess_impulse_ns),
                 ("contact/penalty", outcome.penalty),
                 ("contact/penalised_steps", outcome.penalised_steps as f64),
-                ("contact/mean_stiffness", outcome.mean_stiffness),
+                ("contact/stiffness_translation_n_per_m", outcome.stiffness_translation_n_per_m),
             ],
         )
     }

@@ -10,7 +10,7 @@ use sac::{Act, Checkpoint, Replay, Sac, Transition};
 use serde::{Deserialize, Serialize};
 use tasks::{Env, Episode};
 
-use crate::config::{RunConfig, RunId};
+use crate::config::{RunConfig, RunId, setup};
 use crate::run::checkpoint_record::CheckpointRecord;
 use crate::run::csv_writer::{CsvWriter, cut_after, last_step};
 use crate::run::folder::{RunFolder, State};
@@ -108,6 +108,7 @@ pub fn in_folder(config: &RunConfig, folder: &RunFolder, options: RunOptions) ->
     let _lock = folder.prepare(config, options.resume)?;
     let mut progress = RunProgress::new(config.steps, options.quiet);
     progress.line(&format!("run folder {}", folder.path().display()));
+    progress.line(&setup::in_words(&config.env));
     if folder.state(config) == State::Done {
         progress.line("all its steps are done");
         return Ok(None);

@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use aforce::ActionSpace;
 use anyhow::{Context, Result, bail};
 use clap::{ArgGroup, Args, ValueEnum};
 use output::program::bad;
@@ -10,7 +9,7 @@ use sac::{Act, Actor, Checkpoint};
 use tasks::Env;
 
 use crate::config::cli::{EnvArgs, SettingArgs};
-use crate::config::{RunConfig, RunId};
+use crate::config::{RunConfig, RunId, spaces};
 use crate::run::checkpoint_record::CheckpointRecord;
 use crate::run::folder::RunFolder;
 use crate::run::rollout::Policy;
@@ -69,7 +68,7 @@ impl SourceArgs {
     /// If `what` is neither, or a trained policy is asked to play in another action space.
     pub fn beside(&self, what: &str) -> Result<SourceArgs> {
         let mut other = self.clone();
-        match what.parse::<ActionSpace>() {
+        match spaces::named(what, Path::new("")) {
             Ok(_) if self.run.is_some() => {
                 let hint = "a trained policy plays in one action space; name another run";
                 return Err(bad(format!("--beside {what}: {hint}")));
@@ -77,7 +76,7 @@ impl SourceArgs {
             Ok(space) => other.env.space = Some(space),
             Err(not_a_space) => {
                 RunFolder::open(Path::new(what)).map_err(|_| {
-                    bad(format!("--beside {what}: neither a run folder nor an action space ({not_a_space})"))
+                    bad(format!("--beside {what}: neither a run folder nor an action space ({not_a_space:#})"))
                 })?;
                 (other.run, other.expert, other.random) = (Some(what.into()), false, false);
                 // A run has its own configuration; what --set says holds for both.
@@ -117,9 +116,10 @@ impl SourceArgs {
         };
         let at = path.display();
         match self.checkpoint {
-            Which::Best if !Checkpoint::exists(&checkpoint) => {
-                bail!("{at}: no best checkpoint yet, it comes with the first evaluation: try --checkpoint last")
-            }
+            Which::Best if !Checkpoint::exists(&checkpoint) => bail!(
+                "{at}: no best checkpoint: a run under way has one from its first evaluation on (before: --checkpoint last), \
+                 and of the runs in results/ those that results/README.md lists"
+            ),
             Which::Last if !Checkpoint::exists(&checkpoint) => {
                 bail!("{at}: no last checkpoint, which finished runs in results/ do not keep: try --checkpoint best")
             }

@@ -10,12 +10,15 @@ use output::statistics::{deviation, mean};
 
 use crate::metrics::{METRICS, cell, column, measure};
 use crate::setup::Setup;
+use crate::spaces::HIGH;
 use crate::trial::{Disturbance, Trial};
-use crate::{Run, simulate, spaces};
+use crate::{Run, simulate};
 
 /// The metrics of every trial with every space.
 pub struct Comparison {
-    /// By space as in [`spaces`], trial, metric.
+    /// Names of the spaces.
+    spaces: [String; 4],
+    /// By space, trial, metric.
     values: [Vec<Vec<f64>>; 4],
 }
 
@@ -25,12 +28,15 @@ impl Comparison {
     /// # Errors
     /// If the configuration is not allowed.
     pub fn run(setup: &Setup, seed: u64, trials: u64) -> Result<Self> {
-        let jobs: Vec<(ActionSpace, Trial)> =
-            spaces().into_iter().flat_map(|s| (0..trials).map(move |i| (s, Trial::random(seed, i)))).collect();
+        let jobs: Vec<(&ActionSpace, Trial)> =
+            setup.spaces.iter().flat_map(|s| (0..trials).map(move |i| (s, Trial::random(seed, i)))).collect();
         let wipe = |&(space, trial): &_| simulate(&Run { setup, space, trial, disturbance: Disturbance::NONE });
         let rows = parallel::map(&jobs, |job| anyhow::Ok(measure(&wipe(job)?, setup.force)))?;
         let mut rows = rows.into_iter();
-        Ok(Comparison { values: [(); 4].map(|()| rows.by_ref().take(trials as usize).collect()) })
+        Ok(Comparison {
+            spaces: setup.spaces.each_ref().map(|space| space.name.clone()),
+            values: [(); 4].map(|()| rows.by_ref().take(trials as usize).collect()),
+        })
     }
 
     /// A metric in every trial with the space at `index`.
@@ -48,9 +54,9 @@ impl Comparison {
     pub fn write(&self, out: &Path) -> Result<()> {
         let mut table = csv::Writer::from_path(out.join("trials.csv"))?;
         table.write_record(["space", "trial"].into_iter().chain(METRICS.iter().map(|metric| metric.name)))?;
-        for (space, rows) in spaces().iter().zip(&self.values) {
+        for (space, rows) in self.spaces.iter().zip(&self.values) {
             for (trial, row) in rows.iter().enumerate() {
-                let keys = [space.to_string(), trial.to_string()];
+                let keys = [space.clone(), trial.to_string()];
                 table.write_record(keys.into_iter().chain(row.iter().copied().map(cell)))?;
             }
         }
@@ -61,13 +67,13 @@ impl Comparison {
             ["metric", "space", "mean", "deviation", "minus_high_mean", "minus_high_deviation", "ratio_to_high"];
         table.write_record(header)?;
         for metric in METRICS.iter().map(|metric| metric.name) {
-            let high = self.values(3, metric);
-            for (index, space) in spaces().iter().enumerate() {
+            let high = self.values(HIGH, metric);
+            for (index, space) in self.spaces.iter().enumerate() {
                 let values = self.values(index, metric);
                 let differences: Vec<f64> = values.iter().zip(&high).map(|(value, high)| value - high).collect();
                 let paired = [mean(&differences), deviation(&differences)];
                 let numbers = [mean(&values), deviation(&values), paired[0], paired[1], mean(&values) / mean(&high)];
-                table.write_record([metric.into(), space.to_string()].into_iter().chain(numbers.map(cell)))?;
+                table.write_record([metric.into(), space.clone()].into_iter().chain(numbers.map(cell)))?;
             }
         }
         table.flush()?;
@@ -77,10 +83,10 @@ impl Comparison {
     /// Every trial a point over its stiffness.
     fn panels(&self) -> Vec<Panel> {
         let panel = |(title, unit, metric, scale): (&str, &str, &str, f64)| {
-            let series = spaces().into_iter().enumerate().flat_map(|(index, space)| {
+            let series = self.spaces.iter().enumerate().flat_map(|(index, space)| {
                 let stiffness = self.values(index, "stiffness_n_per_m").into_iter();
                 let points = stiffness.zip(self.values(index, metric)).map(move |(x, y)| vec![(x, scale * y)]);
-                points.map(move |points| Series::new(space.to_string(), points))
+                points.map(move |points| Series::new(space, points))
             });
             let x_label = "mean stiffness along the table (N/m)".into();
             Panel { title: title.into(), x_label, y_label: unit.into(), series: series.collect(), ..Panel::default() }

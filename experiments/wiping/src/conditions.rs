@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use aforce::{ActionSpace, Damping, DeltaSign, ImpedanceForm, Interpolation};
+use aforce::{ActionSpace, Damping, DeltaSign, Interpolation, Psi, RateRule, Stiffness};
 use anyhow::Result;
 use output::parallel;
 use output::statistics::mean;
@@ -16,7 +16,7 @@ use crate::{Run, simulate};
 /// What is different.
 pub struct Condition {
     name: &'static str,
-    /// In arm, controller and sensing.
+    /// In arm, controller, spaces and sensing.
     change: fn(&mut Setup),
     /// In what none of them knows.
     disturbance: Disturbance,
@@ -54,12 +54,12 @@ pub fn variants() -> Vec<Condition> {
     vec![
         condition("as compared", |_| ()),
         condition("set-points with all of the Panda's dynamics", all_dynamics),
-        condition("D = 2 sqrt(K)", |setup| forms(setup, |form| form.damping = Damping::Literal)),
+        condition("D = 2 sqrt(K)", |setup| spaces(setup, |space| space.damping = Damping::Literal)),
         condition("all dynamics, D = 2 sqrt(K)", |setup| {
             all_dynamics(setup);
-            forms(setup, |form| form.damping = Damping::Literal);
+            spaces(setup, |space| space.damping = Damping::Literal);
         }),
-        condition("damped against standstill", |setup| forms(setup, |form| form.reference_velocity = false)),
+        condition("damped against standstill", |setup| spaces(setup, |space| space.rate = RateRule::Standstill)),
         condition("neither friction nor joint damping", |setup| setup.lossless = true),
     ]
 }
@@ -69,8 +69,8 @@ pub fn laws() -> Vec<Condition> {
     let condition = |name, change| Condition { name, change, disturbance: Disturbance::NONE };
     vec![
         condition("as compared", |_| ()),
-        condition("delta off", |setup| setup.controller.impedance.aforce.sign = DeltaSign::Off),
-        condition("delta literal", |setup| setup.controller.impedance.aforce.sign = DeltaSign::Literal),
+        condition("delta off", |setup| law(setup, |psi| psi.delta_sign = DeltaSign::Off)),
+        condition("delta literal", |setup| law(setup, |psi| psi.delta_sign = DeltaSign::Literal)),
         condition("twice the tolerance", |setup| scale_tolerance(setup, 2.0)),
         condition("half the tolerance", |setup| scale_tolerance(setup, 0.5)),
     ]
@@ -80,27 +80,32 @@ fn all_dynamics(setup: &mut Setup) {
     setup.controller.interpolation = Interpolation::JerkLimited { dynamics: 1.0 };
 }
 
+/// The tolerance is gamma/beta.
 fn scale_tolerance(setup: &mut Setup, factor: f64) {
-    let law = &mut setup.controller.impedance.aforce;
-    law.translation.tolerance *= factor;
-    law.rotation.tolerance *= factor;
+    law(setup, |psi| psi.beta = psi.beta.map(|_, beta| beta / factor));
 }
 
-/// Changes the form of all impedances that are compared.
-fn forms(setup: &mut Setup, change: impl Fn(&mut ImpedanceForm)) {
-    let impedance = &mut setup.controller.impedance;
-    let forms =
-        [&mut impedance.aforce.form, &mut impedance.low.form, &mut impedance.mid.form, &mut impedance.high.form];
-    forms.into_iter().for_each(change);
+/// Changes all spaces that are compared.
+fn spaces(setup: &mut Setup, change: impl Fn(&mut ActionSpace)) {
+    setup.spaces.iter_mut().for_each(change);
 }
 
-/// Wipes `trials` times with all `spaces` under every condition and writes the means to `path`.
+/// Changes the law of every space that adapts.
+fn law(setup: &mut Setup, change: impl Fn(&mut Psi)) {
+    spaces(setup, |space| {
+        if let Stiffness::Adaptive(psi) = &mut space.stiffness {
+            change(psi);
+        }
+    });
+}
+
+/// Wipes `trials` times under every condition with the `spaces`, places in the set-up, and writes the means to `path`.
 ///
 /// # Errors
 /// If the configuration is not allowed or the disk does not take the table.
 pub fn write(
     conditions: &[Condition],
-    spaces: &[ActionSpace],
+    spaces: &[usize],
     setup: &Setup,
     seed: u64,
     trials: u64,
@@ -114,7 +119,8 @@ pub fn write(
         let mut setup = setup.clone();
         (condition.change)(&mut setup);
         // The set-up as given is stable; what a changed one does is for the table to tell.
-        setup.controller.impedance.aforce.allow_unstable = true;
+        law(&mut setup, |psi| psi.allow_unstable = true);
+        let space = &setup.spaces[space];
         let wipe = |i| {
             simulate(&Run { setup: &setup, space, trial: Trial::random(seed, i), disturbance: condition.disturbance })
         };
@@ -125,7 +131,7 @@ pub fn write(
     let mut table = csv::Writer::from_path(path)?;
     table.write_record(["condition", "space"].into_iter().chain(METRICS.iter().map(|metric| metric.name)))?;
     for ((condition, space), row) in jobs.iter().zip(rows) {
-        let keys = [condition.name.to_string(), space.to_string()];
+        let keys = [condition.name.into(), setup.spaces[*space].name.clone()];
         table.write_record(keys.into_iter().chain(row))?;
     }
     Ok(table.flush()?)
@@ -134,7 +140,7 @@ pub fn write(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spaces;
+    use crate::spaces::AFORCE;
 
     /// No two conditions have the same value.
     fn assert_all_differ<T: PartialEq>(conditions: &[Condition], values: &[T]) {
@@ -165,13 +171,14 @@ mod tests {
     fn a_condition_may_be_unstable() {
         let folder = tempfile::tempdir().unwrap();
         let mut setup = Setup { rotations: 1, press_time: 0.5, ..Setup::default() };
-        setup.controller.impedance.aforce.translation.feedforward_gain = 300.0;
-        setup.controller.impedance.aforce.check_stability().unwrap();
+        law(&mut setup, |psi| psi.alpha.set(0, 300.0));
+        let validate = |setup: &Setup| setup.spaces[AFORCE].validate(setup.controller.control_hz);
+        validate(&setup).unwrap();
         let literal = &variants()[2..3];
         let mut other = setup.clone();
         (literal[0].change)(&mut other);
-        other.controller.impedance.aforce.check_stability().unwrap_err();
-        write(literal, &spaces()[..1], &setup, 1, 1, &folder.path().join("table.csv")).unwrap();
+        validate(&other).unwrap_err();
+        write(literal, &[AFORCE], &setup, 1, 1, &folder.path().join("table.csv")).unwrap();
     }
 
     /// One that is not heeded would have the numbers of another.
@@ -181,7 +188,7 @@ mod tests {
         let table = folder.path().join("table.csv");
         let setup = Setup { rotations: 1, press_time: 0.5, ..Setup::default() };
         for conditions in [disturbances(), variants(), laws()] {
-            write(&conditions, &spaces()[..1], &setup, 1, 1, &table).unwrap();
+            write(&conditions, &[AFORCE], &setup, 1, 1, &table).unwrap();
             let mut reader = csv::Reader::from_path(&table).unwrap();
             let numbers = |row: csv::StringRecord| row.iter().skip(2).map(String::from).collect::<Vec<_>>();
             let rows: Vec<_> = reader.records().map(|row| numbers(row.unwrap())).collect();

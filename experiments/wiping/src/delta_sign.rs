@@ -7,8 +7,8 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use aforce::{
-    ActionSpace, AdaptiveImpedance, Controller, ControllerConfig, Damping, DeltaSign, Impedance, JointVector,
-    Measurement, OperationalSpace, Vector3, stability_margin,
+    ActionSpace, Controller, Damping, DeltaSign, JointVector, Measurement, OperationalSpace, Psi, Stiffness, Vector3,
+    stability_margin,
 };
 use anyhow::Result;
 use nalgebra::Matrix3;
@@ -20,6 +20,7 @@ use physics::{Plant, Simulation};
 use serde::Serialize;
 
 use crate::setup::Setup;
+use crate::spaces::AFORCE;
 use crate::trial::Trial;
 
 /// Ways of damping, with their names.
@@ -99,26 +100,27 @@ pub fn point(
     simulation.reset(&start);
     let y = simulation.measure();
 
-    let mut config: ControllerConfig = setup.controller;
-    let law = &mut config.impedance.aforce;
-    law.form.damping = damping.0;
-    (law.sign, law.allow_unstable) = (sign.0, true);
-    law.translation.stiffness_min = stiffness;
-    law.translation.stiffness_start = stiffness;
-    law.translation.stiffness_max = 1.001 * stiffness;
-    law.rotation.feedforward_gain = 0.0;
+    let mut space = ActionSpace { damping: damping.0, force: false, ..setup.spaces[AFORCE].clone() };
+    let mut psi = *space.psi().expect("the first space adapts");
+    (psi.delta_sign, psi.allow_unstable) = (sign.0, true);
+    for axis in 0..3 {
+        psi.k_min.set(axis, stiffness);
+        psi.k_0.set(axis, stiffness);
+        psi.k_max.set(axis, stiffness);
+        psi.alpha.set(axis + 3, 0.0);
+    }
     let inertia = OperationalSpace::new(&y.mass, &y.jacobian).expect("a mass matrix").lambda_p;
     let principal = inertia.symmetric_eigen();
     let heaviest = principal.eigenvectors.column(principal.eigenvalues.imax()).into_owned();
-    let alpha_max = closed_form(law, &y, &joints, &heaviest);
+    let limit = |direction: &Vector3| closed_form(&space, &psi, &y, &joints, direction);
+    let alpha_max = limit(&heaviest);
     let axes = Matrix3::identity();
-    let alpha_max_axes =
-        axes.column_iter().map(|axis| closed_form(law, &y, &joints, &axis.into_owned())).fold(f64::INFINITY, f64::min);
+    let alpha_max_axes = axes.column_iter().map(|axis| limit(&axis.into_owned())).fold(f64::INFINITY, f64::min);
     let alpha = share * alpha_max;
-    law.translation.feedforward_gain = alpha;
+    (0..3).for_each(|axis| psi.alpha.set(axis, alpha));
+    space.stiffness = Stiffness::Adaptive(psi);
 
-    let space = ActionSpace { impedance: Impedance::Adaptive, force: false };
-    let mut controller = Controller::new(space, &config, limits, Vector3::z_axis())?;
+    let mut controller = Controller::new(&space, &setup.controller, limits, Vector3::z_axis())?;
     controller.reset(&y);
     let period = TAU * (principal.eigenvalues.max() / stiffness).sqrt();
     let growth = growth(&mut simulation, &mut controller, &heaviest, period);
@@ -135,18 +137,18 @@ pub fn point(
     })
 }
 
-/// Largest stable alpha (N/m/s) for motion in `direction`, a unit vector, in the pose `y`; `joints` is the damping of the
-/// joints (Nm s/rad).
-fn closed_form(law: &AdaptiveImpedance, y: &Measurement, joints: &JointVector, direction: &Vector3) -> f64 {
-    let space = OperationalSpace::new(&y.mass, &y.jacobian).expect("a mass matrix");
-    let of_axis = |inertia| law.form.damping.of_axis(law.translation.stiffness_min, inertia, law.form.damping_ratio);
-    let own = direction.dot(&space.lambda_p.diagonal().map(of_axis).component_mul(direction));
+/// Largest stable alpha (N/m/s) of the law `psi` with the damping of `space`, for motion in `direction`, a unit vector, in the
+/// pose `y`; `joints` is the damping of the joints (Nm s/rad).
+fn closed_form(space: &ActionSpace, psi: &Psi, y: &Measurement, joints: &JointVector, direction: &Vector3) -> f64 {
+    let arm = OperationalSpace::new(&y.mass, &y.jacobian).expect("a mass matrix");
+    let of_axes = space.damping.of(psi.k_min.vector(), &arm.diagonal(), &space.damping_ratio);
+    let own = direction.dot(&of_axes.fixed_rows::<3>(0).component_mul(direction));
     // Joint velocities of that motion, rotation left free: M^-1 J^T Lambda.
     let mass = y.mass.cholesky().expect("a mass matrix");
-    let motion = mass.solve(&y.jacobian.fixed_rows::<3>(0).tr_mul(&(space.lambda_p * direction)));
+    let motion = mass.solve(&y.jacobian.fixed_rows::<3>(0).tr_mul(&(arm.lambda_p * direction)));
     let damping = own + motion.dot(&joints.component_mul(&motion));
-    let inertia = direction.dot(&(space.lambda_p * direction));
-    stability_margin(&law.translation, law.sign, inertia, damping).alpha_max
+    let inertia = direction.dot(&(arm.lambda_p * direction));
+    stability_margin(psi, 0, inertia, damping).alpha_max
 }
 
 /// Largest deviation in the last of the [`PERIODS`] after a push in `direction`, as a share of that in the first of them.

@@ -7,8 +7,9 @@ use output::plot::{self, Panel, Series};
 
 use crate::record::{Record, Sample};
 use crate::setup::Setup;
+use crate::spaces::AFORCE;
 use crate::trial::{Disturbance, Trial};
-use crate::{Run, simulate, spaces};
+use crate::{Run, simulate};
 
 /// The figure ends here (s): three of eight rotations, which all look like the third. The table goes on.
 const FIGURE_END: f64 = 12.0;
@@ -20,9 +21,8 @@ const THINNING: usize = 10;
 /// # Errors
 /// If the configuration is not allowed or the disk does not take the files.
 pub fn write(setup: &Setup, out: &Path) -> Result<()> {
-    let [aforce, ..] = spaces();
     let trial = Trial::nominal();
-    let record = simulate(&Run { setup, space: aforce, trial, disturbance: Disturbance::NONE })?;
+    let record = simulate(&Run { setup, space: &setup.spaces[AFORCE], trial, disturbance: Disturbance::NONE })?;
     record.write_csv(&out.join("evolution.csv"))?;
     plot::write_with_png(&panels(&record, &trial, setup.force), &out.join("evolution"))
 }

@@ -15,17 +15,12 @@ mod record;
 mod run;
 mod sensing;
 mod setup;
+mod spaces;
 mod trial;
 
 pub use record::{Outcome, Phase, Record, Sample};
 pub use run::{Run, simulate};
 pub use sensing::{Sensing, WrenchSource};
 pub use setup::Setup;
+pub use spaces::{AFORCE, HIGH};
 pub use trial::{Disturbance, Trial};
-
-use aforce::ActionSpace;
-
-/// The spaces that are compared, each with the same force controller: adaptive, and stiffness fixed at low, mid, high.
-pub fn spaces() -> [ActionSpace; 4] {
-    ["aforce-force", "low-force", "mid-force", "high-force"].map(|name| name.parse().expect("a known name"))
-}

@@ -8,7 +8,7 @@ use clap::Parser;
 use output::{file, program};
 use serde::{Deserialize, Serialize};
 use wiping::comparison::Comparison;
-use wiping::{Setup, conditions, delta_sign, evolution, spaces};
+use wiping::{AFORCE, HIGH, Setup, conditions, delta_sign, evolution};
 
 /// The paper's wiping experiment in simulation, without learning.
 ///
@@ -93,11 +93,10 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     Comparison::run(&setup, *seed, *trials)?.write(out)?;
     eprintln!("the sign of delta");
     delta_sign::write(&delta_sign::grid(&setup)?, out)?;
-    let [aforce, _, _, high] = spaces();
     let tables = [
-        ("disturbances", conditions::disturbances(), &spaces()[..]),
-        ("variants", conditions::variants(), &[aforce, high][..]),
-        ("laws", conditions::laws(), &[aforce][..]),
+        ("disturbances", conditions::disturbances(), &[0, 1, 2, 3][..]),
+        ("variants", conditions::variants(), &[AFORCE, HIGH][..]),
+        ("laws", conditions::laws(), &[AFORCE][..]),
     ];
     for (name, conditions, spaces) in tables {
         eprintln!("{name}");

@@ -28,7 +28,7 @@ pub struct Run<'a> {
     /// What is fixed.
     pub setup: &'a Setup,
     /// Where the stiffness comes from.
-    pub space: ActionSpace,
+    pub space: &'a ActionSpace,
     /// What varies.
     pub trial: Trial,
     /// What nobody knows.
@@ -93,7 +93,7 @@ impl<'a> Wiping<'a> {
         let model = Model::new(&believed, tool, GRIP_SITE);
         let (q, qd) = simulation.joints();
         let y = model.measure(q, qd, Wrench::zeros());
-        let mut controller = Controller::new(*space, &setup.controller, parameters.torque_limits(), Vector3::z_axis())?;
+        let mut controller = Controller::new(space, &setup.controller, parameters.torque_limits(), Vector3::z_axis())?;
         controller.reset(&y);
 
         let sensing = setup.sensing.worsened(disturbance.wrench_error);

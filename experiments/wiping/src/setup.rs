@@ -2,17 +2,15 @@
 
 use std::path::Path;
 
-use aforce::{
-    AdaptiveImpedance, AxisLaw, ControllerConfig, Convention, FixedImpedance, ForceConfig, ImpedanceForm,
-    ImpedanceSettings, Interpolation, Reference,
-};
-use anyhow::{Result, anyhow, ensure};
+use aforce::{ActionSpace, ControllerConfig, ForceConfig, Interpolation};
+use anyhow::{Context, Result, anyhow, ensure};
 use output::program::bad;
 use physics::SimulationConfig;
 use physics::panda::{ParameterSet, Parameters};
 use serde::{Deserialize, Serialize};
 
 use crate::sensing::Sensing;
+use crate::spaces::{AFORCE, spaces};
 
 /// Arm, controller, wrench sensing, and what the script does.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -40,8 +38,11 @@ pub struct Setup {
     pub sensing: Sensing,
     /// Engine settings.
     pub simulation: SimulationConfig,
-    /// The controller: of its impedances `aforce`, `low`, `mid` and `high` are used.
+    /// What the spaces have in common.
     pub controller: ControllerConfig,
+    /// The spaces that are compared: the first adapts, and the last is what the others are compared with.
+    #[serde(rename = "space")]
+    pub spaces: [ActionSpace; 4],
 }
 
 impl Default for Setup {
@@ -60,52 +61,17 @@ impl Default for Setup {
             simulation: SimulationConfig::default(),
             controller: ControllerConfig {
                 control_hz: 1000,
+                // Of the way to the spot; a circle takes a third of it.
+                position_step: 0.02,
+                rotation_step: 0.15,
                 // Braking takes longer than an action: the set-point circles without stopping 20 times a second.
                 interpolation: Interpolation::JerkLimited { dynamics: 0.15 },
                 // Faster than the circle, below the limit (1 + kp) D/M = 26 1/s of the damped axis on a stiff table.
                 force: ForceConfig { ki: 16.0, ..ForceConfig::default() },
-                impedance: impedances(),
                 ..ControllerConfig::default()
             },
+            spaces: spaces(),
         }
-    }
-}
-
-/// N/m, Nm/rad of low, mid, high.
-const LEVELS: [(f64, f64); 3] = [(150.0, 10.0), (500.0, 30.0), (1500.0, 100.0)];
-
-/// Every impedance in N/m, with the paper's e_dot; the adaptive one ranges from low to high and starts at mid.
-fn impedances() -> ImpedanceSettings {
-    let form = ImpedanceForm {
-        reference_velocity: true,
-        // A guard against runaway goals, not a part of the law: low lags by centimetres.
-        reference: Reference::Continued { leash_position: 0.1, leash_rotation: 0.5 },
-        ..ImpedanceForm::continued(Convention::Physical)
-    };
-    let [low, mid, high] = LEVELS;
-    let physical = AdaptiveImpedance::physical();
-    let translation = AxisLaw {
-        stiffness_min: low.0,
-        stiffness_start: mid.0,
-        stiffness_max: high.0,
-        nominal_inertia: 25.0,
-        ..physical.translation
-    };
-    let rotation = AxisLaw {
-        stiffness_min: low.1,
-        stiffness_start: mid.1,
-        stiffness_max: high.1,
-        tolerance: 0.01,
-        nominal_inertia: 6.0,
-        ..physical.rotation
-    };
-    let fixed = |(translation, rotation)| FixedImpedance { form, translation, rotation };
-    ImpedanceSettings {
-        aforce: AdaptiveImpedance { form, translation, rotation, ..physical },
-        low: fixed(low),
-        mid: fixed(mid),
-        high: fixed(high),
-        ..ImpedanceSettings::default()
     }
 }
 
@@ -137,8 +103,13 @@ impl Setup {
         let [low, high] = self.wiping_force;
         ensure!(low < high, "wiping_force: {low} is not below {high}");
         self.sensing.validate().and(self.simulation.validate())?;
-        let controller = self.controller.validate().and_then(|()| self.controller.impedance.aforce.check_stability());
-        controller.map_err(|error| error.below("controller"))?;
+        self.controller.validate().map_err(|error| error.below("controller"))?;
+        for space in &self.spaces {
+            space.validate(self.controller.control_hz).with_context(|| space.name.clone())?;
+            ensure!(space.force, "{space}: space.force = false: the script presses");
+        }
+        let first = &self.spaces[AFORCE];
+        ensure!(first.psi().is_some(), "{first}: the first space must adapt: space.stiffness.adaptive");
         Ok(self)
     }
 
@@ -156,10 +127,6 @@ impl Setup {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trial::Trial;
-    use aforce::OperationalSpace;
-    use physics::scenes::wipe::scene;
-    use physics::wiping_tool::GRIP_SITE;
 
     #[test]
     fn a_setup_reads_back_and_a_wrong_one_is_named() {
@@ -179,29 +146,15 @@ mod tests {
             ("noise = [0.3", "noise = [nan", "sensing.noise[0]"),
             ("substeps = 1", "substeps = 0", "simulation.substeps"),
             ("ki = 16.0", "ki = -1.0", "controller.force.ki"),
-            ("forgetting = 1.0", "forgetting = 1e9", "controller.impedance.aforce.translation.forgetting"),
+            ("mu = 1.0", "mu = 1e9", "aforce-force: space.stiffness.adaptive.mu"),
+            ("alpha = [100.0", "alpha = [900.0", "unstable"),
+            ("force = true", "force = false", "aforce-force: space.force"),
+            ("[space.stiffness.adaptive]", "[space.stiffness.fixed]", "fixed"),
         ] {
             let changed = text.replacen(setting, change, 1);
             assert_ne!(changed, text, "{setting}");
             let error = read(changed).unwrap_err();
             assert!(error.contains(word) && error.contains("config.toml"), "{error}");
         }
-    }
-
-    /// The certificate of stability is asked for at the largest apparent inertia, in any direction.
-    #[test]
-    fn nominal_inertia_covers_the_arm() {
-        let setup = Setup::default();
-        let Trial { height, friction, start, .. } = Trial::nominal();
-        let (scene, tool) = scene(&setup.parameters(), height, friction);
-        let model = physics::model::Model::new(&scene, tool, GRIP_SITE);
-        let y = model.measure(start, start * 0.0, aforce::Wrench::zeros());
-        let inertia = OperationalSpace::new(&y.mass, &y.jacobian).unwrap();
-        let law = setup.controller.impedance.aforce;
-        for (inertia, law) in [(inertia.lambda_p, law.translation), (inertia.lambda_o, law.rotation)] {
-            let heaviest = inertia.symmetric_eigenvalues().max();
-            assert!((0.6..1.0).contains(&(heaviest / law.nominal_inertia)), "{heaviest}");
-        }
-        law.check_stability().unwrap();
     }
 }

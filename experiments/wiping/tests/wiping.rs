@@ -1,17 +1,16 @@
 //! The experiment, small: what adapts, what is held, what comes back the same.
 
-use aforce::Reference;
+use aforce::GoalRule;
 use wiping::comparison::Comparison;
 use wiping::delta_sign::{self, DAMPINGS, SIGNS};
-use wiping::{Disturbance, Phase, Record, Run, Sample, Setup, Trial, evolution, simulate, spaces};
+use wiping::{AFORCE, Disturbance, HIGH, Phase, Record, Run, Sample, Setup, Trial, evolution, simulate};
 
 fn small(rotations: u32) -> Setup {
     Setup { rotations, ..Setup::default() }
 }
 
 fn aforce(setup: &Setup, disturbance: Disturbance) -> Record {
-    let [space, ..] = spaces();
-    simulate(&Run { setup, space, trial: Trial::nominal(), disturbance }).unwrap()
+    simulate(&Run { setup, space: &setup.spaces[AFORCE], trial: Trial::nominal(), disturbance }).unwrap()
 }
 
 fn mean(samples: &[&Sample], of: impl Fn(&Sample) -> f64) -> f64 {
@@ -42,9 +41,10 @@ fn force_is_held_and_stiffness_adapts() {
 
     // Stiffness relaxes while pressing still ...
     let x = |s: &Sample| s.stiffness[0];
-    let law = setup.controller.impedance.aforce.translation;
+    let psi = setup.spaces[AFORCE].psi().unwrap();
+    let (k_min, k_max) = (psi.k_min[0], psi.k_max[0]);
     let first = record.during(Phase::Press).next().unwrap();
-    assert!(x(first) > 1.5 * law.stiffness_min && x(pressing.last().unwrap()) == law.stiffness_min);
+    assert!(x(first) > 1.5 * k_min && x(pressing.last().unwrap()) == k_min);
     // ... and rises with every stroke once circling starts: twice per rotation, without reaching a bound.
     let wiping: Vec<&Sample> = record.during(Phase::Wipe).collect();
     let rotation = (setup.period / setup.controller.dt()) as usize;
@@ -52,7 +52,7 @@ fn force_is_held_and_stiffness_adapts() {
     let middle = mean(settled, x);
     let rises = settled.windows(2).filter(|pair| x(pair[0]) < middle && x(pair[1]) >= middle).count();
     assert_eq!(rises, 4, "in two rotations");
-    assert!(settled.iter().all(|s| (1.5 * law.stiffness_min..law.stiffness_max).contains(&x(s))));
+    assert!(settled.iter().all(|s| (1.5 * k_min..k_max).contains(&x(s))));
 
     // The tracking error falls with it.
     let (early, late) = (largest_error(&wiping[..rotation]), largest_error(settled));
@@ -74,16 +74,16 @@ fn force_is_held_and_stiffness_adapts() {
 fn low_leaves_paint_and_every_ledger_closes() {
     let setup = small(2);
     let comparison = Comparison::run(&setup, 3, 2).unwrap();
-    for (index, space) in spaces().iter().enumerate() {
+    for (index, space) in setup.spaces.iter().enumerate() {
         let values = |metric| comparison.values(index, metric);
         let (paint, gap) = (values("paint_left"), values("ledger_gap"));
         println!("{space}: paint left {paint:?}, ledger gap {gap:?}");
         assert!(values("completed").iter().all(|&completed| completed == 1.0), "{space}");
         assert!(gap.iter().all(|&gap| gap < 0.01), "{space}");
-        let leaves = space.to_string() == "low-force";
+        let leaves = space.name == "low-force";
         assert!(paint.iter().all(|&left| (left > 0.0) == leaves), "{space}");
     }
-    let [aforce, high] = [0, 3].map(|index| comparison.values(index, "stiffness_n_per_m"));
+    let [aforce, high] = [AFORCE, HIGH].map(|index| comparison.values(index, "stiffness_n_per_m"));
     assert!(aforce.iter().zip(&high).all(|(aforce, high)| aforce < high));
 }
 
@@ -161,9 +161,9 @@ fn the_printed_sign_destabilises_where_the_closed_form_says_so() {
 
 /// The script aims from where the controller counts.
 #[test]
-fn a_rebased_reference_wipes_as_well() {
+fn a_rebased_goal_wipes_as_well() {
     let mut setup = small(1);
-    setup.controller.impedance.aforce.form.reference = Reference::Rebased {};
+    setup.spaces[AFORCE].goal = GoalRule::Rebased;
     let record = aforce(&setup, Disturbance::NONE);
     assert!(record.completed && record.force_reached(setup.force).is_some());
 }

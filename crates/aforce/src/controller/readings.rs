@@ -2,47 +2,81 @@
 
 use super::Controller;
 use crate::action_space::ActionSpace;
-use crate::impedance::Convention;
-use crate::reference::Reference;
+use crate::psi::Psi;
 use crate::spatial::{Measurement, Pose, Vector6, Wrench};
+use crate::stiffness::Stiffness;
 
 impl Controller {
     /// The action space that this controller decodes.
     #[must_use]
-    pub fn space(&self) -> ActionSpace {
-        self.space
+    pub fn space(&self) -> &ActionSpace {
+        &self.space
     }
 
-    /// K in N/m and Nm/rad. In the shaped convention this is diag(Lambda) kp, which depends on the arm's pose. Along an
-    /// engaged contact axis the share [`engagement`](Self::engagement) of it does not act.
+    /// The parameters of the adaptive law in force, if there is one.
+    #[must_use]
+    pub fn psi(&self) -> Option<&Psi> {
+        self.law.as_ref().map(|law| law.psi()).or_else(|| self.space.psi())
+    }
+
+    /// K in N/m and Nm/rad. In a space in 1/s^2 this is diag(Lambda) K, which depends on the arm's pose. Along an engaged
+    /// contact axis the share [`engagement`](Self::engagement) of it does not act.
     #[must_use]
     pub fn stiffness(&self) -> Vector6 {
-        match self.form.convention {
-            Convention::Physical => self.stiffness,
-            Convention::Shaped => self.stiffness.component_mul(&self.inertia),
-        }
+        self.space.unit.effective(&self.stiffness, &self.inertia)
     }
 
-    /// K in the units of the space's own convention (shaped: kp in 1/s^2).
+    /// K in the space's own unit.
     #[must_use]
     pub fn own_stiffness(&self) -> &Vector6 {
         &self.stiffness
     }
 
-    /// The convention of [`own_stiffness`](Self::own_stiffness).
+    /// Bounds between which K of an axis moves, in the space's own unit; `None` if it is constant.
     #[must_use]
-    pub fn convention(&self) -> Convention {
-        self.form.convention
+    pub fn stiffness_bounds(&self, axis: usize) -> Option<[f64; 2]> {
+        match &self.space.stiffness {
+            Stiffness::Adaptive(_) => self.psi().map(|psi| [psi.k_min[axis], psi.k_max[axis]]),
+            Stiffness::Commanded(range) => Some([range.low[axis], range.high[axis]]),
+            Stiffness::Fixed(_) => None,
+        }
     }
 
-    /// The pose to which an action that comes now adds its delta: the measured one, or the last goal (which its leash pulls
-    /// in first where the tool has been pushed further away).
+    /// The spring that F_ff is to an error that lasts, alpha/mu (N/m, Nm/rad); zero without F_ff.
+    #[must_use]
+    pub fn feedforward_spring(&self) -> Vector6 {
+        let own = self.psi().map_or(Vector6::zeros(), |psi| *psi.feedforward_spring().vector());
+        self.space.unit.effective(&own, &self.inertia)
+    }
+
+    /// The pose to which an action that comes now adds its delta.
     #[must_use]
     pub fn origin<'a>(&'a self, y: &'a Measurement) -> &'a Pose {
-        match self.form.reference {
-            Reference::Rebased {} => &y.pose,
-            Reference::Continued { .. } => &self.goal,
-        }
+        self.space.goal.origin(&self.start, &self.goal, &y.pose)
+    }
+
+    /// K e of the latest sample as it acts (N, Nm; world axes). It enters the torque law with a minus sign.
+    #[must_use]
+    pub fn spring_wrench(&self) -> Wrench {
+        self.impedance.elastic - self.feedforward
+    }
+
+    /// D e_dot of the latest sample as it acts (N, Nm; world axes). It enters the torque law with a minus sign.
+    #[must_use]
+    pub fn damper_wrench(&self) -> &Wrench {
+        &self.impedance.viscous
+    }
+
+    /// -F_ff - F_cmd - K e - D e_dot of the latest sample (N, Nm; world axes): what the task asks the tool to push with.
+    #[must_use]
+    pub fn wrench(&self) -> &Wrench {
+        &self.wrench
+    }
+
+    /// Power of that wrench, of its force and of its moment (W).
+    #[must_use]
+    pub fn power(&self) -> [f64; 2] {
+        self.power
     }
 
     /// F_ff as it acts (N, Nm; world axes). It enters the torque law with a minus sign.
@@ -84,7 +118,7 @@ impl Controller {
     /// The set-point x_d of the latest sample.
     #[must_use]
     pub fn set_point(&self) -> &Pose {
-        self.interpolator.pose()
+        self.set_point.pose()
     }
 
     /// e = x - x_d of the latest sample (m, rad; world axes), contact axis included.
@@ -96,12 +130,12 @@ impl Controller {
     /// Joints whose torque was cut by a limit in the latest sample.
     #[must_use]
     pub fn saturated(&self) -> [bool; 7] {
-        self.exit.saturated()
+        self.limiter.saturated()
     }
 
     /// Samples since reset whose measurement or torque was not finite: the episode has diverged.
     #[must_use]
     pub fn faults(&self) -> u64 {
-        self.exit.faults()
+        self.limiter.faults()
     }
 }

@@ -1,0 +1,141 @@
+//! Parameters of the adaptive law that the policy commands: the paper's "learned" psi.
+
+use serde::{Deserialize, Serialize};
+
+use crate::action::clip;
+use crate::error::ConfigError;
+use crate::gains::Gains;
+use crate::psi::Psi;
+
+/// Which parameters of psi are entries of an action, and for how long a choice holds.
+///
+/// Each parameter has two entries, one for the translational axes and one for the rotational ones, on a logarithmic scale:
+/// -1 is `low`, +1 is `high`, 0 their geometric mean.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CommandedPsi {
+    /// Actions for which a choice holds; the entries of the others have no effect.
+    pub hold: u32,
+    /// The parameters, in the order of their entries.
+    pub ranges: Vec<PsiRange>,
+}
+
+/// A parameter of psi and its range.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PsiRange {
+    /// Which one.
+    pub parameter: PsiParameter,
+    /// What -1 means.
+    pub low: Gains,
+    /// What +1 means.
+    pub high: Gains,
+}
+
+/// A parameter of psi that can be commanded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PsiParameter {
+    /// gamma/beta, by changing beta (m, rad).
+    Tolerance,
+    /// See [`Psi`].
+    Alpha,
+    /// See [`Psi`].
+    Gamma,
+    /// See [`Psi`].
+    Mu,
+    /// See [`Psi`].
+    Delta,
+    /// See [`Psi`].
+    KMin,
+    /// See [`Psi`].
+    KMax,
+}
+
+impl PsiParameter {
+    fn set(self, psi: &mut Psi, axis: usize, value: f64) {
+        match self {
+            Self::Tolerance => psi.beta.set(axis, psi.gamma[axis] / value),
+            Self::Alpha => psi.alpha.set(axis, value),
+            Self::Gamma => {
+                // The tolerance stays what it was.
+                let tolerance = psi.tolerance()[axis];
+                psi.gamma.set(axis, value);
+                psi.beta.set(axis, value / tolerance);
+            }
+            Self::Mu => psi.mu.set(axis, value),
+            Self::Delta => psi.delta.set(axis, value),
+            Self::KMin => psi.k_min.set(axis, value),
+            Self::KMax => psi.k_max.set(axis, value),
+        }
+    }
+
+    /// Name of the entry of the translational (0) or rotational (1) axes.
+    pub(crate) fn entry(self, group: usize) -> &'static str {
+        let names = match self {
+            Self::Tolerance => ["tolerance_translation", "tolerance_rotation"],
+            Self::Alpha => ["alpha_translation", "alpha_rotation"],
+            Self::Gamma => ["gamma_translation", "gamma_rotation"],
+            Self::Mu => ["mu_translation", "mu_rotation"],
+            Self::Delta => ["delta_translation", "delta_rotation"],
+            Self::KMin => ["k_min_translation", "k_min_rotation"],
+            Self::KMax => ["k_max_translation", "k_max_rotation"],
+        };
+        names[group]
+    }
+}
+
+impl CommandedPsi {
+    /// Entries of an action that command psi.
+    pub(crate) fn dim(&self) -> usize {
+        2 * self.ranges.len()
+    }
+
+    /// Changes `psi` as the entries in [-1, 1] ask for; others are clipped, and one that is not a number counts as 0.
+    ///
+    /// # Panics
+    /// If there are fewer entries than [`dim`](Self::dim).
+    pub(crate) fn apply(&self, entries: &[f64], psi: &mut Psi) {
+        for (range, pair) in self.ranges.iter().zip(entries.as_chunks::<2>().0) {
+            for axis in 0..6 {
+                let share = 0.5 * (clip(pair[axis / 3], 0.0) + 1.0);
+                let value = range.low[axis] * (range.high[axis] / range.low[axis]).powf(share);
+                range.parameter.set(psi, axis, value);
+            }
+        }
+    }
+
+    /// Checks the ranges, and hands every corner of them to `check`: what holds at all corners holds between them, as the
+    /// stability limit and the bounds of K are monotone in each parameter.
+    pub(crate) fn validate(
+        &self,
+        psi: &Psi,
+        check: impl Fn(&Psi) -> Result<(), ConfigError>,
+    ) -> Result<(), ConfigError> {
+        if self.hold == 0 || self.ranges.is_empty() {
+            return Err(ConfigError::Contradiction {
+                field: "commanded_psi".into(),
+                reason: "hold must be 1 or above, and ranges must name a parameter".into(),
+            });
+        }
+        for (at, range) in self.ranges.iter().enumerate() {
+            let field = format!("commanded_psi.ranges[{at}]");
+            range.low.positive(&format!("{field}.low"))?;
+            range.high.positive(&format!("{field}.high"))?;
+            range.high.at_least(&format!("{field}.high"), &range.low, "low")?;
+            if self.ranges[..at].iter().any(|other| other.parameter == range.parameter) {
+                let reason = format!("{} is commanded twice", range.parameter.entry(0));
+                return Err(ConfigError::Contradiction { field, reason });
+            }
+        }
+        for corner in 0..1usize << self.dim() {
+            let entries: Vec<f64> = (0..self.dim()).map(|i| if corner >> i & 1 == 1 { 1.0 } else { -1.0 }).collect();
+            let mut psi = *psi;
+            self.apply(&entries, &mut psi);
+            // K(0) is the record's; at run time K is brought between the bounds.
+            psi.k_0 = psi.k_min;
+            check(&psi)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,42 @@
+//! Named set-ups: how far an action may go, the same for every action space.
+
+use anyhow::{Result, bail};
+use tasks::EnvConfig;
+use toml::Table;
+
+/// Name, how far an action entry of 1 moves the goal (m, rad), and what for.
+pub(crate) const SETUPS: [(&str, [f64; 2], &str); 2] = [
+    ("paper-steps", [0.05, 0.5], "robosuite's action steps, which the paper has (default)"),
+    ("small-steps", [0.02, 0.15], "less than half of them: calmer, and learned sooner"),
+];
+
+/// The settings that a name stands for.
+///
+/// # Errors
+/// If it is unknown.
+pub(crate) fn settings(name: &str) -> Result<Table> {
+    let Some((_, [position, rotation], _)) = SETUPS.iter().find(|setup| setup.0 == name) else {
+        bail!("setup = {name:?}: known are {}", SETUPS.map(|setup| setup.0).join(", "));
+    };
+    let text = format!("[env.controller]\nposition_step = {position}\nrotation_step = {rotation}");
+    Ok(text.parse().expect("two keys"))
+}
+
+/// The set-up of a configuration, in words.
+pub fn in_words(env: &EnvConfig) -> String {
+    let steps = [env.controller.position_step, env.controller.rotation_step];
+    let name = SETUPS.iter().find(|setup| setup.1 == steps).map_or("own steps", |setup| setup.0);
+    format!("{name}: an action moves the goal by up to {} cm and {} rad", 100.0 * steps[0], steps[1])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_has_a_name() {
+        let words = in_words(&EnvConfig::default());
+        assert_eq!(words, "paper-steps: an action moves the goal by up to 5 cm and 0.5 rad");
+        assert!(settings("large-steps").unwrap_err().to_string().contains("paper-steps, small-steps"));
+    }
+}
