@@ -4,12 +4,15 @@
 mod common;
 
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 use common::{
     assert_same, error, expect, few, last_step, note, program, run_folder, start, states, stored, train, train_for,
 };
+use experiments::config::RunConfig;
 use experiments::report::columns::Columns;
 use experiments::run::folder::RunFolder;
+use rustix::process::Signal;
 use walkdir::WalkDir;
 
 #[test]
@@ -246,6 +249,68 @@ fn output_may_be_cut_short() {
     let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("sweep"));
     let output = command.args([list, "--list"]).stdout(writer).stderr(std::process::Stdio::piped()).spawn();
     assert!(output.unwrap().wait_with_output().unwrap().stderr.is_empty());
+}
+
+/// Between two ends of episodes that lie further apart than it may lose.
+#[test]
+fn a_slow_run_saves_itself_by_the_clock() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = train_for(1_000_000, folder.path());
+    command.args(["--set", "checkpoint_every=1000000", "--set", "checkpoint_minutes=0.01"]);
+    let last = run_folder(folder.path()).join("checkpoints/last");
+    let mut child = start(&command);
+    let saved = || note(&last).and_then(|note| note["step"].as_u64());
+    child.wait_until("a checkpoint", || saved().is_some());
+    child.kill();
+    expect(&error(train(folder.path()).arg("--resume"), 1), &["holds a run of 1000000 steps"]);
+    // When it saves itself is no part of what it is.
+    let config = RunConfig::resolve(Some(&run_folder(folder.path()).join("config.toml")), &[]).unwrap();
+    let other = RunConfig { checkpoint_every: 7, checkpoint_minutes: 5.0, ..config.clone() };
+    assert_eq!((config.hash(), config.difference(&other)), (other.hash(), None));
+}
+
+/// As a terminal that goes away does; what `nohup` started stays.
+#[test]
+fn a_hang_up_is_asked_to_stop() {
+    let folder = tempfile::tempdir().unwrap();
+    let episodes = run_folder(folder.path()).join("episodes.csv");
+    let mut child = start(&train_for(1_000_000, folder.path()));
+    child.wait_for_a_row(&episodes);
+    assert_eq!(child.hang_up(), Some(75));
+
+    let ours = train_for(1_000_000, folder.path());
+    let mut deaf = assert_cmd::Command::new("sh");
+    deaf.args(["-c", "trap '' HUP; exec \"$0\" \"$@\" --resume"]).arg(ours.get_program()).args(ours.get_args());
+    let mut child = start(&deaf);
+    let before = last_step(&episodes);
+    child.wait_until("a row", || last_step(&episodes) > before);
+    child.signal(Signal::HUP);
+    let before = last_step(&episodes);
+    child.wait_until("two more rows", || last_step(&episodes) > before.map(|step| step + 100.0));
+    assert_eq!(child.stop(), Some(75));
+}
+
+/// Nobody would look after its runs: they save themselves.
+#[test]
+fn the_runs_of_a_killed_sweep_stop() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, out) = (folder.path().join("few.toml"), folder.path().join("out"));
+    std::fs::write(&file, few(1_000_000)).unwrap();
+    let run = out.join("lift/aforce/seed_1");
+    let mut sweep = start(program("sweep").arg(&file).arg("--out").arg(&out).args(["--jobs", "1"]));
+    sweep.wait_for_a_row(&run.join("episodes.csv"));
+    // Left to the process that is at work, as by a sweep of all.
+    let mut second = program("sweep");
+    second.arg(&file).arg("--out").arg(&out).args(["--index", "0"]);
+    assert!(String::from_utf8(second.assert().code(75).get_output().stderr.clone()).unwrap().contains("at work there"));
+    sweep.kill();
+    let deadline = Instant::now() + Duration::from_secs(60);
+    while states(&file, &out)[0] != "begun" {
+        assert!(Instant::now() < deadline, "the run goes on");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    assert_eq!(RunFolder::open(&run).unwrap().manifest().unwrap().status, "stopped");
+    assert!(run.join("checkpoints/last/replay.bin").exists());
 }
 
 /// Two processes in one folder would mix their rows.

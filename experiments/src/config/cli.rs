@@ -107,10 +107,9 @@ pub fn task_parser() -> impl TypedValueParser<Value = TaskName> {
 }
 
 fn preset_parser() -> impl TypedValueParser<Value = String> {
-    PossibleValuesParser::new([
-        PossibleValue::new("paper").help("The paper's learner: 2 x 1024, batch 1024; days on a CPU"),
-        PossibleValue::new("desktop").help("A learner for one CPU core: 2 x 256, batch 128; minutes"),
-    ])
+    PossibleValuesParser::new(
+        sac::Preset::ALL.iter().map(|preset| PossibleValue::new(preset.name).help(preset.summary)),
+    )
 }
 
 fn parse_steps(text: &str) -> Result<u64, String> {

@@ -32,6 +32,10 @@ pub struct RunConfig {
     pub evaluation_episodes: u32,
     /// Actions between checkpoints; they are taken at the next end of an episode.
     pub checkpoint_every: u64,
+    /// Time between checkpoints (min): one is taken at the end of an episode if the next one, should it last as long, would end
+    /// later.
+    #[serde(default = "five_minutes")]
+    pub checkpoint_minutes: f64,
     /// Task, action space, controller, physics.
     pub env: EnvConfig,
     /// The learner.
@@ -49,8 +53,9 @@ impl RunConfig {
             evaluate_every: 10_000,
             evaluation_episodes: 10,
             checkpoint_every: 50_000,
+            checkpoint_minutes: five_minutes(),
             env: EnvConfig::default(),
-            learner: sac::Config::preset(preset),
+            learner: preset.settings(),
         }
     }
 
@@ -82,8 +87,8 @@ impl RunConfig {
         let mut named: Option<(&str, sac::Preset)> = None;
         for (source, table) in &layers {
             let Some(value) = table.get("preset") else { continue };
-            let preset =
-                value.clone().try_into().map_err(|_| bad(format!("preset = {value}: known are paper, desktop")))?;
+            let preset = value.clone().try_into();
+            let preset = preset.map_err(|error| bad(format!("{source}: preset: {}", error.message())))?;
             match named {
                 // One of them would give its name to the other's settings.
                 Some((earlier, other)) if other != preset => {
@@ -92,7 +97,7 @@ impl RunConfig {
                 _ => named = Some((source, preset)),
             }
         }
-        let preset = named.map_or(sac::Preset::Desktop, |(_, preset)| preset);
+        let preset = named.map_or(sac::Preset::DESKTOP, |(_, preset)| preset);
         let mut merged = Table::try_from(Self::preset(preset)).expect("a configuration is a table");
         for (source, table) in layers {
             merge(&mut merged, table);
@@ -115,6 +120,8 @@ impl RunConfig {
         for (name, value) in counts {
             ensure!(value > 0, "{name} = 0: must be at least 1");
         }
+        let minutes = self.checkpoint_minutes;
+        ensure!(minutes > 0.0, "checkpoint_minutes = {minutes}: must be above 0");
         let fits = self.variant.chars().all(|c| c == ',' || is_name_character(c));
         ensure!(fits, "variant = {:?}: {NAME_CHARACTERS}, and commas between parts", self.variant);
         self.env.validate()?;
@@ -127,27 +134,31 @@ impl RunConfig {
         toml::to_string_pretty(self).expect("a configuration is a table")
     }
 
-    /// What has a part in the run: not the impedances of other action spaces.
-    fn in_use(&self) -> RunConfig {
-        let mut config = self.clone();
+    /// What decides the bytes of a run as far as it goes: not its length, which may be extended, not when it saves itself, nor the
+    /// impedances of other action spaces.
+    fn decisive(&self) -> RunConfig {
+        let mut config = RunConfig { steps: 0, checkpoint_every: 0, checkpoint_minutes: 0.0, ..self.clone() };
         config.env.controller.impedance = self.env.controller.impedance.only(self.env.space.impedance);
         config
     }
 
-    /// First 16 hex digits of the hash of everything that has a part in the run but its length, which may be extended.
+    /// First 16 hex digits of the hash of everything that decides the bytes of the run, however long it goes.
     pub fn hash(&self) -> String {
-        let endless = RunConfig { steps: 0, ..self.in_use() };
-        blake3::hash(endless.to_toml().as_bytes()).to_hex()[..16].to_string()
+        blake3::hash(self.decisive().to_toml().as_bytes()).to_hex()[..16].to_string()
     }
 
-    /// The first setting but the length in which another run differs from this one, in words.
+    /// The first setting that has a part in the hash in which another run differs from this one, in words.
     pub fn difference(&self, other: &RunConfig) -> Option<String> {
         let table = |config: &RunConfig| Table::try_from(config).expect("a configuration is a table");
-        let (there, here) = (table(&self.in_use()), table(&RunConfig { steps: self.steps, ..other.in_use() }));
+        let (there, here) = (table(&self.decisive()), table(&other.decisive()));
         let (key, there, here) = first_difference(&there, &here)?;
         let word = |value: Option<Value>| value.map_or("absent".into(), |value| value.to_string());
         Some(format!("{key}: there {}, here {}", word(there), word(here)))
     }
+}
+
+fn five_minutes() -> f64 {
+    5.0
 }
 
 /// Dotted key and both values of the first entry, in alphabetical order, in which two tables differ.
@@ -258,15 +269,15 @@ mod tests {
     #[test]
     fn a_preset_sets_the_learner_and_nothing_else() {
         let paper = RunConfig::resolve(None, &[set("preset=paper")]).unwrap();
-        assert_eq!(paper.learner, sac::Config::preset(sac::Preset::Paper));
-        assert_eq!(paper.env, RunConfig::preset(sac::Preset::Desktop).env);
+        assert_eq!(paper.learner, sac::Preset::PAPER.settings());
+        assert_eq!(paper.env, RunConfig::preset(sac::Preset::DESKTOP).env);
     }
 
     #[test]
     fn a_preset_does_not_change_under_another_name() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("run.toml");
-        fs_err::write(&file, RunConfig::preset(sac::Preset::Desktop).to_toml()).unwrap();
+        fs_err::write(&file, RunConfig::preset(sac::Preset::DESKTOP).to_toml()).unwrap();
         assert!(RunConfig::resolve(Some(&file), &[set("preset=desktop")]).is_ok());
         let error = RunConfig::resolve(Some(&file), &[set("preset=paper")]).unwrap_err().to_string();
         assert!(error.contains("paper") && error.contains("run.toml"), "{error}");
@@ -337,6 +348,7 @@ mod tests {
         let hash =
             |sets: &[&str]| RunConfig::resolve(None, &sets.iter().map(|s| set(s)).collect::<Vec<_>>()).unwrap().hash();
         assert_eq!(hash(&[]), hash(&["steps=5"]));
+        assert_eq!(hash(&[]), hash(&["checkpoint_every=5", "checkpoint_minutes=0.5"]));
         assert_ne!(hash(&[]), hash(&["seed=5"]));
         assert_ne!(hash(&[]), hash(&["env.controller.position_step=0.01"]));
         let osc = "env.controller.impedance.osc.translation=160.0";
