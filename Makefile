@@ -4,13 +4,15 @@ PYTHON ?= python3
 CARGO ?= cargo
 RUN = $(CARGO) run --quiet --release --bin
 DEMO = runs/demo/lift/aforce/seed_1
-# The environment of table-1.toml, the same in all of its runs, and its spaces.
+OLD = experiments/configs/first-tables
+# The environment of results/table-1, the same in all of its runs, and its spaces.
 TABLE_1 = --config results/table-1/lift/aforce/seed_1/config.toml --episodes 30
-TABLE_1_SPACES = --tasks lift,door,wipe --spaces aforce,variable,osc,aforce-force,variable-force,osc-force,low-force
+TABLE_1_SPACES = --tasks lift,door,wipe --spaces $(OLD)/spaces/aforce-1s2.toml,variable,osc,$(OLD)/spaces/aforce-1s2-force.toml,variable-force,osc-force,$(OLD)/spaces/low-continued-force.toml
 # There, AFORCE's stiffness from another lower bound on (1/s2), the stem of the target's name.
+# The law relaxes in 2 s and tolerates 3.75 cm and 0.275 rad whatever its bound.
 BOUNDS = $(foreach bound,80 40 20 10 5,runs/lower-bound/random_$(bound).csv runs/lower-bound/expert_$(bound).csv)
-FROM_BOUND = $(foreach key,stiffness_min stiffness_start,$(foreach axes,translation rotation,\
-	--set env.controller.impedance.aforce.$(axes).$(key)=$*))
+FROM_BOUND = --spaces $(OLD)/spaces/aforce-1s2.toml $(shell $(PYTHON) -c 'g = (300 - $*) / 2; print(*(\
+	f"--set env.space.stiffness.adaptive.{key}" for key in (f"k_min={$*}", f"k_0={$*}", f"gamma={g}", f"beta=[{g/0.0375},{g/0.275}]")))')
 
 # What `make gallery` draws, and where: a page of each task, and every run whose policy is kept.
 GALLERY ?= runs/gallery
@@ -47,13 +49,13 @@ bench: setup
 reproduce: setup runs/experts.csv runs/experts_table_1.csv runs/random_table_1.csv runs/random_robosuite_steps.csv \
 		runs/random_robosuite_jump.csv runs/random_1000.csv $(BOUNDS)
 	$(RUN) wiping -- --out runs/wiping
-	$(RUN) sweep -- experiments/configs/small-steps.toml
-	$(RUN) sweep -- experiments/configs/reference.toml
-	$(RUN) sweep -- experiments/configs/leash.toml
-	$(RUN) sweep -- experiments/configs/tolerance.toml
-	$(RUN) sweep -- experiments/configs/soft-lift.toml
-	$(RUN) sweep -- experiments/configs/soft-wipe.toml
-	$(RUN) sweep -- experiments/configs/table-1.toml
+	$(RUN) sweep -- $(OLD)/small-steps.toml
+	$(RUN) sweep -- $(OLD)/reference.toml
+	$(RUN) sweep -- $(OLD)/leash.toml
+	$(RUN) sweep -- $(OLD)/tolerance.toml
+	$(RUN) sweep -- $(OLD)/soft-lift.toml
+	$(RUN) sweep -- $(OLD)/soft-wipe.toml
+	$(RUN) sweep -- $(OLD)/table-1.toml
 	$(RUN) report -- runs
 
 runs/experts.csv: | setup
@@ -66,16 +68,16 @@ runs/random_table_1.csv: | setup
 	$(RUN) baselines -- random $(TABLE_1_SPACES) $(TABLE_1) --out $@
 
 runs/lower-bound/random_%.csv: | setup
-	$(RUN) baselines -- random --tasks lift,door --spaces aforce $(TABLE_1) $(FROM_BOUND) --out $@
+	$(RUN) baselines -- random --tasks lift,door $(TABLE_1) $(FROM_BOUND) --out $@
 
 runs/lower-bound/expert_%.csv: | setup
-	$(RUN) baselines -- expert --tasks lift,door --spaces aforce $(TABLE_1) $(FROM_BOUND) --out $@
+	$(RUN) baselines -- expert --tasks lift,door $(TABLE_1) $(FROM_BOUND) --out $@
 
 runs/random_robosuite_steps.csv: | setup
-	$(RUN) baselines -- random --tasks lift,door,wipe --spaces variable,osc --config experiments/configs/robosuite-steps.toml --episodes 30 --out $@
+	$(RUN) baselines -- random --tasks lift,door,wipe --spaces variable,osc --setup paper-steps --episodes 30 --out $@
 
 runs/random_robosuite_jump.csv: | setup
-	$(RUN) baselines -- random --tasks lift,door,wipe --spaces variable,osc --config experiments/configs/robosuite-steps.toml --set env.controller.interpolation.ramp_ratio=0.04 --episodes 30 --out $@
+	$(RUN) baselines -- random --tasks lift,door,wipe --spaces variable,osc --setup paper-steps --set env.controller.interpolation.linear.ramp_ratio=0.04 --episodes 30 --out $@
 
 runs/random_1000.csv: | setup
 	$(RUN) baselines -- random --tasks lift,door,wipe --episodes 1000 --out $@

@@ -4,12 +4,15 @@
 mod common;
 
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 use common::{
     assert_same, error, expect, few, last_step, note, program, run_folder, start, states, stored, train, train_for,
 };
+use experiments::config::RunConfig;
 use experiments::report::columns::Columns;
 use experiments::run::folder::RunFolder;
+use rustix::process::Signal;
 use walkdir::WalkDir;
 
 #[test]
@@ -20,9 +23,9 @@ fn bad_input_is_named() {
     expect(&error(train(out).args(["--set", "learner.gamma=1.5"]), 2), &["gamma", "1.5"]);
     expect(&error(train(out).args(["--set", "env.controller.control_hz=510"]), 2), &["control_hz", "510", "20"]);
     expect(&error(train(out).args(["--set", "env.simulation.substeps=1000000000"]), 2), &["substeps", "1 to 64"]);
-    let alpha = "env.controller.impedance.aforce.translation.feedforward_gain=50000";
+    let alpha = "env.space.stiffness.adaptive.alpha=50000";
     expect(
-        &error(train(out).args(["--set", "env.controller.impedance.aforce.sign=literal", "--set", alpha]), 2),
+        &error(train(out).args(["--set", "env.space.stiffness.adaptive.delta_sign=literal", "--set", alpha]), 2),
         &["50000", "allow_unstable"],
     );
     expect(&error(train(out).args(["--config", "/nowhere.toml"]), 1), &["/nowhere.toml"]);
@@ -155,7 +158,7 @@ fn a_diverged_simulation_is_counted() {
     let folder = tempfile::tempdir().unwrap();
     let mut command = train(folder.path());
     command.args(["--space", "osc", "--set", "env.controller.control_hz=20", "--set", "learner.n_step=1"]);
-    command.args(["--set", "env.controller.impedance.osc.translation=30000"]);
+    command.args(["--set", "env.space.stiffness.fixed=[30000, 150]"]);
     command.assert().success();
     let run = folder.path().join("lift/osc/seed_7");
     let table = Columns::read(&run.join("episodes.csv")).unwrap();
@@ -215,9 +218,9 @@ fn a_sweep_hides_no_run_and_repeats_none() {
     let other = config.replace("seed = 1\n", "seed = 2\n").replace("gamma = 0.97", "gamma = 0.9");
     std::fs::write(again.join("config.toml"), other).unwrap();
     expect(&error(program("report").arg(&out), 1), &["again", "learner.gamma: there 0.9, here 0.97"]);
-    let larger = config.replace("seed = 1\n", "seed = 2\n").replace("position_step = 0.02", "position_step = 0.05");
+    let larger = config.replace("seed = 1\n", "seed = 2\n").replace("position_step = 0.05", "position_step = 0.02");
     std::fs::write(again.join("config.toml"), larger).unwrap();
-    expect(&error(program("report").arg(&out), 1), &["again", "position_step: there 0.05, here 0.02"]);
+    expect(&error(program("report").arg(&out), 1), &["again", "position_step: there 0.02, here 0.05"]);
 }
 
 /// What people read in `results` is what the runs beside it say.
@@ -246,6 +249,68 @@ fn output_may_be_cut_short() {
     let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("sweep"));
     let output = command.args([list, "--list"]).stdout(writer).stderr(std::process::Stdio::piped()).spawn();
     assert!(output.unwrap().wait_with_output().unwrap().stderr.is_empty());
+}
+
+/// Between two ends of episodes that lie further apart than it may lose.
+#[test]
+fn a_slow_run_saves_itself_by_the_clock() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = train_for(1_000_000, folder.path());
+    command.args(["--set", "checkpoint_every=1000000", "--set", "checkpoint_minutes=0.01"]);
+    let last = run_folder(folder.path()).join("checkpoints/last");
+    let mut child = start(&command);
+    let saved = || note(&last).and_then(|note| note["step"].as_u64());
+    child.wait_until("a checkpoint", || saved().is_some());
+    child.kill();
+    expect(&error(train(folder.path()).arg("--resume"), 1), &["holds a run of 1000000 steps"]);
+    // When it saves itself is no part of what it is.
+    let config = RunConfig::resolve(Some(&run_folder(folder.path()).join("config.toml")), &[]).unwrap();
+    let other = RunConfig { checkpoint_every: 7, checkpoint_minutes: 5.0, ..config.clone() };
+    assert_eq!((config.hash(), config.difference(&other)), (other.hash(), None));
+}
+
+/// As a terminal that goes away does; what `nohup` started stays.
+#[test]
+fn a_hang_up_is_asked_to_stop() {
+    let folder = tempfile::tempdir().unwrap();
+    let episodes = run_folder(folder.path()).join("episodes.csv");
+    let mut child = start(&train_for(1_000_000, folder.path()));
+    child.wait_for_a_row(&episodes);
+    assert_eq!(child.hang_up(), Some(75));
+
+    let ours = train_for(1_000_000, folder.path());
+    let mut deaf = assert_cmd::Command::new("sh");
+    deaf.args(["-c", "trap '' HUP; exec \"$0\" \"$@\" --resume"]).arg(ours.get_program()).args(ours.get_args());
+    let mut child = start(&deaf);
+    let before = last_step(&episodes);
+    child.wait_until("a row", || last_step(&episodes) > before);
+    child.signal(Signal::HUP);
+    let before = last_step(&episodes);
+    child.wait_until("two more rows", || last_step(&episodes) > before.map(|step| step + 100.0));
+    assert_eq!(child.stop(), Some(75));
+}
+
+/// Nobody would look after its runs: they save themselves.
+#[test]
+fn the_runs_of_a_killed_sweep_stop() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, out) = (folder.path().join("few.toml"), folder.path().join("out"));
+    std::fs::write(&file, few(1_000_000)).unwrap();
+    let run = out.join("lift/aforce/seed_1");
+    let mut sweep = start(program("sweep").arg(&file).arg("--out").arg(&out).args(["--jobs", "1"]));
+    sweep.wait_for_a_row(&run.join("episodes.csv"));
+    // Left to the process that is at work, as by a sweep of all.
+    let mut second = program("sweep");
+    second.arg(&file).arg("--out").arg(&out).args(["--index", "0"]);
+    assert!(String::from_utf8(second.assert().code(75).get_output().stderr.clone()).unwrap().contains("at work there"));
+    sweep.kill();
+    let deadline = Instant::now() + Duration::from_secs(60);
+    while states(&file, &out)[0] != "begun" {
+        assert!(Instant::now() < deadline, "the run goes on");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    assert_eq!(RunFolder::open(&run).unwrap().manifest().unwrap().status, "stopped");
+    assert!(run.join("checkpoints/last/replay.bin").exists());
 }
 
 /// Two processes in one folder would mix their rows.

@@ -212,7 +212,13 @@ fn a_run_that_cannot_go_on_stays_finished() {
     let text = |name: &str| std::fs::read(run.join(name)).unwrap();
     let before: Vec<Vec<u8>> = all.iter().map(|name| text(name)).collect();
     type Damage = fn(&Path);
-    let damages: [(&str, Damage, &str); 5] = [
+    let damages: [(&str, Damage, &str); 7] = [
+        (
+            "checkpoints/last/state.json",
+            |path| change(path, "\"policy_average\": 0.0003,", ""),
+            "policy_average: there absent",
+        ),
+        ("progress.csv", |path| change(path, "alpha", "alfa"), "only there: alfa; only here: alpha"),
         ("checkpoints/last/replay.bin", |path| std::fs::remove_file(path).unwrap(), "no replay memory"),
         ("checkpoints/last/actor.safetensors", |path| std::fs::write(path, "cut").unwrap(), "actor.safetensors"),
         ("episodes.csv", |path| std::fs::write(path, first_lines(path, 3)).unwrap(), "rows are missing"),
@@ -228,6 +234,12 @@ fn a_run_that_cannot_go_on_stays_finished() {
         assert!(before == after, "{name}");
     }
     train_for(3000, folder.path()).arg("--resume").assert().success();
+}
+
+fn change(path: &Path, part: &str, other: &str) {
+    let text = std::fs::read_to_string(path).unwrap();
+    assert!(text.contains(part));
+    std::fs::write(path, text.replacen(part, other, 1)).unwrap();
 }
 
 fn first_lines(path: &Path, n: usize) -> String {

@@ -180,8 +180,8 @@ impl ActionSpace {
             return contradiction("name", &reason);
         }
         self.goal.validate()?;
-        for axis in 0..6 {
-            within(&format!("damping_ratio (axis {})", AXES[axis]), self.damping_ratio[axis], 0.0..=10.0)?;
+        for (axis, name) in AXES.iter().enumerate() {
+            within(&format!("damping_ratio (axis {name})"), self.damping_ratio[axis], 0.0..=10.0)?;
         }
         self.stiffness.validate(control_hz)?;
         if self.set_point == SetPoint::Jump && self.rate == RateRule::SetPoint {

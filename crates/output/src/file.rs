@@ -1,25 +1,33 @@
 //! Files that appear whole or not at all.
 
 use std::ffi::OsString;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, ensure};
 use fs_err as fs;
 use serde::Serialize;
 
-/// Writes a file; whoever looks meanwhile sees the old one.
+/// Writes a file; whoever looks meanwhile sees the old one, and so does who looks after a power loss.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
     ensure!(!path.is_dir(), "{} is a folder", path.display());
-    fs::write(unfinished(path), bytes)?;
+    let mut file = fs::File::create(unfinished(path))?;
+    file.write_all(bytes)?;
+    file.sync_all()?;
     fs::rename(unfinished(path), path)?;
     Ok(())
 }
 
-/// Writes a CSV table, its header from the names of the rows' fields.
+/// Writes a CSV table, its header from the names of the rows' fields; what is not a number leaves its cell empty.
 pub fn write_table(path: &Path, rows: &[impl Serialize]) -> Result<()> {
     let mut table = csv::Writer::from_writer(vec![]);
     for row in rows {
         table.serialize(row)?;
+    }
+    let written = table.into_inner()?;
+    let mut table = csv::Writer::from_writer(vec![]);
+    for record in csv::ReaderBuilder::new().has_headers(false).from_reader(written.as_slice()).records() {
+        table.write_record(record?.iter().map(|cell| if cell == "NaN" { "" } else { cell }))?;
     }
     replace(path, &table.into_inner()?)
 }

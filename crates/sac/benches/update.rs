@@ -31,9 +31,9 @@ fn learner(config: &Config) -> (Sac, Replay) {
 }
 
 fn presets() -> [(&'static str, Config); 3] {
-    let desktop = Config::preset(Preset::Desktop);
+    let desktop = Preset::DESKTOP.settings();
     let large_batch = Config { batch_size: 256, ..desktop.clone() };
-    [("desktop", desktop), ("desktop, batch 256", large_batch), ("paper", Config::preset(Preset::Paper))]
+    [("desktop", desktop), ("desktop, batch 256", large_batch), ("paper", Preset::PAPER.settings())]
 }
 
 fn update(criterion: &mut Criterion) {

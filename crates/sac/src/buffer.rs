@@ -38,13 +38,33 @@ impl std::ops::Deref for Buffer {
     fn deref(&self) -> &[f32] {
         // SAFETY: the tensor was made by `zeros`: contiguous, f32, main memory, never resized, and kept alive by `self`. Matrix products
         // write through views, but only in calls that take no slice of the buffer they write to, so no slice lives while they run.
-        unsafe { std::slice::from_raw_parts(self.0.data_ptr().cast(), self.0.numel()) }
+        match self.0.numel() {
+            // Its pointer may be null, which no slice may be.
+            0 => &[],
+            length => unsafe { std::slice::from_raw_parts(self.0.data_ptr().cast(), length) },
+        }
     }
 }
 
 impl std::ops::DerefMut for Buffer {
     fn deref_mut(&mut self) -> &mut [f32] {
         // SAFETY: as in `deref`, and `&mut self` excludes every other slice.
-        unsafe { std::slice::from_raw_parts_mut(self.0.data_ptr().cast(), self.0.numel()) }
+        match self.0.numel() {
+            0 => &mut [],
+            length => unsafe { std::slice::from_raw_parts_mut(self.0.data_ptr().cast(), length) },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_empty_buffer_is_an_empty_slice() {
+        let mut buffer = Buffer::from_slice(&[]);
+        assert!(buffer.is_empty() && buffer.clone().is_empty());
+        buffer.fill(1.0);
+        assert_eq!((buffer.len(), Buffer::from_slice(&[1.0, 2.0])[1]), (0, 2.0));
     }
 }

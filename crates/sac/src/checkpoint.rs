@@ -6,10 +6,11 @@
 //! | `online_actor.safetensors` | the same for the actor that learns, of which the former is a running mean |
 //! | `critic.safetensors`, `target.safetensors` | the same for `critic_1` and `critic_2` |
 //! | `optimizer.safetensors` | Adam's moments (`.adam_m`, `.adam_v`) of `online_actor` and `critic`, and `log_temperature` with its own |
-//! | `state.json` | sizes, settings, number of updates, states of the random generators, and what the caller adds |
+//! | `state.json` | sizes, settings, number of updates (which `actor.safetensors` repeats), states of the random generators, and what the caller adds |
 //! | `replay.bin` | the replay memory, if it was given |
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use fs_err as fs;
 use rand::SeedableRng;
@@ -24,6 +25,13 @@ use crate::{Actor, Config, Error, Replay, Sac, replay_file};
 
 /// Version of the layout above.
 const FORMAT: u32 = 1;
+/// The file that is not of tensors.
+const STATE: &str = "state.json";
+/// Key of the policy's file under which it says which checkpoint it belongs to.
+const UPDATES: &str = "updates";
+/// How often a checkpoint is read before it is called damaged, and the pause between: longer than two renames.
+const TRIES: u32 = 3;
+const PAUSE: Duration = Duration::from_millis(20);
 
 /// Everything that [`Checkpoint::load`] finds.
 #[derive(Debug)]
@@ -42,7 +50,8 @@ struct State {
     observation_dim: usize,
     action_dim: usize,
     updates: u64,
-    config: Config,
+    /// As it was written: what is absent there is none of our defaults.
+    config: Value,
     acting_rng: ChaCha8Rng,
     batch_rng: ChaCha8Rng,
     noise_rng: ChaCha8Rng,
@@ -85,21 +94,25 @@ impl Checkpoint {
         current(folder).exists()
     }
 
-    /// Reads the checkpoint in `folder`, for a task with these sizes.
+    /// Reads the checkpoint in `folder`, to go on with `config` on a task with these sizes.
     ///
     /// # Errors
     ///
-    /// [`Error::Io`] or [`Error::Checkpoint`], in one line that names the file and says what is wrong: missing, damaged, or made for
-    /// other sizes.
-    pub fn load(folder: &Path, observation_dim: usize, action_dim: usize) -> Result<Self, Error> {
-        let folder = &current(folder);
+    /// [`Error::Io`] or [`Error::Checkpoint`], in one line that names the file and says what is wrong: missing, damaged, made for
+    /// other sizes, or with other settings.
+    pub fn load(folder: &Path, config: &Config, observation_dim: usize, action_dim: usize) -> Result<Self, Error> {
+        whole(folder, |folder| Self::read(folder, config, observation_dim, action_dim))
+    }
+
+    fn read(folder: &Path, config: &Config, observation_dim: usize, action_dim: usize) -> Result<Self, Error> {
         let state = read_state(folder, observation_dim, action_dim)?;
-        let mut sac = Sac::zeros(&state.config, observation_dim, action_dim);
+        same_settings(&state.config, config).map_err(|problem| Error::checkpoint(&folder.join(STATE), problem))?;
+        let mut sac = Sac::zeros(config, observation_dim, action_dim);
         sac.updates = state.updates;
         (sac.actor.rng, sac.batch_rng, sac.noise_rng) = (state.acting_rng, state.batch_rng, state.noise_rng);
 
         let (actor, critics) = (sac.actor.network.entries(), sac.critics.entries());
-        read_policy(folder, &mut sac.average)?;
+        read_policy(folder, state.updates, &mut sac.average)?;
         Tensors::read(folder.join("online_actor.safetensors"))?.copy(&actor, "", &mut sac.actor.network.values)?;
         Tensors::read(folder.join("critic.safetensors"))?.copy(&critics, "", &mut sac.critics.values)?;
         Tensors::read(folder.join("target.safetensors"))?.copy(&critics, "", &mut sac.targets.values)?;
@@ -118,7 +131,7 @@ impl Checkpoint {
 
         let path = folder.join("replay.bin");
         let replay =
-            path.exists().then(|| replay_file::read(&path, &state.config, observation_dim, action_dim)).transpose()?;
+            path.exists().then(|| replay_file::read(&path, config, observation_dim, action_dim)).transpose()?;
         Ok(Self { sac, replay, caller: state.caller })
     }
 }
@@ -131,21 +144,25 @@ impl Actor {
     /// As [`Checkpoint::load`].
     pub fn load(folder: &Path, observation_dim: usize, action_dim: usize, seed: u64) -> Result<(Self, Value), Error> {
         crate::threads::use_one();
-        let folder = &current(folder);
-        let state = read_state(folder, observation_dim, action_dim)?;
-        let rng = ChaCha8Rng::seed_from_u64(seed);
-        let mut actor = Self::zeros(&state.config, observation_dim, action_dim, rng);
-        read_policy(folder, &mut actor.network)?;
-        Ok((actor, state.caller))
+        whole(folder, |folder| {
+            let state = read_state(folder, observation_dim, action_dim)?;
+            let at = |problem: &dyn ToString| Error::checkpoint(&folder.join(STATE), problem.to_string());
+            let config: Config = serde_json::from_value(state.config).map_err(|e| at(&e))?;
+            config.validate().map_err(|e| at(&e))?;
+            let mut actor = Self::zeros(&config, observation_dim, action_dim, ChaCha8Rng::seed_from_u64(seed));
+            read_policy(folder, state.updates, &mut actor.network)?;
+            Ok((actor, state.caller))
+        })
     }
 }
 
 fn write(folder: &Path, sac: &Sac, replay: Option<&Replay>, caller: Value) -> Result<(), Error> {
     let (actor, critics, temperature) = (sac.actor.network.entries(), sac.critics.entries(), log_temperature());
-    write_tensors(&folder.join("actor.safetensors"), &[(&actor, "", &sac.average.values)])?;
-    write_tensors(&folder.join("online_actor.safetensors"), &[(&actor, "", &sac.actor.network.values)])?;
-    write_tensors(&folder.join("critic.safetensors"), &[(&critics, "", &sac.critics.values)])?;
-    write_tensors(&folder.join("target.safetensors"), &[(&critics, "", &sac.targets.values)])?;
+    let of_checkpoint = Some((UPDATES, sac.updates.to_string()));
+    write_tensors(&folder.join("actor.safetensors"), &[(&actor, "", &sac.average.values)], of_checkpoint)?;
+    write_tensors(&folder.join("online_actor.safetensors"), &[(&actor, "", &sac.actor.network.values)], None)?;
+    write_tensors(&folder.join("critic.safetensors"), &[(&critics, "", &sac.critics.values)], None)?;
+    write_tensors(&folder.join("target.safetensors"), &[(&critics, "", &sac.targets.values)], None)?;
     let optimizer: [(&[Entry], &str, &[f32]); 7] = [
         (&actor, ".adam_m", &sac.actor_adam.m),
         (&actor, ".adam_v", &sac.actor_adam.v),
@@ -155,7 +172,7 @@ fn write(folder: &Path, sac: &Sac, replay: Option<&Replay>, caller: Value) -> Re
         (&temperature, ".adam_v", &sac.temperature_adam.v),
         (&temperature, "", std::slice::from_ref(&sac.log_temperature)),
     ];
-    write_tensors(&folder.join("optimizer.safetensors"), &optimizer)?;
+    write_tensors(&folder.join("optimizer.safetensors"), &optimizer, None)?;
     if let Some(replay) = replay {
         replay_file::write(&folder.join("replay.bin"), replay)?;
     }
@@ -164,18 +181,18 @@ fn write(folder: &Path, sac: &Sac, replay: Option<&Replay>, caller: Value) -> Re
         observation_dim: sac.actor.observation_dim(),
         action_dim: sac.actor.action_dim(),
         updates: sac.updates,
-        config: sac.config.clone(),
+        config: serde_json::to_value(&sac.config).expect("plain data"),
         acting_rng: sac.actor.rng.clone(),
         batch_rng: sac.batch_rng.clone(),
         noise_rng: sac.noise_rng.clone(),
         caller,
     };
     let text = serde_json::to_string_pretty(&state).expect("plain data");
-    synced_file::write(&folder.join("state.json"), text.as_bytes())
+    synced_file::write(&folder.join(STATE), text.as_bytes())
 }
 
 fn read_state(folder: &Path, observation_dim: usize, action_dim: usize) -> Result<State, Error> {
-    let path = folder.join("state.json");
+    let path = folder.join(STATE);
     let state: State = serde_json::from_slice(&fs::read(&path)?).map_err(|e| Error::checkpoint(&path, e))?;
     if state.format != FORMAT {
         return Err(Error::checkpoint(&path, format!("format {}, this program reads {FORMAT}", state.format)));
@@ -187,13 +204,41 @@ fn read_state(folder: &Path, observation_dim: usize, action_dim: usize) -> Resul
         );
         return Err(Error::checkpoint(&path, problem));
     }
-    state.config.validate().map_err(|e| Error::checkpoint(&path, e))?;
     Ok(state)
 }
 
-fn read_policy(folder: &Path, policy: &mut Networks) -> Result<(), Error> {
-    let entries = policy.entries();
-    Tensors::read(folder.join("actor.safetensors"))?.copy(&entries, "", &mut policy.values)
+/// Reads the policy that has seen `updates`, if its file says how many it has seen: those of older checkpoints do not.
+fn read_policy(folder: &Path, updates: u64, policy: &mut Networks) -> Result<(), Error> {
+    let file = Tensors::read(folder.join("actor.safetensors"))?;
+    if let Some(other) = file.metadata(UPDATES)?.filter(|other| *other != updates.to_string()) {
+        let problem = format!("has seen {other} updates, {STATE} beside it {updates}");
+        return Err(Error::checkpoint(&folder.join("actor.safetensors"), problem));
+    }
+    file.copy(&policy.entries(), "", &mut policy.values)
+}
+
+/// The settings are those with which a checkpoint was saved, or else the first difference.
+fn same_settings(saved: &Value, config: &Config) -> Result<(), String> {
+    let wanted = serde_json::to_value(config).expect("plain data");
+    let keys = |value: &Value| value.as_object().into_iter().flat_map(|o| o.keys().cloned()).collect::<Vec<_>>();
+    let Some(key) = keys(saved).into_iter().chain(keys(&wanted)).find(|key| saved.get(key) != wanted.get(key)) else {
+        return Ok(());
+    };
+    let word = |value: Option<&Value>| value.map_or("absent".into(), Value::to_string);
+    let (there, here) = (word(saved.get(&key)), word(wanted.get(&key)));
+    Err(format!("saved with other settings of the learner ({key}: there {there}, here {here})"))
+}
+
+/// What `read` finds in the folder of a checkpoint. A run that saves itself meanwhile renames that folder, so that what is read
+/// may be of two checkpoints or gone: then once more.
+fn whole<T>(folder: &Path, read: impl Fn(&Path) -> Result<T, Error>) -> Result<T, Error> {
+    for _ in 1..TRIES {
+        if let Ok(found) = read(&current(folder)) {
+            return Ok(found);
+        }
+        std::thread::sleep(PAUSE);
+    }
+    read(&current(folder))
 }
 
 /// Where the checkpoint is: a kill between the two renames of a save leaves it under its temporary name. Readers look there

@@ -41,6 +41,7 @@ mod memory;
 mod n_step;
 mod network;
 mod pass;
+mod preset;
 #[cfg(test)]
 mod pytorch;
 #[cfg(test)]
@@ -54,9 +55,10 @@ mod threads;
 
 pub use actor::{Act, Actor};
 pub use checkpoint::Checkpoint;
-pub use config::{Config, Preset};
+pub use config::Config;
 pub use error::Error;
 pub use losses::Losses;
 pub use n_step::Transition;
+pub use preset::Preset;
 pub use replay::Replay;
 pub use sac::Sac;

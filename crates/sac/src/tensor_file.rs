@@ -1,5 +1,6 @@
 //! Named f32 tensors in the safetensors format, which Python opens with one call.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use fs_err as fs;
@@ -9,8 +10,13 @@ use crate::Error;
 use crate::network::Entry;
 use crate::synced_file;
 
-/// Writes groups of entries, each under its name and the group's suffix.
-pub(crate) fn write_tensors(path: &Path, groups: &[(&[Entry], &str, &[f32])]) -> Result<(), Error> {
+/// Writes groups of entries, each under its name and the group's suffix, and a note about them.
+pub(crate) fn write_tensors(
+    path: &Path,
+    groups: &[(&[Entry], &str, &[f32])],
+    note: Option<(&str, String)>,
+) -> Result<(), Error> {
+    let note = note.map(|(key, value)| HashMap::from([(key.to_string(), value)]));
     let mut tensors = Vec::new();
     for (entries, suffix, values) in groups {
         for entry in *entries {
@@ -21,7 +27,7 @@ pub(crate) fn write_tensors(path: &Path, groups: &[(&[Entry], &str, &[f32])]) ->
     let views = tensors.iter().map(|(name, shape, bytes)| {
         (name, TensorView::new(Dtype::F32, shape.clone(), bytes).expect("as many bytes as the shape says"))
     });
-    synced_file::write(path, &safetensors::serialize(views, None).map_err(|e| Error::checkpoint(path, e))?)
+    synced_file::write(path, &safetensors::serialize(views, note).map_err(|e| Error::checkpoint(path, e))?)
 }
 
 /// A safetensors file in memory.
@@ -33,6 +39,13 @@ pub(crate) struct Tensors {
 impl Tensors {
     pub fn read(path: PathBuf) -> Result<Self, Error> {
         Ok(Self { bytes: fs::read(&path)?, path })
+    }
+
+    /// The note of this name, if there is one.
+    pub fn metadata(&self, key: &str) -> Result<Option<String>, Error> {
+        let header = SafeTensors::read_metadata(&self.bytes);
+        let (_, header) = header.map_err(|e| Error::checkpoint(&self.path, format!("damaged or cut off ({e})")))?;
+        Ok(header.metadata().as_ref().and_then(|notes| notes.get(key).cloned()))
     }
 
     /// Copies each entry, under its name and `suffix`, to its place in `values`.

@@ -59,7 +59,7 @@ fn a_continued_run_gives_the_bytes_of_an_unbroken_one() {
     Checkpoint::save(&folder.path().join("last"), &sac, Some(&replay), json!({ "step": 250, "x": 0.1 + 0.2 })).unwrap();
     go_on(&mut sac, &mut replay, 250..300);
 
-    let loaded = Checkpoint::load(&folder.path().join("last"), OBSERVATIONS, ACTIONS).unwrap();
+    let loaded = Checkpoint::load(&folder.path().join("last"), &config(), OBSERVATIONS, ACTIONS).unwrap();
     assert_eq!(loaded.caller, json!({ "step": 250, "x": 0.1 + 0.2 }));
     let (mut sac_2, mut replay_2) = (loaded.sac, loaded.replay.unwrap());
     assert_eq!((sac_2.updates(), sac_2.config()), (50, &config()));
@@ -80,7 +80,7 @@ fn a_checkpoint_plays_the_learners_policy() {
     let (mut sac, mut replay) = start();
     go_on(&mut sac, &mut replay, 200..210);
     Checkpoint::save(folder.path(), &sac, None, json!({ "task": "door" })).unwrap();
-    assert!(Checkpoint::load(folder.path(), OBSERVATIONS, ACTIONS).unwrap().replay.is_none());
+    assert!(Checkpoint::load(folder.path(), &config(), OBSERVATIONS, ACTIONS).unwrap().replay.is_none());
     let (mut actor, caller) = Actor::load(folder.path(), OBSERVATIONS, ACTIONS, 1).unwrap();
     assert_eq!(caller, json!({ "task": "door" }));
     let (mut a, mut b) = ([0.0; ACTIONS], [0.0; ACTIONS]);
@@ -117,7 +117,7 @@ fn a_missing_damaged_or_foreign_checkpoint_is_refused_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("last");
     let message = |observations| {
-        let message = Checkpoint::load(&path, observations, ACTIONS).unwrap_err().to_string();
+        let message = Checkpoint::load(&path, &config(), observations, ACTIONS).unwrap_err().to_string();
         assert!(!message.contains('\n'), "{message}");
         message
     };
@@ -158,6 +158,52 @@ fn a_missing_damaged_or_foreign_checkpoint_is_refused_in_one_line() {
     assert!(message(OBSERVATIONS).ends_with("last/actor.safetensors: holds no actor.0.weight"));
 }
 
+/// A run has one set of settings: what a checkpoint was saved with, and no default in place of what it lacks.
+#[test]
+fn a_checkpoint_goes_on_with_the_settings_it_was_saved_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let (sac, replay) = start();
+    Checkpoint::save(folder.path(), &sac, Some(&replay), Value::Null).unwrap();
+    let load = |config: &Config| Checkpoint::load(folder.path(), config, OBSERVATIONS, ACTIONS);
+    let refused = |config: &Config| load(config).unwrap_err().to_string();
+    let other = Config { gamma: 0.5, ..config() };
+    assert!(refused(&other).ends_with("(gamma: there 0.97, here 0.5)"), "{}", refused(&other));
+
+    let path = folder.path().join("state.json");
+    let mut state: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+    state["config"].as_object_mut().unwrap().remove("policy_average").unwrap();
+    fs::write(&path, state.to_string()).unwrap();
+    assert!(refused(&config()).ends_with("(policy_average: there absent, here 0.0003)"), "{}", refused(&config()));
+    Actor::load(folder.path(), OBSERVATIONS, ACTIONS, 0).unwrap();
+}
+
+/// What a reader finds who is between the two renames of a save: the state of one checkpoint, the policy of another.
+#[test]
+fn parts_of_two_checkpoints_are_not_put_together() {
+    let folder = tempfile::tempdir().unwrap();
+    let [mixed, newer] = ["mixed", "newer"].map(|name| folder.path().join(name));
+    let (mut sac, mut replay) = start();
+    Checkpoint::save(&mixed, &sac, None, Value::Null).unwrap();
+    go_on(&mut sac, &mut replay, 200..210);
+    Checkpoint::save(&newer, &sac, None, Value::Null).unwrap();
+    let old = fs::read(mixed.join("actor.safetensors")).unwrap();
+    fs::copy(newer.join("actor.safetensors"), mixed.join("actor.safetensors")).unwrap();
+    let load = || Actor::load(&mixed, OBSERVATIONS, ACTIONS, 0).map(|_| ());
+    let error = load().unwrap_err().to_string();
+    assert!(error.ends_with("actor.safetensors: has seen 10 updates, state.json beside it 0"), "{error}");
+
+    // The save comes to its end while the reader tries again.
+    let writer = std::thread::spawn({
+        let path = mixed.join("actor.safetensors");
+        move || {
+            std::thread::sleep(std::time::Duration::from_millis(10));
+            fs::write(path, old).unwrap();
+        }
+    });
+    load().unwrap();
+    writer.join().unwrap();
+}
+
 /// What a kill between the two renames of a save leaves: the old folder under its side name, the new one complete beside it.
 #[test]
 fn a_save_that_was_killed_leaves_a_whole_checkpoint() {
@@ -168,15 +214,15 @@ fn a_save_that_was_killed_leaves_a_whole_checkpoint() {
     go_on(&mut sac, &mut replay, 200..210);
     Checkpoint::save(&folder.path().join(".last.new"), &sac, Some(&replay), json!("new")).unwrap();
     // Killed before the renames: the old one counts.
-    assert_eq!(Checkpoint::load(&path, OBSERVATIONS, ACTIONS).unwrap().caller, json!("old"));
+    assert_eq!(Checkpoint::load(&path, &config(), OBSERVATIONS, ACTIONS).unwrap().caller, json!("old"));
     // Killed between them.
     fs::rename(&path, folder.path().join(".last.old")).unwrap();
     assert!(Checkpoint::exists(&path));
-    assert_eq!(Checkpoint::load(&path, OBSERVATIONS, ACTIONS).unwrap().caller, json!("old"));
+    assert_eq!(Checkpoint::load(&path, &config(), OBSERVATIONS, ACTIONS).unwrap().caller, json!("old"));
     assert_eq!(Actor::load(&path, OBSERVATIONS, ACTIONS, 0).unwrap().1, json!("old"));
     assert!(!path.exists(), "who reads must not come in the way of a run that is between its renames");
     // And the next save cleans up.
     Checkpoint::save(&path, &sac, Some(&replay), json!("newer")).unwrap();
-    assert_eq!(Checkpoint::load(&path, OBSERVATIONS, ACTIONS).unwrap().caller, json!("newer"));
+    assert_eq!(Checkpoint::load(&path, &config(), OBSERVATIONS, ACTIONS).unwrap().caller, json!("newer"));
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "no leftovers");
 }

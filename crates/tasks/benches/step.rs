@@ -13,8 +13,9 @@ fn step(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("step");
     for task in TaskName::ALL {
         for space in ["aforce", "variable"] {
-            let space = space.parse().expect("an action space");
-            let mut env = Env::new(EnvConfig { task, space, ..EnvConfig::default() }, 1).expect("defaults are valid");
+            let record = space.parse().expect("an action space");
+            let mut env =
+                Env::new(EnvConfig { task, space: record, ..EnvConfig::default() }, 1).expect("defaults are valid");
             let mut rng = ChaCha8Rng::seed_from_u64(1);
             group.bench_function(format!("{}/{space}", task.as_str()), |bencher| {
                 bencher.iter(|| {

@@ -114,7 +114,7 @@ impl Episode {
 }
 
 /// What an episode ended with and what it cost; the columns that training and evaluation share.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "documented once, in results/README.md")]
 pub struct Outcome {
     #[serde(rename = "return")]

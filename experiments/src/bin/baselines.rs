@@ -78,7 +78,7 @@ fn main() -> ExitCode {
 fn run(arguments: &Arguments) -> Result<ExitCode> {
     let out = arguments.out.display();
     ensure!(!arguments.out.exists(), "{out}: exists; nothing was overwritten");
-    let config = arguments.settings.resolve()?;
+    let config = arguments.settings.resolve(None)?;
     let all = ActionSpace::built_in;
     let spaces = if arguments.spaces.is_empty() { all() } else { arguments.spaces.clone() };
     let tasks = if arguments.tasks.is_empty() { vec![config.env.task] } else { arguments.tasks.clone() };
@@ -90,8 +90,8 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     file::prepare(&arguments.out)?;
     let rows = output::parallel::map(&pairs, |&(task, space)| {
-        let mut config = config.clone();
-        (config.env.task, config.env.space) = (task, space.clone());
+        let mut config = arguments.settings.resolve(Some(space))?;
+        config.env.task = task;
         let row = play(&config, arguments.policy, arguments.episodes)?;
         println!("{} {space}: success {:.2}, return {:.1}", row.task, row.success, row.return_mean);
         Ok::<_, anyhow::Error>(row)

@@ -124,8 +124,8 @@ fn comparable(runs: &[RunFolder], rows: &[RunSummary]) -> Result<()> {
                 alike.env.space = theirs.env.space.clone();
             }
             if theirs.preset != config.preset {
-                let RunConfig { preset, learner, steps, evaluate_every, checkpoint_every, .. } = theirs.clone();
-                alike = RunConfig { preset, learner, steps, evaluate_every, checkpoint_every, ..alike };
+                let RunConfig { preset, learner, steps, evaluate_every, .. } = theirs.clone();
+                alike = RunConfig { preset, learner, steps, evaluate_every, ..alike };
             }
             if let Some(difference) = theirs.difference(&alike) {
                 bail!(

@@ -9,7 +9,7 @@ use clap::Parser;
 use experiments::config::sweep::{self, Sweep};
 use experiments::config::{RunConfig, RunId, cli};
 use experiments::report::curves;
-use experiments::run::folder::{RunFolder, State};
+use experiments::run::folder::{Busy, RunFolder, State};
 use experiments::run::pool::{self, Ended, Job};
 use experiments::run::stop::Stop;
 use experiments::run::train::RunOptions;
@@ -32,7 +32,7 @@ struct Arguments {
     /// Print the runs and train nothing
     #[arg(long, conflicts_with = "index")]
     list: bool,
-    /// Train only this run of the list, in this process: what a scheduler calls
+    /// Train only this run of the list, in this process: what a scheduler calls; 75 if another process is at work on it
     #[arg(long, value_name = "N")]
     index: Option<usize>,
     /// Runs at the same time (default: one per processor core)
@@ -56,11 +56,16 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     if let Some(index) = arguments.index {
         let last = runs.len() - 1;
         let run = runs.get(index).ok_or_else(|| bad(format!("--index {index}: the list goes from 0 to {last}")))?;
-        return curves::train_and_draw(
-            run,
-            &out,
-            RunOptions { resume: true, tensorboard: arguments.tensorboard, quiet: false },
-        );
+        let options = RunOptions { resume: true, tensorboard: arguments.tensorboard, quiet: false };
+        let trained = curves::train_and_draw(run, &out, options);
+        return match trained {
+            // No failure: it is left to that process, as in a sweep of many.
+            Err(error) if error.is::<Busy>() => {
+                eprintln!("{error}");
+                Ok(ExitCode::from(cli::STOPPED))
+            }
+            other => other,
+        };
     }
 
     let program = std::env::current_exe().context("the path of this program")?;

@@ -14,7 +14,7 @@ use tasks::Env;
 /// Train a policy with SAC.
 ///
 /// Writes OUT/TASK/SPACE/seed_N: config.toml, manifest.json, episodes.csv, eval.csv,
-/// progress.csv, curves, checkpoints. Ctrl-C or SIGTERM saves at the end of the running
+/// progress.csv, curves, checkpoints. Ctrl-C, SIGTERM or SIGHUP saves at the end of the running
 /// episode and exits with 75; --resume goes on from there to the same bytes of
 /// episodes.csv and eval.csv.
 #[derive(Parser)]

@@ -27,6 +27,9 @@ pub struct SettingArgs {
     /// Any key of the configuration, for example env.horizon=200 (repeatable)
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_override)]
     pub overrides: Vec<(String, Value)>,
+    /// How far an action may go
+    #[arg(long, value_parser = setup_parser())]
+    pub setup: Option<String>,
 }
 
 /// The configuration of an environment.
@@ -42,9 +45,6 @@ pub struct EnvArgs {
     /// own, which ends with .toml
     #[arg(long, value_name = "NAME|FILE", value_parser = parse_space)]
     pub space: Option<ActionSpace>,
-    /// How far an action may go
-    #[arg(long, value_parser = setup_parser())]
-    pub setup: Option<String>,
 }
 
 /// The configuration of a run.
@@ -64,12 +64,19 @@ pub struct RunArgs {
 }
 
 impl SettingArgs {
-    /// The complete configuration.
+    /// The complete configuration, with an action space if one is named.
     ///
     /// # Errors
     /// Names the source and the key of what is wrong.
-    pub fn resolve(&self) -> Result<RunConfig> {
-        RunConfig::resolve(self.config.as_deref(), &self.overrides)
+    pub fn resolve(&self, space: Option<&ActionSpace>) -> Result<RunConfig> {
+        RunConfig::resolve(self.config.as_deref(), &self.overrides(space))
+    }
+
+    fn overrides(&self, space: Option<&ActionSpace>) -> Vec<(String, Value)> {
+        // First, so that a key of the space changes the one named.
+        let space = space.map(|space| ("env.space".into(), record(space)));
+        let setup = self.setup.clone().map(|setup| ("setup".into(), Value::String(setup)));
+        space.into_iter().chain(self.overrides.iter().cloned()).chain(setup).collect()
     }
 }
 
@@ -85,10 +92,7 @@ impl EnvArgs {
     /// The flags as keys of the configuration.
     pub fn overrides(&self) -> Vec<(String, Value)> {
         let task = self.task.map(|task| ("env.task".into(), Value::String(task.as_str().into())));
-        let setup = self.setup.clone().map(|setup| ("setup".into(), Value::String(setup)));
-        // First, so that a key of the space changes the one named.
-        let space = self.space.as_ref().map(|space| ("env.space".into(), record(space)));
-        space.into_iter().chain(self.settings.overrides.iter().cloned()).chain(setup).chain(task).collect()
+        self.settings.overrides(self.space.as_ref()).into_iter().chain(task).collect()
     }
 }
 
@@ -131,10 +135,9 @@ pub fn task_parser() -> impl TypedValueParser<Value = TaskName> {
 }
 
 fn preset_parser() -> impl TypedValueParser<Value = String> {
-    PossibleValuesParser::new([
-        PossibleValue::new("paper").help("The paper's learner: 2 x 1024, batch 1024; days on a CPU"),
-        PossibleValue::new("desktop").help("A learner for one CPU core: 2 x 256, batch 128; minutes"),
-    ])
+    PossibleValuesParser::new(
+        sac::Preset::ALL.iter().map(|preset| PossibleValue::new(preset.name).help(preset.summary)),
+    )
 }
 
 fn parse_steps(text: &str) -> Result<u64, String> {

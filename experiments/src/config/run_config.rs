@@ -34,6 +34,10 @@ pub struct RunConfig {
     pub evaluation_episodes: u32,
     /// Actions between checkpoints; they are taken at the next end of an episode.
     pub checkpoint_every: u64,
+    /// Time between checkpoints (min): one is taken at the end of an episode if the next one, should it last as long, would end
+    /// later.
+    #[serde(default = "five_minutes")]
+    pub checkpoint_minutes: f64,
     /// Task, action space, controller, physics.
     pub env: EnvConfig,
     /// The learner.
@@ -51,8 +55,9 @@ impl RunConfig {
             evaluate_every: 10_000,
             evaluation_episodes: 10,
             checkpoint_every: 50_000,
+            checkpoint_minutes: five_minutes(),
             env: EnvConfig::default(),
-            learner: sac::Config::preset(preset),
+            learner: preset.settings(),
         }
     }
 
@@ -88,8 +93,8 @@ impl RunConfig {
         let mut named: Option<(&str, sac::Preset)> = None;
         for (source, table) in &layers {
             let Some(value) = table.get("preset") else { continue };
-            let preset =
-                value.clone().try_into().map_err(|_| bad(format!("preset = {value}: known are paper, desktop")))?;
+            let preset = value.clone().try_into();
+            let preset = preset.map_err(|error| bad(format!("{source}: preset: {}", error.message())))?;
             match named {
                 // One of them would give its name to the other's settings.
                 Some((earlier, other)) if other != preset => {
@@ -98,7 +103,7 @@ impl RunConfig {
                 _ => named = Some((source, preset)),
             }
         }
-        let preset = named.map_or(sac::Preset::Desktop, |(_, preset)| preset);
+        let preset = named.map_or(sac::Preset::DESKTOP, |(_, preset)| preset);
         let mut merged = Table::try_from(Self::preset(preset)).expect("a configuration is a table");
         for (source, mut table) in layers {
             if let Some(setup) = table.remove("setup") {
@@ -107,7 +112,7 @@ impl RunConfig {
             }
             spaces::lay_over(&mut merged, table);
             let check: Result<Self, _> = merged.clone().try_into();
-            check.map_err(|e| bad(format!("{source}: {}", explain(&e))))?;
+            check.map_err(|e| bad(format!("{source}: {}", explain(&e, &merged))))?;
         }
         let config: Self = merged.try_into().expect("checked with the last layer");
         config.validate().map_err(|e| bad(e.to_string()))?;
@@ -125,6 +130,8 @@ impl RunConfig {
         for (name, value) in counts {
             ensure!(value > 0, "{name} = 0: must be at least 1");
         }
+        let minutes = self.checkpoint_minutes;
+        ensure!(minutes > 0.0, "checkpoint_minutes = {minutes}: must be above 0");
         let fits = self.variant.chars().all(|c| c == ',' || is_name_character(c));
         ensure!(fits, "variant = {:?}: {NAME_CHARACTERS}, and commas between parts", self.variant);
         self.env.validate()?;
@@ -137,20 +144,28 @@ impl RunConfig {
         toml::to_string_pretty(self).expect("a configuration is a table")
     }
 
-    /// First 16 hex digits of the hash of everything that decides the run but its length, which may be extended.
-    pub fn hash(&self) -> String {
-        let endless = RunConfig { steps: 0, ..self.clone() };
-        blake3::hash(endless.to_toml().as_bytes()).to_hex()[..16].to_string()
+    /// What decides the bytes of a run as far as it goes: not its length, which may be extended, nor when it saves itself.
+    fn decisive(&self) -> RunConfig {
+        RunConfig { steps: 0, checkpoint_every: 0, checkpoint_minutes: 0.0, ..self.clone() }
     }
 
-    /// The first setting but the length in which another run differs from this one, in words.
+    /// First 16 hex digits of the hash of everything that decides the bytes of the run, however long it goes.
+    pub fn hash(&self) -> String {
+        blake3::hash(self.decisive().to_toml().as_bytes()).to_hex()[..16].to_string()
+    }
+
+    /// The first setting that has a part in the hash in which another run differs from this one, in words.
     pub fn difference(&self, other: &RunConfig) -> Option<String> {
         let table = |config: &RunConfig| Table::try_from(config).expect("a configuration is a table");
-        let (there, here) = (table(self), table(&RunConfig { steps: self.steps, ..other.clone() }));
+        let (there, here) = (table(&self.decisive()), table(&other.decisive()));
         let (key, there, here) = first_difference(&there, &here)?;
         let word = |value: Option<Value>| value.map_or("absent".into(), |value| value.to_string());
         Some(format!("{key}: there {}, here {}", word(there), word(here)))
     }
+}
+
+fn five_minutes() -> f64 {
+    5.0
 }
 
 /// Dotted key and both values of the first entry, in alphabetical order, in which two tables differ.
@@ -169,7 +184,7 @@ pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     toml::from_str(text).map_err(|error| {
         let before = error.span().map(|span| &text[..span.start.min(text.len())]);
         let line = before.map_or(String::new(), |before| format!("line {}: ", before.matches('\n').count() + 1));
-        format!("{line}{}", explain(&error))
+        format!("{line}{}", explain(&error, &Table::new()))
     })
 }
 
@@ -196,8 +211,8 @@ pub(crate) fn nested(key: &str, value: Value) -> Table {
 /// Likeness (Jaro) from which on a known key may be what was meant.
 const LIKE: f64 = 0.75;
 
-/// The parser's message with the dotted key that it is about, and the nearest known key for an unknown one.
-fn explain(error: &toml::de::Error) -> String {
+/// The parser's message with the dotted key that it is about in `settings`, and the nearest known key for an unknown one.
+fn explain(error: &toml::de::Error, settings: &Table) -> String {
     // The key is told by `Display` alone, on the last line.
     let text = error.to_string();
     let key = text.lines().find_map(|line| line.strip_prefix("in `")?.strip_suffix('`'));
@@ -208,7 +223,7 @@ fn explain(error: &toml::de::Error) -> String {
         return key.map_or(message.into(), |key| format!("{key}: {message}"));
     };
     let section = key.map_or("", |key| key.strip_suffix(unknown).unwrap_or(key).trim_end_matches('.'));
-    let section = if section.is_empty() { String::new() } else { format!("{section}.") };
+    let section = if section.is_empty() { String::new() } else { format!("{}.", with_choice(section, settings)) };
     let known: Vec<&str> = quoted.collect();
     let likeness = |known: &&str| strsim::jaro(known, unknown);
     let hint = match known.iter().copied().max_by(|a, b| likeness(a).total_cmp(&likeness(b))) {
@@ -216,6 +231,18 @@ fn explain(error: &toml::de::Error) -> String {
         _ => format!("known are {}", known.join(", ")),
     };
     format!("unknown key \"{section}{unknown}\"; {hint}")
+}
+
+/// The dotted key of a section. Where that is a choice, a table with one key, the parser leaves this one out.
+fn with_choice(section: &str, settings: &Table) -> String {
+    let mut table = Some(settings);
+    for part in section.split('.') {
+        table = table.and_then(|table| table.get(part)?.as_table());
+    }
+    match table.filter(|table| table.len() == 1).and_then(|table| table.keys().next()) {
+        Some(choice) => format!("{section}.{choice}"),
+        None => section.into(),
+    }
 }
 
 #[cfg(test)]
@@ -240,15 +267,15 @@ mod tests {
     #[test]
     fn a_preset_sets_the_learner_and_nothing_else() {
         let paper = RunConfig::resolve(None, &[set("preset=paper")]).unwrap();
-        assert_eq!(paper.learner, sac::Config::preset(sac::Preset::Paper));
-        assert_eq!(paper.env, RunConfig::preset(sac::Preset::Desktop).env);
+        assert_eq!(paper.learner, sac::Preset::PAPER.settings());
+        assert_eq!(paper.env, RunConfig::preset(sac::Preset::DESKTOP).env);
     }
 
     #[test]
     fn a_preset_does_not_change_under_another_name() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("run.toml");
-        fs_err::write(&file, RunConfig::preset(sac::Preset::Desktop).to_toml()).unwrap();
+        fs_err::write(&file, RunConfig::preset(sac::Preset::DESKTOP).to_toml()).unwrap();
         assert!(RunConfig::resolve(Some(&file), &[set("preset=desktop")]).is_ok());
         let error = RunConfig::resolve(Some(&file), &[set("preset=paper")]).unwrap_err().to_string();
         assert!(error.contains("paper") && error.contains("run.toml"), "{error}");
@@ -361,6 +388,7 @@ mod tests {
         let hash =
             |sets: &[&str]| RunConfig::resolve(None, &sets.iter().map(|s| set(s)).collect::<Vec<_>>()).unwrap().hash();
         assert_eq!(hash(&[]), hash(&["steps=5"]));
+        assert_eq!(hash(&[]), hash(&["checkpoint_every=5", "checkpoint_minutes=0.5"]));
         assert_ne!(hash(&[]), hash(&["seed=5"]));
         assert_ne!(hash(&[]), hash(&["env.controller.position_step=0.01"]));
         assert_ne!(hash(&["env.space=osc"]), hash(&["env.space=osc", "env.space.stiffness.fixed=160.0"]));

@@ -9,6 +9,7 @@ use output::statistics::mean_of;
 use crate::config::RunConfig;
 use crate::run::csv_table::CsvTable;
 use crate::run::folder::RunFolder;
+use crate::run::rows::COLUMNS;
 
 /// A table as named columns of numbers; booleans are 0 and 1, text and empty cells are NaN.
 pub struct Columns(CsvTable);
@@ -37,22 +38,26 @@ impl Columns {
         Ok(Columns(table))
     }
 
-    /// The values of a column, from the top; none of a table in which nothing has been written yet.
+    /// The values of a column, from the top; NaN where it is a column of ours that the table is too old to have.
     ///
     /// # Errors
-    /// If there is no such column; so for every method.
+    /// If no table has such a column; so for every method.
     pub fn values(&self, column: &str) -> Result<Vec<f64>> {
         let number = |cell: &str| match cell {
             "true" => 1.0,
             "false" => 0.0,
             other => other.parse().unwrap_or(f64::NAN),
         };
+        if self.0.position(column).is_none() && COLUMNS.iter().flatten().any(|known| known == column) {
+            return Ok(vec![f64::NAN; self.0.rows.len()]);
+        }
         Ok(self.0.column(column)?.into_iter().map(number).collect())
     }
 
-    /// Pairs of step and value.
+    /// Pairs of step and value, where there is one.
     pub fn points(&self, column: &str) -> Result<Vec<(f64, f64)>> {
-        Ok(self.values("step")?.into_iter().zip(self.values(column)?).collect())
+        let points = self.values("step")?.into_iter().zip(self.values(column)?);
+        Ok(points.filter(|point| !point.1.is_nan()).collect())
     }
 
     /// Mean of `window` rows at the step of the last of them, from the first full window on (of all rows if they are fewer).

@@ -22,8 +22,8 @@ const PANELS: [[&str; 3]; 3] = [
     ["Success at the end of an episode", "share of episodes", "success"],
     ["Mechanical energy", "J per action", "energy_per_action_j"],
 ];
-/// Of one run only: action spaces have stiffness in different units.
-const STIFFNESS: [&str; 3] = ["Stiffness, mean over time and axes", "1/s2 or N/m", "mean_stiffness"];
+/// Of one run only: tables of earlier programs lack it.
+const STIFFNESS: [&str; 3] = ["Stiffness along the axes, mean", "N/m", "stiffness_translation_n_per_m"];
 /// Of several runs.
 const FORCE: [&str; 3] = ["Contact force that 99 % of the actions stay below", "N", "p99_contact_force_n"];
 

@@ -244,6 +244,7 @@ pub(crate) mod tests {
             preset: "desktop".into(),
             seed: k.into(),
             done: true,
+            diverged_episodes: Some(0),
             final_return: 60.0 + f64::from(k),
             ..RunSummary::default()
         };

@@ -148,6 +148,7 @@ fn safety(groups: &[&Group]) -> MarkdownTable {
     ]);
     for group in groups {
         let theirs = published(group).map(|(_, row)| row);
+        let diverged: Option<usize> = group.runs.iter().map(|run| run.diverged_episodes).sum();
         let text = |of: fn(&Published) -> Option<&'static str>| theirs.and_then(of).unwrap_or_default().to_string();
         table.rows.push(vec![
             label(group),
@@ -156,7 +157,7 @@ fn safety(groups: &[&Group]) -> MarkdownTable {
             spread(group, |run| run.mean_penalty_per_episode, 1),
             text(|row| row.penalty_per_episode),
             spread(group, |run| run.excess_impulse_per_episode_ns, 1),
-            group.runs.iter().map(|run| run.diverged_episodes).sum::<usize>().to_string(),
+            diverged.map_or(String::new(), |count| count.to_string()),
         ]);
     }
     table

@@ -51,7 +51,17 @@ pub struct RunSummary {
     pub penalised_action_share: f64,
     pub mean_penalty_per_episode: f64,
     pub excess_impulse_per_episode_ns: f64,
-    pub diverged_episodes: usize,
+    pub diverged_episodes: Option<usize>,
+    pub stiffness_translation_n_per_m: Option<f64>,
+    pub stiffness_rotation_nm_per_rad: Option<f64>,
+    pub at_k_min_translation: Option<f64>,
+    pub at_k_max_translation: Option<f64>,
+    pub at_k_min_rotation: Option<f64>,
+    pub at_k_max_rotation: Option<f64>,
+    pub feedforward_share_translation: Option<f64>,
+    pub feedforward_share_rotation: Option<f64>,
+    pub tool_work_translation_per_action_j: Option<f64>,
+    pub tool_work_rotation_per_action_j: Option<f64>,
     pub wall_s: f64,
     pub commit: String,
 }
@@ -77,7 +87,7 @@ pub fn find_runs(root: &Path) -> Result<Vec<RunFolder>> {
 /// A group's name within its section: the action space, the variant, and the preset where it is not the usual one.
 pub fn label(space: &str, variant: &str, preset: &str) -> String {
     let label = config::label(space, variant);
-    if preset == "desktop" { label } else { format!("{label}, {preset} preset") }
+    if preset == sac::Preset::DESKTOP.name { label } else { format!("{label}, {preset} preset") }
 }
 
 impl RunSummary {
@@ -113,7 +123,13 @@ impl RunSummary {
         let clock = Columns::read(&run.progress())?.points("wall_s")?;
         let actions: f64 = lengths.iter().sum();
         let per_action = |column: &str| Ok::<_, Error>(training.values(column)?.iter().sum::<f64>() / actions);
-        let with = |column: &str| Ok::<_, Error>(training.values(column)?.iter().filter(|&&v| v > 0.0).count());
+        let with = |column: &str| {
+            let values = training.values(column)?;
+            let known = values.iter().any(|value| !value.is_nan());
+            Ok::<_, Error>(known.then(|| values.iter().filter(|&&value| value > 0.0).count()))
+        };
+        // Tables of an earlier schema lack some columns.
+        let known = |value: f64| (!value.is_nan()).then_some(value);
         Ok(RunSummary {
             schema: training.values("schema")?[0] as u32,
             experiment: experiment(run.path(), root),
@@ -121,7 +137,7 @@ impl RunSummary {
             space: config.env.space.name.clone(),
             variant: config.variant.clone(),
             seed: config.seed,
-            preset: format!("{:?}", config.preset).to_lowercase(),
+            preset: config.preset.name.into(),
             position_step_m: config.env.controller.position_step,
             rotation_step_rad: config.env.controller.rotation_step,
             env_steps: last.0 as u64,
@@ -143,11 +159,21 @@ impl RunSummary {
             squared_torque_per_action_nm2s: per_action("squared_torque_nm2s")?,
             copper_loss_per_action_j: per_action("copper_loss_j")?,
             mean_stiffness: mean(&training.values("mean_stiffness")?),
-            penalised_episode_share: with("penalised_steps")? as f64 / lengths.len() as f64,
+            penalised_episode_share: with("penalised_steps")?.map_or(f64::NAN, |n| n as f64) / lengths.len() as f64,
             penalised_action_share: per_action("penalised_steps")?,
             mean_penalty_per_episode: mean(&training.values("penalty")?),
             excess_impulse_per_episode_ns: mean(&training.values("excess_impulse_ns")?),
             diverged_episodes: with("diverged")?,
+            stiffness_translation_n_per_m: known(mean(&training.values("stiffness_translation_n_per_m")?)),
+            stiffness_rotation_nm_per_rad: known(mean(&training.values("stiffness_rotation_nm_per_rad")?)),
+            at_k_min_translation: known(mean(&training.values("at_k_min_translation")?)),
+            at_k_max_translation: known(mean(&training.values("at_k_max_translation")?)),
+            at_k_min_rotation: known(mean(&training.values("at_k_min_rotation")?)),
+            at_k_max_rotation: known(mean(&training.values("at_k_max_rotation")?)),
+            feedforward_share_translation: known(mean(&training.values("feedforward_share_translation")?)),
+            feedforward_share_rotation: known(mean(&training.values("feedforward_share_rotation")?)),
+            tool_work_translation_per_action_j: known(per_action("tool_work_translation_j")?),
+            tool_work_rotation_per_action_j: known(per_action("tool_work_rotation_j")?),
             wall_s: manifest.wall_s,
             commit: manifest.commits(),
         })
@@ -231,10 +257,42 @@ mod tests {
         }
         assert_eq!((row.penalised_episode_share, row.mean_penalty_per_episode), (0.25, 8.5));
         assert_eq!((row.penalised_action_share, row.mean_stiffness), (4.0 / 75_001.0, 85.0));
-        assert_eq!((row.excess_impulse_per_episode_ns, row.diverged_episodes, row.done), (17.0, 2, false));
+        assert_eq!((row.excess_impulse_per_episode_ns, row.diverged_episodes, row.done), (17.0, Some(2), false));
         let solved = run(root.path(), "lift/osc/seed_1", 2.0, 400.0);
         assert_eq!((solved.steps_to_450, solved.wall_min_to_450), (Some(50_000), Some(5.0)));
         assert_eq!(solved.experiment, "");
+    }
+
+    /// What a run's tables are too old to tell is empty, not zero, and the rest stays.
+    #[test]
+    fn a_table_that_lacks_a_column_is_read_without_it() {
+        let root = tempfile::tempdir().unwrap();
+        let path = "lift/osc/seed_1";
+        let whole = run(root.path(), path, 2.0, 0.0);
+        let folder = RunFolder::at(&root.path().join(path));
+        let absent = [(folder.episodes(), "diverged"), (folder.episodes(), "penalty"), (folder.eval(), "success_any")];
+        for (table, column) in absent {
+            let text = fs_err::read_to_string(&table).unwrap();
+            let at = text.lines().next().unwrap().split(',').position(|name| name == column).unwrap();
+            let without = |line: &str| {
+                let cells = line.split(',').enumerate().filter(|(index, _)| *index != at);
+                cells.map(|(_, cell)| cell).collect::<Vec<_>>().join(",") + "\n"
+            };
+            fs_err::write(&table, text.lines().map(without).collect::<String>()).unwrap();
+        }
+        let row = RunSummary::of(&folder, root.path()).unwrap();
+        assert_eq!(row.diverged_episodes, None);
+        assert!(row.mean_penalty_per_episode.is_nan() && row.final_success_any.is_nan());
+        assert_eq!((row.final_return, row.penalised_action_share), (whole.final_return, whole.penalised_action_share));
+        let out = root.path().join("runs.csv");
+        output::file::write_table(&out, &[row]).unwrap();
+        let text = fs_err::read_to_string(&out).unwrap();
+        assert!(!text.contains("NaN") && text.contains(",,"), "{text}");
+        crate::report::curves::draw(&folder).unwrap();
+        assert!(
+            Columns::read(&folder.eval()).unwrap().values("sucess_any").is_err(),
+            "a misspelt column is no old one"
+        );
     }
 
     #[test]

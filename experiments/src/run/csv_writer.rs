@@ -3,17 +3,18 @@
 use std::io::Write;
 use std::path::Path;
 
-use anyhow::{Result, bail};
-use fs_err::OpenOptions;
+use anyhow::{Result, bail, ensure};
+use fs_err::{File, OpenOptions};
 use output::file;
 use serde::Serialize;
 
 use crate::run::csv_table::CsvTable;
 use crate::run::rows::SCHEMA;
 
-/// A CSV file open for appending; every row reaches the disk as it is written.
+/// A CSV file open for appending; every row is handed to the system as it is written, so that it survives the process.
 pub struct CsvWriter {
     writer: csv::Writer<Box<dyn Write>>,
+    file: Option<File>,
 }
 
 impl CsvWriter {
@@ -24,12 +25,14 @@ impl CsvWriter {
     pub fn append(path: &Path) -> Result<Self> {
         let file = OpenOptions::new().create(true).append(true).open(path)?;
         let is_new = file.metadata()?.len() == 0;
-        Ok(CsvWriter { writer: csv::WriterBuilder::new().has_headers(is_new).from_writer(Box::new(file)) })
+        let same = file.try_clone()?;
+        let writer = csv::WriterBuilder::new().has_headers(is_new).from_writer(Box::new(same) as Box<dyn Write>);
+        Ok(CsvWriter { writer, file: Some(file) })
     }
 
     /// A table that keeps nothing.
     pub fn discard() -> Self {
-        CsvWriter { writer: csv::Writer::from_writer(Box::new(std::io::sink())) }
+        CsvWriter { writer: csv::Writer::from_writer(Box::new(std::io::sink())), file: None }
     }
 
     /// Writes a row made of `key` columns and `value` columns.
@@ -41,6 +44,48 @@ impl CsvWriter {
         self.writer.flush()?;
         Ok(())
     }
+
+    /// Waits until every row is on the disk: what counts on them may be written then.
+    ///
+    /// # Errors
+    /// If the disk does not take them.
+    pub fn sync(&self) -> Result<()> {
+        Ok(self.file.as_ref().map_or(Ok(()), File::sync_data)?)
+    }
+}
+
+/// The names of the columns of rows such as `row`.
+pub fn header(row: impl Serialize) -> Vec<String> {
+    let mut writer = csv::Writer::from_writer(vec![]);
+    writer.serialize(row).expect("rows are written to memory");
+    let text = writer.into_inner().expect("rows are written to memory");
+    let mut reader = csv::Reader::from_reader(text.as_slice());
+    reader.headers().expect("written just now").iter().map(String::from).collect()
+}
+
+/// Makes sure that rows such as `row` may follow those of `path`: a table has one set of columns. A new or empty file has none
+/// yet.
+///
+/// # Errors
+/// Names the columns if they are others.
+pub fn takes(path: &Path, row: impl Serialize) -> Result<()> {
+    if !path.exists() {
+        return Ok(());
+    }
+    let (there, ours) = (CsvTable::read(path)?.headers, header(row));
+    let only = |here: &[String], there: &[String]| {
+        let names: Vec<&str> = here.iter().filter(|name| !there.contains(name)).map(String::as_str).collect();
+        if names.is_empty() { "none".to_string() } else { names.join(", ") }
+    };
+    let there: Vec<String> = there.iter().map(String::from).collect();
+    ensure!(
+        there.is_empty() || there == ours,
+        "{}: its columns are not those of this program (only there: {}; only here: {}): go on with the program that began the run",
+        path.display(),
+        only(&there, &ours),
+        only(&ours, &there)
+    );
+    Ok(())
 }
 
 /// Cuts off the rows of `path` beyond `step` (and a row that a kill left half-written), so
@@ -105,5 +150,24 @@ mod tests {
         fs_err::write(&path, "schema,step\n1,1\n").unwrap();
         assert!(cut_after(&path, 2).unwrap_err().to_string().contains("schema 1"));
         assert_eq!(fs_err::read_to_string(&path).unwrap(), "schema,step\n1,1\n");
+    }
+    #[test]
+    fn a_table_has_one_set_of_columns() {
+        #[derive(Serialize)]
+        struct Row {
+            step: u64,
+            x: f64,
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.csv");
+        let row = || Row { step: 1, x: 0.5 };
+        takes(&path, row()).unwrap();
+        fs_err::write(&path, "").unwrap();
+        takes(&path, row()).unwrap();
+        fs_err::write(&path, "step,x\n1,0.5\n").unwrap();
+        takes(&path, row()).unwrap();
+        fs_err::write(&path, "step,y\n1,0.5\n").unwrap();
+        let error = takes(&path, row()).unwrap_err().to_string();
+        assert!(error.contains("a.csv") && error.contains("only there: y; only here: x"), "{error}");
     }
 }

@@ -22,6 +22,11 @@ pub struct RunFolder {
 #[derive(Debug)]
 pub struct Lock(#[allow(dead_code, reason = "held, not read")] File);
 
+/// A folder in which another process is at work.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: another process is at work there", .0.display())]
+pub struct Busy(pub PathBuf);
+
 /// How far a run has come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
@@ -62,7 +67,7 @@ impl RunFolder {
     /// Keeps the folder for `config` and this process alone. What lies there stays as it is until [`RunFolder::begin`].
     ///
     /// # Errors
-    /// If it holds another run, or a run and `resume` is not asked for, or another process is at work there.
+    /// If it holds another run, or a run and `resume` is not asked for; [`Busy`] if another process is at work there.
     pub fn prepare(&self, config: &RunConfig, resume: bool) -> Result<Lock> {
         let path = self.path.display();
         if self.config().exists() {
@@ -94,7 +99,7 @@ impl RunFolder {
             match file.try_lock() {
                 Ok(()) => break,
                 Err(TryLockError::WouldBlock) if waits.next().is_some() => sleep(Duration::from_millis(10)),
-                Err(TryLockError::WouldBlock) => bail!("{path}: another process is at work there"),
+                Err(TryLockError::WouldBlock) => return Err(Busy(self.path.clone()).into()),
                 Err(TryLockError::Error(error)) => return Err(error).context(format!("{path}: cannot be locked")),
             }
         }

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use sac::Losses;
 
-use crate::run::rows::ProgressRow;
+use crate::run::rows::{ProgressRow, SCHEMA};
 
 /// Means of the learner's numbers since the last row.
 pub(crate) struct LearnerLog {
@@ -34,6 +34,7 @@ impl LearnerLog {
         let env_steps_per_s = (step - self.since_step) as f64 / self.since.elapsed().as_secs_f64();
         *self = LearnerLog::new(step);
         ProgressRow {
+            schema: SCHEMA,
             step,
             updates,
             wall_s,

@@ -9,7 +9,7 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 use fs_err::OpenOptions;
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::{Pid, Signal, getpid, getppid, kill_process, set_parent_process_death_signal};
 
 use crate::run::stop::Stop;
 
@@ -106,8 +106,21 @@ fn start(Job { name, mut command, log }: Job, progress: &PoolProgress) -> Result
     let old = file.metadata()?.len() as usize;
     // In a process group of its own, so that a terminal's Ctrl-C reaches it once: through us.
     command.stdin(Stdio::null()).stdout(file.try_clone()?).stderr(file).process_group(0);
+    die_with_us(&mut command);
     let child = command.spawn().with_context(|| name.clone())?;
     Ok(Running { bar: progress.begun(&name), name, child, log, old })
+}
+
+/// Has the child asked to stop when we end, however we end: nobody else would look after it.
+fn die_with_us(command: &mut Command) {
+    let us = getpid();
+    let listen = move || {
+        set_parent_process_death_signal(Some(Signal::TERM))?;
+        // We may have ended before the child could ask to be told.
+        if getppid() == Some(us) { Ok(()) } else { Err(std::io::ErrorKind::BrokenPipe.into()) }
+    };
+    // SAFETY: between fork and exec only calls that are safe in a signal handler are allowed: these are two bare system calls.
+    unsafe { command.pre_exec(listen) };
 }
 
 /// The last line a job wrote, empty if none.

@@ -1,13 +1,18 @@
 //! The tables a run leaves behind, one row type per file. What each column means stands in
-//! `results/README.md`. No wall-clock time here: the same seed gives the same bytes.
+//! `results/README.md`. No wall-clock time but in `progress.csv`: the same seed gives the same bytes.
+
+use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
+use tasks::Outcome;
+
+use crate::run::csv_writer::header;
 
 /// Version of the columns below.
 pub const SCHEMA: u32 = 3;
 
 /// Columns before the outcome in `episodes.csv`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "documented once, in results/README.md")]
 pub struct TrainingKey {
     pub schema: u32,
@@ -19,7 +24,7 @@ pub struct TrainingKey {
 }
 
 /// Columns before the outcome in `eval.csv`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "documented once, in results/README.md")]
 pub struct EvaluationKey {
     pub schema: u32,
@@ -34,9 +39,10 @@ pub struct EvaluationKey {
 
 /// One row of `progress.csv`: the clock, and the learner, averaged over the updates since the last row; empty cells if
 /// there was none.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "documented once, in results/README.md")]
 pub struct ProgressRow {
+    pub schema: u32,
     pub step: u64,
     pub updates: u64,
     pub wall_s: f64,
@@ -50,3 +56,12 @@ pub struct ProgressRow {
     pub grad_norm_actor: Option<f64>,
     pub replay_size: usize,
 }
+
+/// The columns of `episodes.csv`, `eval.csv` and `progress.csv`.
+pub static COLUMNS: LazyLock<[Vec<String>; 3]> = LazyLock::new(|| {
+    [
+        header((TrainingKey::default(), Outcome::default())),
+        header((EvaluationKey::default(), Outcome::default())),
+        header(ProgressRow::default()),
+    ]
+});

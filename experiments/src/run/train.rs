@@ -1,6 +1,6 @@
 //! The training loop: act, step, store, update; now and then evaluate and save.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
 use clap::Args;
@@ -8,16 +8,16 @@ use output::statistics::mean_of;
 use rand_chacha::ChaCha8Rng;
 use sac::{Act, Checkpoint, Replay, Sac, Transition};
 use serde::{Deserialize, Serialize};
-use tasks::{Env, Episode};
+use tasks::{Env, Episode, Outcome};
 
 use crate::config::{RunConfig, RunId, setup};
 use crate::run::checkpoint_record::CheckpointRecord;
-use crate::run::csv_writer::{CsvWriter, cut_after, last_step};
+use crate::run::csv_writer::{CsvWriter, cut_after, last_step, takes};
 use crate::run::folder::{RunFolder, State};
 use crate::run::learner_log::LearnerLog;
 use crate::run::progress_bar::RunProgress;
 use crate::run::rollout::{Policy, evaluate, learner_view};
-use crate::run::rows::{SCHEMA, TrainingKey};
+use crate::run::rows::{EvaluationKey, ProgressRow, SCHEMA, TrainingKey};
 use crate::run::seeds::{sub_seed, training_evaluation_seed};
 use crate::run::stop::Stop;
 use crate::run::tensorboard::TensorBoard;
@@ -90,6 +90,7 @@ struct Run<'a> {
     tables: Tables,
     board: Option<TensorBoard>,
     log: LearnerLog,
+    /// When it began, went on or was saved last.
     started: Instant,
 }
 
@@ -160,7 +161,7 @@ impl<'a> Run<'a> {
         let evaluation_env = Env::new(config.env.clone(), 0)?;
         let (observations, actions) = (env.observation_components().len(), env.action_dim());
         let (sac, replay, counters) = if Checkpoint::exists(&folder.checkpoint()) {
-            let saved = Checkpoint::load(&folder.checkpoint(), observations, actions)?;
+            let saved = Checkpoint::load(&folder.checkpoint(), &config.learner, observations, actions)?;
             let at = || folder.checkpoint().display().to_string();
             let replay = saved.replay.with_context(|| format!("{}: no replay memory to go on with", at()))?;
             let mut counters: Counters = serde_json::from_value(saved.caller).with_context(at)?;
@@ -176,6 +177,9 @@ impl<'a> Run<'a> {
             let sac = Sac::new(&config.learner, observations, actions, seed("learner"))?;
             (sac, Replay::new(&config.learner, observations, actions), counters)
         };
+        takes(&folder.episodes(), (TrainingKey::default(), Outcome::default()))?;
+        takes(&folder.eval(), (EvaluationKey::default(), Outcome::default()))?;
+        takes(&folder.progress(), ProgressRow::default())?;
         let evaluated = counters.step / config.evaluate_every * config.evaluate_every;
         for (path, step) in [(folder.episodes(), counters.step), (folder.eval(), evaluated)] {
             let last = last_step(&path)?;
@@ -219,6 +223,7 @@ impl<'a> Run<'a> {
         let mut asked = false;
         while self.counters.step < config.steps {
             let mut episode = Episode::default();
+            let began = Instant::now();
             self.env.reset(None);
             let mut observation = learner_view(&self.env, scaled);
             loop {
@@ -264,7 +269,7 @@ impl<'a> Run<'a> {
                 self.save()?;
                 return Ok(Ending::Stopped);
             }
-            if self.counters.step - self.saved_step >= config.checkpoint_every {
+            if self.is_time_to_save(began.elapsed()) {
                 self.save()?;
             }
         }
@@ -325,7 +330,16 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
+    /// Whether to save now, at the end of an episode that took so long, as the next end may be too late.
+    fn is_time_to_save(&self, episode: Duration) -> bool {
+        self.counters.step - self.saved_step >= self.config.checkpoint_every
+            || (self.started.elapsed() + episode).as_secs_f64() > 60.0 * self.config.checkpoint_minutes
+    }
+
     fn save(&mut self) -> Result<()> {
+        // A checkpoint whose rows a power loss took away could not be gone on from.
+        let Tables { episodes, eval, progress } = &self.tables;
+        [episodes, eval, progress].into_iter().try_for_each(CsvWriter::sync)?;
         self.counters.episode_stream = self.env.episode_stream();
         let wall_s = self.wall_s();
         self.started = Instant::now();

@@ -80,7 +80,7 @@ impl SourceArgs {
                 })?;
                 (other.run, other.expert, other.random) = (Some(what.into()), false, false);
                 // A run has its own configuration; what --set says holds for both.
-                let settings = SettingArgs { overrides: self.env.settings.overrides.clone(), config: None };
+                let settings = SettingArgs { config: None, ..self.env.settings.clone() };
                 other.env = EnvArgs { settings, ..EnvArgs::default() };
             }
         }

@@ -82,10 +82,21 @@ impl Running {
         self.0.wait().unwrap();
     }
 
+    /// Tells it something.
+    pub fn signal(&mut self, signal: Signal) {
+        kill_process(Pid::from_child(&self.0), signal).unwrap();
+    }
+
+    /// Takes its terminal away; its exit code.
+    pub fn hang_up(&mut self) -> Option<i32> {
+        self.signal(Signal::HUP);
+        self.0.wait().unwrap().code()
+    }
+
     /// Asks it to stop, twice, as a scheduler and the sweep that started it would; its exit code.
     pub fn stop(&mut self) -> Option<i32> {
         for _ in 0..2 {
-            kill_process(Pid::from_child(&self.0), Signal::TERM).unwrap();
+            self.signal(Signal::TERM);
         }
         self.0.wait().unwrap().code()
     }

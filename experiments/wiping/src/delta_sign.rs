@@ -100,7 +100,8 @@ pub fn point(
     simulation.reset(&start);
     let y = simulation.measure();
 
-    let mut space = ActionSpace { damping: damping.0, force: false, ..setup.spaces[AFORCE].clone() };
+    let first = setup.spaces[AFORCE].clone();
+    let mut space = ActionSpace { damping: damping.0, force: false, commanded_psi: None, ..first };
     let mut psi = *space.psi().expect("the first space adapts");
     (psi.delta_sign, psi.allow_unstable) = (sign.0, true);
     for axis in 0..3 {
@@ -138,7 +139,7 @@ pub fn point(
 }
 
 /// Largest stable alpha (N/m/s) of the law `psi` with the damping of `space`, for motion in `direction`, a unit vector, in the
-/// pose `y`; `joints` is the damping of the joints (Nm s/rad).
+/// pose `y`; mu and delta are those of x, and `joints` is the damping of the joints (Nm s/rad).
 fn closed_form(space: &ActionSpace, psi: &Psi, y: &Measurement, joints: &JointVector, direction: &Vector3) -> f64 {
     let arm = OperationalSpace::new(&y.mass, &y.jacobian).expect("a mass matrix");
     let of_axes = space.damping.of(psi.k_min.vector(), &arm.diagonal(), &space.damping_ratio);

@@ -61,7 +61,7 @@ impl Default for Setup {
             simulation: SimulationConfig::default(),
             controller: ControllerConfig {
                 control_hz: 1000,
-                // Of the way to the spot; a circle takes a third of it.
+                // At most 40 cm/s and 3 rad/s on the way to the spot; a circle takes a third of that.
                 position_step: 0.02,
                 rotation_step: 0.15,
                 // Braking takes longer than an action: the set-point circles without stopping 20 times a second.
@@ -146,7 +146,7 @@ mod tests {
             ("noise = [0.3", "noise = [nan", "sensing.noise[0]"),
             ("substeps = 1", "substeps = 0", "simulation.substeps"),
             ("ki = 16.0", "ki = -1.0", "controller.force.ki"),
-            ("mu = 1.0", "mu = 1e9", "aforce-force: space.stiffness.adaptive.mu"),
+            ("mu = 1.0", "mu = 1e9", "stiffness.adaptive.mu"),
             ("alpha = [100.0", "alpha = [900.0", "unstable"),
             ("force = true", "force = false", "aforce-force: space.force"),
             ("[space.stiffness.adaptive]", "[space.stiffness.fixed]", "fixed"),

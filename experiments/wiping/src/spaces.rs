@@ -37,11 +37,11 @@ pub(crate) fn spaces() -> [ActionSpace; 4] {
     })
 }
 
-/// From low to high, starting at mid. Without an error the stiffness falls from high to low in 1 s.
+/// The law ranges from low to high and starts at mid.
 fn psi(low: Gains, mid: Gains, high: Gains) -> Psi {
-    let gamma = high.map(|axis, high| (high - low[axis]) / 1.0);
-    // Without stiffening 5 mm and 0.01 rad are tolerated.
-    let tolerance = Gains::pair(0.005, 0.01);
+    // Error that does not stiffen (m, rad), and time in which K falls from high to low without one (s).
+    let (tolerance, relaxation_time) = (Gains::pair(0.005, 0.01), 1.0);
+    let gamma = high.map(|axis, high| (high - low[axis]) / relaxation_time);
     Psi {
         alpha: Gains::pair(100.0, 5.0),
         beta: gamma.map(|axis, gamma| gamma / tolerance[axis]),
@@ -56,6 +56,8 @@ fn psi(low: Gains, mid: Gains, high: Gains) -> Psi {
         k_rate_max: Gains::pair(5000.0, 500.0),
         f_ff_rate_max: Gains::pair(1000.0, 500.0),
         inertia: Gains::pair(25.0, 6.0),
+        // This arm also limits how fast a torque changes, which is no wind-up: where set-points jerk (two rows of variants.csv)
+        // anti-windup would answer to that.
         anti_windup: false,
         allow_unstable: false,
     }

@@ -1,0 +1,185 @@
+//! Named sets of settings.
+//!
+//! A preset that was published is frozen: a run's `config.toml` names it, and an older one that lacks a newer field takes that field from
+//! it. So a new field of [`Config`] is off in every preset here, and an improvement is a new preset: an entry of [`Preset::ALL`].
+
+use std::fmt::{self, Debug, Formatter};
+
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::Config;
+
+/// A named set of settings.
+#[derive(Clone, Copy)]
+pub struct Preset {
+    /// What command lines and files call it.
+    pub name: &'static str,
+    /// For whom it is, in a line.
+    pub summary: &'static str,
+    settings: fn() -> Config,
+}
+
+impl Preset {
+    /// The learner of the AFORCE paper: pytorch_sac with two layers of 1024.
+    pub const PAPER: Preset =
+        Preset { name: "paper", summary: "The paper's learner: 2 x 1024, batch 1024; days on a CPU", settings: paper };
+
+    /// Small and fast: made for runs of about twenty minutes on one core.
+    pub const DESKTOP: Preset = Preset {
+        name: "desktop",
+        summary: "A learner for one CPU core: 2 x 256, batch 128; minutes",
+        settings: desktop,
+    };
+
+    /// Every preset.
+    pub const ALL: &[Preset] = &[Preset::PAPER, Preset::DESKTOP];
+
+    /// Its settings.
+    pub fn settings(self) -> Config {
+        (self.settings)()
+    }
+}
+
+fn paper() -> Config {
+    Config {
+        hidden: vec![1024, 1024],
+        batch_size: 1024,
+        actor_learning_rate: 1e-4,
+        critic_learning_rate: 1e-4,
+        temperature_learning_rate: 1e-4,
+        gamma: 0.99,
+        n_step: 1,
+        tau: 0.005,
+        target_period: 2,
+        policy_average: 1.0,
+        initial_temperature: 0.1,
+        target_entropy: None,
+        log_std_min: -5.0,
+        log_std_max: 2.0,
+        random_steps: 5000,
+        updates_per_step: 1.0,
+        replay_capacity: 1_000_000,
+        scaled_observations: false,
+    }
+}
+
+/// The reasons stand beside the differences.
+fn desktop() -> Config {
+    Config {
+        // Time: an update takes 4.5 ms instead of 415, and there are half as many.
+        hidden: vec![256, 256],
+        batch_size: 128,
+        updates_per_step: 0.5,
+        // Faster learning of small networks on scaled observations.
+        actor_learning_rate: 5e-4,
+        critic_learning_rate: 5e-4,
+        temperature_learning_rate: 5e-4,
+        scaled_observations: true,
+        // A late reward is carried back over fewer updates.
+        n_step: 3,
+        gamma: 0.97,
+        target_period: 1,
+        // Over the last 3300 updates: evaluations swing less from one to the next, and are higher.
+        policy_average: 3e-4,
+        random_steps: 3300,
+        ..paper()
+    }
+}
+
+impl PartialEq for Preset {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+impl Eq for Preset {}
+
+impl Debug for Preset {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+impl Serialize for Preset {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name)
+    }
+}
+
+impl<'de> Deserialize<'de> for Preset {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        let known = || Preset::ALL.iter().map(|preset| preset.name).collect::<Vec<_>>().join(", ");
+        let preset = Preset::ALL.iter().find(|preset| preset.name == name);
+        preset.copied().ok_or_else(|| D::Error::custom(format!("unknown preset {name:?}; known are {}", known())))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As in the first `config.toml` that named them: with all fields that were there, and without those that came later.
+    const FROZEN: &str = "
+        [paper]
+        hidden = [1024, 1024]
+        batch_size = 1024
+        actor_learning_rate = 0.0001
+        critic_learning_rate = 0.0001
+        temperature_learning_rate = 0.0001
+        gamma = 0.99
+        n_step = 1
+        tau = 0.005
+        target_period = 2
+        policy_average = 1.0
+        initial_temperature = 0.1
+        log_std_min = -5.0
+        log_std_max = 2.0
+        random_steps = 5000
+        updates_per_step = 1.0
+        replay_capacity = 1_000_000
+        scaled_observations = false
+
+        [desktop]
+        hidden = [256, 256]
+        batch_size = 128
+        actor_learning_rate = 0.0005
+        critic_learning_rate = 0.0005
+        temperature_learning_rate = 0.0005
+        gamma = 0.97
+        n_step = 3
+        tau = 0.005
+        target_period = 1
+        policy_average = 0.0003
+        initial_temperature = 0.1
+        log_std_min = -5.0
+        log_std_max = 2.0
+        random_steps = 3300
+        updates_per_step = 0.5
+        replay_capacity = 1_000_000
+        scaled_observations = true
+    ";
+
+    /// Fails if a preset changes, or if a field that came later is on in one of them.
+    #[test]
+    fn presets_are_frozen() {
+        let frozen: toml::Table = toml::from_str(FROZEN).unwrap();
+        for (name, settings) in frozen {
+            let preset = Preset::ALL.iter().find(|preset| preset.name == name).unwrap();
+            assert_eq!(settings.try_into::<Config>().unwrap(), preset.settings(), "{name}");
+        }
+    }
+
+    #[test]
+    fn presets_are_valid_and_have_names_of_their_own() {
+        for (at, preset) in Preset::ALL.iter().enumerate() {
+            preset.settings().validate().unwrap();
+            assert!(!Preset::ALL[..at].contains(preset), "{preset:?}");
+            let text = serde_json::to_string(preset).unwrap();
+            assert_eq!(serde_json::from_str::<Preset>(&text).unwrap(), *preset);
+        }
+        let error = serde_json::from_str::<Preset>("\"laptop\"").unwrap_err().to_string();
+        assert!(error.contains("laptop") && error.contains("known are paper, desktop"), "{error}");
+    }
+}
