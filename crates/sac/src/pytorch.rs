@@ -43,7 +43,12 @@ impl Record {
     fn config(&self) -> Config {
         let (_, header) = SafeTensors::read_metadata(&self.0).unwrap();
         let about: Value = serde_json::from_str(&header.metadata().as_ref().unwrap()["about"]).unwrap();
-        serde_json::from_value(about["config"].clone()).unwrap()
+        // The record names what decides an update, and nothing else.
+        let mut config = serde_json::to_value(Config::default()).unwrap();
+        for (key, value) in about["config"].as_object().unwrap() {
+            config[key] = value.clone();
+        }
+        serde_json::from_value(config).unwrap()
     }
 
     fn get(&self, name: &str) -> Vec<f32> {
