@@ -2,6 +2,7 @@
 
 use crate::action_space::ActionSpace;
 use crate::config::ControllerConfig;
+use crate::entry::clip;
 use crate::spatial::Vector6;
 use crate::stiffness::Stiffness;
 
@@ -16,11 +17,6 @@ pub(crate) struct Command<'a> {
     pub(crate) delta: Vector6,
     /// Normal force (N).
     pub(crate) force: Option<f64>,
-}
-
-/// An entry as it counts: clipped to [-1, 1]; one that is not a number is `otherwise`.
-pub(crate) fn clip(entry: f64, otherwise: f64) -> f64 {
-    if entry.is_nan() { otherwise } else { entry.clamp(-1.0, 1.0) }
 }
 
 /// Decodes an action. An entry that is not a number asks for nothing: no motion, no force, the middle of a range.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::action::clip;
+use crate::entry::clip;
 use crate::error::ConfigError;
 use crate::gains::Gains;
 use crate::psi::Psi;

@@ -33,6 +33,7 @@ mod contact;
 mod controller;
 mod damping;
 mod energy;
+mod entry;
 mod error;
 mod force;
 mod gains;

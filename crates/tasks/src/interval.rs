@@ -151,19 +151,24 @@ mod tests {
     use super::*;
     use aforce::{ControllerConfig, Jacobian, JointMatrix, Measurement, Pose, TorqueLimits, Twist, Vector3, Wrench};
 
-    /// A controller after one sample at its goal. It holds each joint with 1 Nm, of which the first `limited` joints take
-    /// half. `kp` commands the stiffness, -1 being 0 and 1 being 300.
-    fn controller(kp: [f64; 6], limited: usize) -> Controller {
-        let y = Measurement {
+    /// Seven joints of unit inertia, at rest; six of them move the tool along and about the world axes.
+    fn arm() -> Measurement {
+        Measurement {
             q: JointVector::zeros(),
             qd: JointVector::zeros(),
             pose: Pose::identity(),
             twist: Twist::zeros(),
             jacobian: Jacobian::identity(),
             mass: JointMatrix::identity(),
-            bias: JointVector::repeat(1.0),
+            bias: JointVector::zeros(),
             wrench: Wrench::zeros(),
-        };
+        }
+    }
+
+    /// A controller after one sample at its goal. It holds each joint with 1 Nm, of which the first `limited` joints take
+    /// half. `kp` commands the stiffness, -1 being 0 and 1 being 300.
+    fn controller(kp: [f64; 6], limited: usize) -> Controller {
+        let y = Measurement { bias: JointVector::repeat(1.0), ..arm() };
         let max = JointVector::from_fn(|i, _| if i < limited { 0.5 } else { 10.0 });
         let (space, limits) = ("variable".parse().unwrap(), TorqueLimits::new(max, None).unwrap());
         let mut controller =
@@ -229,16 +234,7 @@ mod tests {
     /// The parts of the impedance of an arm that is held away from its goal, worked out by hand.
     #[test]
     fn each_group_of_axes_is_recorded_with_its_parts() {
-        let mut y = Measurement {
-            q: JointVector::zeros(),
-            qd: JointVector::zeros(),
-            pose: Pose::identity(),
-            twist: Twist::zeros(),
-            jacobian: Jacobian::identity(),
-            mass: JointMatrix::identity(),
-            bias: JointVector::zeros(),
-            wrench: Wrench::zeros(),
-        };
+        let mut y = arm();
         let limits = TorqueLimits::new(JointVector::repeat(1e3), None).unwrap();
         let space = "aforce".parse().unwrap();
         let mut controller = Controller::new(&space, &ControllerConfig::default(), limits, Vector3::z_axis()).unwrap();

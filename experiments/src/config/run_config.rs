@@ -7,12 +7,12 @@ use std::path::Path;
 use aforce::overlay;
 use anyhow::{Result, ensure};
 use output::program::bad;
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use tasks::EnvConfig;
 use toml::{Table, Value};
 
 use crate::config::run_id::{NAME_CHARACTERS, is_name_character};
+use crate::config::toml_text::{explain, parse};
 use crate::config::{setup, spaces};
 
 /// Everything that decides the outcome of a run.
@@ -179,15 +179,6 @@ fn first_difference(a: &Table, b: &Table) -> Option<(String, Option<Value>, Opti
     })
 }
 
-/// Reads a TOML document; an error tells the line and the key.
-pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
-    toml::from_str(text).map_err(|error| {
-        let before = error.span().map(|span| &text[..span.start.min(text.len())]);
-        let line = before.map_or(String::new(), |before| format!("line {}: ", before.matches('\n').count() + 1));
-        format!("{line}{}", explain(&error, &Table::new()))
-    })
-}
-
 /// Parses `key=value` as given to `--set`; a value that is not TOML is a string.
 ///
 /// # Errors
@@ -206,43 +197,6 @@ pub(crate) fn nested(key: &str, value: Value) -> Table {
         Some((head, rest)) => (head.to_string(), Value::Table(nested(rest, value))),
     };
     Table::from_iter([value(key)])
-}
-
-/// Likeness (Jaro) from which on a known key may be what was meant.
-const LIKE: f64 = 0.75;
-
-/// The parser's message with the dotted key that it is about in `settings`, and the nearest known key for an unknown one.
-fn explain(error: &toml::de::Error, settings: &Table) -> String {
-    // The key is told by `Display` alone, on the last line.
-    let text = error.to_string();
-    let key = text.lines().find_map(|line| line.strip_prefix("in `")?.strip_suffix('`'));
-    let message = error.message();
-    let mut quoted = message.split('`').skip(1).step_by(2);
-    let unknown = quoted.next().filter(|_| message.starts_with("unknown field"));
-    let Some(unknown) = unknown else {
-        return key.map_or(message.into(), |key| format!("{key}: {message}"));
-    };
-    let section = key.map_or("", |key| key.strip_suffix(unknown).unwrap_or(key).trim_end_matches('.'));
-    let section = if section.is_empty() { String::new() } else { format!("{}.", with_choice(section, settings)) };
-    let known: Vec<&str> = quoted.collect();
-    let likeness = |known: &&str| strsim::jaro(known, unknown);
-    let hint = match known.iter().copied().max_by(|a, b| likeness(a).total_cmp(&likeness(b))) {
-        Some(nearest) if likeness(&nearest) > LIKE => format!("did you mean \"{section}{nearest}\"?"),
-        _ => format!("known are {}", known.join(", ")),
-    };
-    format!("unknown key \"{section}{unknown}\"; {hint}")
-}
-
-/// The dotted key of a section. Where that is a choice, a table with one key, the parser leaves this one out.
-fn with_choice(section: &str, settings: &Table) -> String {
-    let mut table = Some(settings);
-    for part in section.split('.') {
-        table = table.and_then(|table| table.get(part)?.as_table());
-    }
-    match table.filter(|table| table.len() == 1).and_then(|table| table.keys().next()) {
-        Some(choice) => format!("{section}.{choice}"),
-        None => section.into(),
-    }
 }
 
 #[cfg(test)]

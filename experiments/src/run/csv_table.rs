@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
+use serde::Serialize;
 
 /// What is complete of a CSV file: a kill may have cut its last line.
 pub struct CsvTable {
@@ -56,4 +57,13 @@ impl CsvTable {
         let parse = |cell: &str| cell.parse().with_context(|| format!("{}: step {cell:?}", self.path.display()));
         self.column("step")?.into_iter().map(parse).collect()
     }
+}
+
+/// The names of the columns of rows such as `row`.
+pub fn header(row: impl Serialize) -> Vec<String> {
+    let mut writer = csv::Writer::from_writer(vec![]);
+    writer.serialize(row).expect("rows are written to memory");
+    let text = writer.into_inner().expect("rows are written to memory");
+    let mut reader = csv::Reader::from_reader(text.as_slice());
+    reader.headers().expect("written just now").iter().map(String::from).collect()
 }

@@ -8,7 +8,7 @@ use fs_err::{File, OpenOptions};
 use output::file;
 use serde::Serialize;
 
-use crate::run::csv_table::CsvTable;
+use crate::run::csv_table::{CsvTable, header};
 use crate::run::rows::SCHEMA;
 
 /// A CSV file open for appending; every row is handed to the system as it is written, so that it survives the process.
@@ -52,15 +52,6 @@ impl CsvWriter {
     pub fn sync(&self) -> Result<()> {
         Ok(self.file.as_ref().map_or(Ok(()), File::sync_data)?)
     }
-}
-
-/// The names of the columns of rows such as `row`.
-pub fn header(row: impl Serialize) -> Vec<String> {
-    let mut writer = csv::Writer::from_writer(vec![]);
-    writer.serialize(row).expect("rows are written to memory");
-    let text = writer.into_inner().expect("rows are written to memory");
-    let mut reader = csv::Reader::from_reader(text.as_slice());
-    reader.headers().expect("written just now").iter().map(String::from).collect()
 }
 
 /// Makes sure that rows such as `row` may follow those of `path`: a table has one set of columns. A new or empty file has none

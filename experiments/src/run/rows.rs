@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use serde::{Deserialize, Serialize};
 use tasks::Outcome;
 
-use crate::run::csv_writer::header;
+use crate::run::csv_table::header;
 
 /// Version of the columns below.
 pub const SCHEMA: u32 = 3;
