@@ -30,7 +30,7 @@ demo: setup
 	$(CARGO) build --release --bins
 	$(RUN) train -- --config experiments/configs/demo.toml --out runs/demo --resume
 	$(RUN) evaluate -- --run $(DEMO)
-	$(RUN) replay -- --run $(DEMO) --html $(DEMO)/replay.html --gif $(DEMO)/replay.gif --png $(DEMO)/replay.png --plot $(DEMO)/replay_traces
+	$(RUN) replay -- --run $(DEMO) --episode 1 --html $(DEMO)/replay.html --gif $(DEMO)/replay.gif --png $(DEMO)/replay.png --plot $(DEMO)/replay_traces
 	@echo "run folder: $(DEMO)   learning curves: curves.svg   episode: replay.html, replay.gif"
 
 test: setup
@@ -46,7 +46,7 @@ bench: setup
 
 # What is in results/, once more below runs/, on two cores: the wiping experiment (a minute), experts and random actions
 # (2.8 hours), 112 runs of 20 to 50 minutes and one of two hours, two at a time, and their tables.
-reproduce: setup runs/experts.csv runs/experts_table_1.csv runs/random_table_1.csv runs/random_robosuite_steps.csv \
+reproduce: setup runs/experts.csv runs/experts_table_1.csv runs/random_table_1.csv runs/random_paper_steps.csv runs/random_robosuite_steps.csv \
 		runs/random_robosuite_jump.csv runs/random_1000.csv $(BOUNDS)
 	$(RUN) wiping -- --out runs/wiping
 	$(RUN) sweep -- $(OLD)/small-steps.toml
@@ -72,6 +72,9 @@ runs/lower-bound/random_%.csv: | setup
 
 runs/lower-bound/expert_%.csv: | setup
 	$(RUN) baselines -- expert --tasks lift,door $(TABLE_1) $(FROM_BOUND) --out $@
+
+runs/random_paper_steps.csv: | setup
+	$(RUN) baselines -- random --tasks lift,door,wipe --spaces aforce,low,variable,osc,robosuite-variable,robosuite-osc --episodes 30 --out $@
 
 runs/random_robosuite_steps.csv: | setup
 	$(RUN) baselines -- random --tasks lift,door,wipe --spaces variable,osc --setup paper-steps --episodes 30 --out $@

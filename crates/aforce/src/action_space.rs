@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::commanded_psi::CommandedPsi;
 use crate::config::ControllerConfig;
 use crate::damping::Damping;
-use crate::error::{ConfigError, within};
+use crate::error::ConfigError;
 use crate::gains::{AXES, Gains};
 use crate::goal::GoalRule;
 use crate::psi::Psi;
@@ -180,9 +180,7 @@ impl ActionSpace {
             return contradiction("name", &reason);
         }
         self.goal.validate()?;
-        for (axis, name) in AXES.iter().enumerate() {
-            within(&format!("damping_ratio (axis {name})"), self.damping_ratio[axis], 0.0..=10.0)?;
-        }
+        self.damping_ratio.within("damping_ratio", 0.0..=10.0)?;
         self.stiffness.validate(control_hz)?;
         if self.set_point == SetPoint::Jump && self.rate == RateRule::SetPoint {
             return contradiction(
@@ -278,7 +276,10 @@ mod tests {
             "space.stiffness.adaptive.alpha (axis x) = NaN is not allowed; allowed: 0 or above"
         );
         assert!(error(|s| psi_of(s).k_rate_max = Gains::all(1.0)).contains("gamma = 2700 or above"));
-        assert!(error(|s| psi_of(s).mu = Gains::all(1e4)).contains("stiffness.adaptive.mu = 10000"));
+        assert!(
+            error(|s| psi_of(s).mu = Gains::all(1e4))
+                .contains("stiffness.adaptive.mu (axis x) = 10000 is not allowed; allowed: 0 to 500")
+        );
         assert!(error(|s| s.damping_ratio = Gains::all(-1.0)).contains("damping_ratio (axis x) = -1"));
         assert!(error(|s| s.stiffness = Stiffness::Fixed(Gains::all(1.0))).contains("commanded_psi"));
         assert!(error(|s| (s.set_point, s.rate) = (SetPoint::Jump, RateRule::SetPoint)).contains("space.rate"));

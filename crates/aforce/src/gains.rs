@@ -1,10 +1,10 @@
 //! A number for each of the six axes, written as one, two or six.
 
-use std::ops::Index;
+use std::ops::{Index, RangeInclusive};
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ConfigError, not_negative, positive};
+use crate::error::{ConfigError, not_negative, positive, within};
 use crate::spatial::Vector6;
 
 /// Names of the axes in configuration errors and column names: three translations, three rotations.
@@ -47,7 +47,7 @@ impl Gains {
     }
 
     /// Checks each number with `check`, which is given the field's name with its axis.
-    fn each(&self, field: &str, check: fn(&str, f64) -> Result<(), ConfigError>) -> Result<(), ConfigError> {
+    fn each(&self, field: &str, check: impl Fn(&str, f64) -> Result<(), ConfigError>) -> Result<(), ConfigError> {
         AXES.iter().zip(self.0.iter()).try_for_each(|(axis, &value)| check(&format!("{field} (axis {axis})"), value))
     }
 
@@ -59,6 +59,11 @@ impl Gains {
     /// Every number must be finite and not negative.
     pub(crate) fn not_negative(&self, field: &str) -> Result<(), ConfigError> {
         self.each(field, not_negative)
+    }
+
+    /// Every number must lie in `range`.
+    pub(crate) fn within(&self, field: &str, range: RangeInclusive<f64>) -> Result<(), ConfigError> {
+        self.each(field, |field, value| within(field, value, range.clone()))
     }
 
     /// Every number must be at least that of `least`, which is called `name`.

@@ -95,9 +95,8 @@ impl Psi {
         self.alpha.not_negative(&field("alpha"))?;
         self.beta.not_negative(&field("beta"))?;
         self.gamma.not_negative(&field("gamma"))?;
-        self.mu.not_negative(&field("mu"))?;
         // One Euler step must not overshoot the leak's rest.
-        Gains::all(f64::from(control_hz)).at_least("control_hz (Hz)", &self.mu, "stiffness.adaptive.mu")?;
+        self.mu.within(&field("mu"), 0.0..=f64::from(control_hz))?;
         self.delta.not_negative(&field("delta"))?;
         self.k_min.positive(&field("k_min"))?;
         self.k_max.positive(&field("k_max"))?;

@@ -149,12 +149,15 @@ mod tests {
             ("mu = 1.0", "mu = 1e9", "stiffness.adaptive.mu"),
             ("alpha = [100.0", "alpha = [9000.0", "aforce-force: space.stiffness.adaptive.alpha"),
             ("force = true", "force = false", "aforce-force: space.force"),
-            ("[space.stiffness.adaptive]", "[space.stiffness.fixed]", "fixed"),
         ] {
             let changed = text.replacen(setting, change, 1);
             assert_ne!(changed, text, "{setting}");
             let error = read(changed).unwrap_err();
             assert!(error.contains(word) && error.contains("config.toml"), "{error}");
         }
+        let mut backwards = Setup::default();
+        backwards.spaces.reverse();
+        let error = read(toml::to_string(&backwards).unwrap()).unwrap_err();
+        assert!(error.contains("high-force: the first space must adapt"), "{error}");
     }
 }
