@@ -79,8 +79,9 @@ impl RunConfig {
         let mut flags = Table::new();
         for (key, value) in overrides {
             overlay(&mut flags, nested(key, value.clone()));
+            // At once: a later key may change the space that is named here.
+            spaces::work_out(&mut flags, Path::new("")).map_err(|problem| bad(format!("command line: {problem:#}")))?;
         }
-        spaces::work_out(&mut flags, Path::new("")).map_err(|problem| bad(format!("command line: {problem:#}")))?;
         layers.push(("command line".into(), flags));
         Self::from_layers(layers)
     }
@@ -278,6 +279,8 @@ mod tests {
         write("run.toml", "[env]\nspace = 'aforce-psi'");
         assert!(resolve(&[]).unwrap().commanded_psi.is_some());
         assert_eq!(resolve(&["env.space=osc"]).unwrap(), "osc".parse().unwrap());
+        let changed = resolve(&["env.space=osc", "env.space.force=true"]).unwrap();
+        assert_eq!((changed.name.as_str(), changed.force), ("osc", true));
         // Another choice replaces the first as a whole; the same choice is changed.
         write("run.toml", "[env]\nspace = { name = 'mine', extends = 'aforce' }");
         assert_eq!(resolve(&["env.space.stiffness.fixed=4"]).unwrap().stiffness, Stiffness::Fixed(Gains::all(4.0)));
