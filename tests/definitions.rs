@@ -243,9 +243,9 @@ fn in_wipe_a_forearm_on_the_table_costs_10() {
         // No joint is near its end.
         let y = aforce::Measurement { q: HOME.into(), ..simulation.measure() };
         let terms = task.reward(&simulation, &y, None).terms;
-        assert_eq!(costs_the_arm(terms), simulation.arm_touches(), "{terms:?}");
-        free += usize::from(!simulation.arm_touches());
-        touched += usize::from(simulation.arm_touches());
+        assert_eq!(costs_the_arm(terms), simulation.contact().arm_touches(), "{terms:?}");
+        free += usize::from(!simulation.contact().arm_touches());
+        touched += usize::from(simulation.contact().arm_touches());
     }
     assert!(free > 10 && touched > 10, "{free} {touched}");
 }

@@ -86,7 +86,7 @@ fn an_action_is_recorded_as_it_acted() {
         assert_relative_eq!(interval.energy.net, work.sum(), epsilon = 1e-12);
         assert_relative_eq!(interval.energy.absolute, work.abs().sum(), epsilon = 1e-12);
         let contact = env.simulation().contact();
-        let force = contact.sustained_force();
+        let force = contact.hand_force();
         assert_eq!((interval.samples, interval.max_force), (1, force));
         assert_eq!(over_limit, force > 5.0);
         assert_relative_eq!(interval.excess_impulse, (force - 5.0).max(0.0) * dt);

@@ -1,11 +1,14 @@
-//! What the environment exerts on everything beyond the wrist.
+//! What presses on the arm: the wrench beyond the wrist, and the force on the links short of it.
 
 use aforce::Wrench;
 
-/// The contact wrench beyond the wrist: the force the environment exerts on hand and
-/// fingers (or tool), world axes, torque about the tool point. Contacts between fingers
-/// do not count; the tool's weight and inertia are not in it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+use crate::engine::ArmContacts;
+
+/// Contact readings after a step.
+///
+/// The wrench is what the environment, the arm's own links included, exerts on hand and fingers (or tool): world axes, torque about the tool
+/// point. Contacts between fingers do not count; the tool's weight and inertia are not in it.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ContactReading {
     /// First-order low-pass of `raw` (N, Nm): what a wrist sensor would give a controller.
     pub filtered: Wrench,
@@ -18,30 +21,57 @@ pub struct ContactReading {
     pub raw: Wrench,
     /// Whether anything beyond the wrist and the environment press on each other.
     pub touching: bool,
+    /// What no wrist sensor feels.
+    pub links: LinkReading,
+    /// Whether two parts of the arm press on each other.
+    pub touching_itself: bool,
 }
 
-impl Default for ContactReading {
-    fn default() -> Self {
-        ContactReading { filtered: Wrench::zeros(), sustained: Wrench::zeros(), raw: Wrench::zeros(), touching: false }
-    }
+/// Contact of the links short of the wrist, with the scene or with each other.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct LinkReading {
+    /// Low-pass of `raw` (N), as slow as that of the sustained wrench.
+    pub sustained: f64,
+    /// Sum over contacts of the size of the force in the last step (N).
+    pub raw: f64,
+    /// Whether the scene presses on a link.
+    pub touching: bool,
 }
 
 impl ContactReading {
-    /// Size of the sustained force (N).
-    pub fn sustained_force(&self) -> f64 {
+    /// Size of the sustained force beyond the wrist (N).
+    pub fn hand_force(&self) -> f64 {
         self.sustained.fixed_rows::<3>(0).norm()
     }
 
-    /// Takes in a raw reading, `dt` seconds after the last, through first-order low-passes
-    /// with the given cut-offs (Hz) of the filtered and the sustained wrench, discretised
+    /// Size of the sustained force beyond the wrist and of those on the links, added up (N).
+    pub fn arm_force(&self) -> f64 {
+        self.hand_force() + self.links.sustained
+    }
+
+    /// The same of the last step alone (N).
+    pub fn raw_arm_force(&self) -> f64 {
+        self.raw.fixed_rows::<3>(0).norm() + self.links.raw
+    }
+
+    /// Whether anything presses on the arm short of the wrist, another part of the arm included.
+    pub fn arm_touches(&self) -> bool {
+        self.links.raw > 0.0 || self.touching_itself
+    }
+
+    /// Takes in the contacts of a step, `dt` seconds after the last, through first-order low-passes
+    /// with the given cut-offs (Hz) of the filtered and the sustained readings, discretised
     /// exactly.
-    pub(crate) fn update(&mut self, raw: Option<Wrench>, cutoffs: [f64; 2], dt: f64) {
-        self.raw = raw.unwrap_or_else(Wrench::zeros);
-        self.touching = raw.is_some();
-        for (wrench, cutoff) in [&mut self.filtered, &mut self.sustained].into_iter().zip(cutoffs) {
-            let gain = 1.0 - (-std::f64::consts::TAU * cutoff * dt).exp();
-            *wrench += (self.raw - *wrench) * gain;
-        }
+    pub(crate) fn update(&mut self, contacts: &ArmContacts, cutoffs: [f64; 2], dt: f64) {
+        let gains = cutoffs.map(|cutoff| 1.0 - (-std::f64::consts::TAU * cutoff * dt).exp());
+        self.raw = contacts.beyond_wrist.unwrap_or_default();
+        self.touching = contacts.beyond_wrist.is_some();
+        self.filtered += (self.raw - self.filtered) * gains[0];
+        self.sustained += (self.raw - self.sustained) * gains[1];
+        self.links.raw = contacts.on_links;
+        self.links.touching = contacts.scene_on_links;
+        self.links.sustained += (self.links.raw - self.links.sustained) * gains[1];
+        self.touching_itself = contacts.itself;
     }
 }
 
@@ -53,6 +83,11 @@ mod tests {
 
     fn push() -> Wrench {
         Wrench::new(0.0, 0.0, 10.0, 0.0, 0.0, 0.0)
+    }
+
+    /// 10 N on the hand and 10 N on a link.
+    fn pushed() -> ArmContacts {
+        ArmContacts { beyond_wrist: Some(push()), on_links: 10.0, scene_on_links: true, itself: false }
     }
 
     /// Filtered and sustained force along z.
@@ -69,13 +104,15 @@ mod tests {
     #[test]
     fn a_push_comes_and_goes_with_the_cut_offs() {
         let mut contact = ContactReading::default();
-        contact.update(Some(push()), CUTOFFS, 0.002);
+        contact.update(&pushed(), CUTOFFS, 0.002);
         assert!(contact.touching);
         assert_eq!(contact.raw, push());
         assert_close(forces(&contact), [7.153905, 1.399773]);
         assert_eq!(contact.filtered.norm(), contact.filtered[2], "nothing but the force along z");
+        assert_eq!(contact.links, LinkReading { sustained: contact.hand_force(), raw: 10.0, touching: true });
+        assert_eq!((contact.arm_force(), contact.raw_arm_force()), (2.0 * contact.hand_force(), 20.0));
 
-        contact.update(None, CUTOFFS, 0.002);
+        contact.update(&ArmContacts::default(), CUTOFFS, 0.002);
         assert!(!contact.touching);
         assert_eq!(contact.raw, Wrench::zeros());
         assert_close(forces(&contact), [2.036070, 1.203836]);
@@ -86,7 +123,7 @@ mod tests {
     fn two_short_steps_are_one_long_step() {
         let after = |steps: u32| {
             let mut contact = ContactReading::default();
-            (0..steps).for_each(|_| contact.update(Some(push()), CUTOFFS, 0.002 / f64::from(steps)));
+            (0..steps).for_each(|_| contact.update(&pushed(), CUTOFFS, 0.002 / f64::from(steps)));
             forces(&contact)
         };
         assert_close(after(2), after(1));

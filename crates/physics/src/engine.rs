@@ -15,6 +15,7 @@ use rapier3d_f64::parry::query::Ray;
 use rapier3d_f64::pipeline::PhysicsWorld;
 use rapier3d_f64::prelude::CoefficientCombineRule;
 
+pub(crate) use self::contacts::ArmContacts;
 use self::convert::{from_engine, groups, matrix, shared_shape, to_engine, vector};
 use crate::model::GRAVITY;
 use crate::scene::{Axis, Inertial, Joint, Role, Scene};
@@ -30,6 +31,8 @@ struct EngineJoint {
     coordinate: usize,
     /// Joint axis in the child's frame.
     direction: Vector3,
+    /// Whether it belongs to the arm.
+    is_arm: bool,
 }
 
 /// A simulated scene.
@@ -137,7 +140,9 @@ impl Engine {
             .build();
         let handle = self.world.insert_multibody_joint(anchor, child, joint).expect("scenes are trees");
         self.bodies[index] = Some(child);
-        self.joints.push(EngineJoint { handle, child, parent, coordinate, direction: axis.direction.into_inner() });
+        let direction = axis.direction.into_inner();
+        let is_arm = body.geoms.iter().any(|geom| geom.role.is_on_arm());
+        self.joints.push(EngineJoint { handle, child, parent, coordinate, direction, is_arm });
         self.axes.push(axis.clone());
     }
 
@@ -151,7 +156,8 @@ impl Engine {
             let (multibody, _) = multibody_joints.get_mut(joint.handle).expect("inserted above");
             multibody.forward_kinematics(bodies, true);
             multibody.update_rigid_bodies(bodies, true);
-            multibody.set_self_contacts_enabled(false);
+            // The arm meets itself, as its roles say; a door does not meet its handle.
+            multibody.set_self_contacts_enabled(joint.is_arm);
         }
         for (joint, axis) in self.joints.iter().zip(&self.axes) {
             let (multibody, link) = multibody_joints.get_mut(joint.handle).expect("inserted above");

@@ -23,7 +23,7 @@ mod simulation;
 mod solid;
 pub mod wiping_tool;
 
-pub use contact::ContactReading;
+pub use contact::{ContactReading, LinkReading};
 pub use observer::MomentumObserver;
 pub use simulation::{Diverged, Plant, Simulation, SimulationConfig, Snapshot};
 pub use solid::Solid;

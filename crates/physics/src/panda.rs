@@ -256,11 +256,10 @@ fn link_geoms(link: usize) -> Vec<Geom> {
             ([0.0075, -0.0207, 0.0775], [0.0453, 0.0419, 0.0812], 0.0292),
         ],
     ];
-    let role = if link <= 2 { Role::Shoulder } else { Role::Link };
     FITS[link - 1]
         .iter()
         .enumerate()
-        .map(|(k, &(a, b, radius))| capsule(&format!("link{link}"), k, role, a, b, radius))
+        .map(|(k, &(a, b, radius))| capsule(&format!("link{link}"), k, Role::Link(link as u8), a, b, radius))
         .collect()
 }
 

@@ -204,12 +204,11 @@ impl Simulation {
             return Err(Diverged);
         }
         let tool = self.model.kinematics(&q).tool.translation.vector;
-        let raw = self.engine.wrench_beyond_wrist(&tool);
-        self.contact.update(raw, self.cutoffs, self.dt);
+        self.contact.update(&self.engine.arm_contacts(&tool), self.cutoffs, self.dt);
         Ok(())
     }
 
-    /// The contact wrench beyond the wrist after the last step.
+    /// What pressed on the arm in the last step.
     pub fn contact(&self) -> &ContactReading {
         &self.contact
     }
@@ -235,11 +234,6 @@ impl Simulation {
     /// Number of points at which two geoms (by their place in the scene) press on each other.
     pub fn contact_points(&self, a: usize, b: usize) -> usize {
         self.engine.contact_points(a, b)
-    }
-
-    /// Whether anything presses on the arm short of the wrist (links 3 to 7).
-    pub fn arm_touches(&self) -> bool {
-        self.engine.arm_touches()
     }
 
     /// Deepest overlap of geoms in contact (m).

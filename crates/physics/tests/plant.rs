@@ -85,7 +85,7 @@ fn cube_rests_on_the_table() {
 #[test]
 fn what_touches_the_arm_is_told_from_what_touches_the_hand() {
     let (mut simulation, cube) = lift(ParameterSet::Robosuite);
-    let touches = |simulation: &Simulation| (simulation.arm_touches(), simulation.contact().touching);
+    let touches = |simulation: &Simulation| (simulation.contact().arm_touches(), simulation.contact().touching);
     hold(&mut simulation, 500, 0.0);
     assert_eq!(touches(&simulation), (false, false), "on the table");
 
@@ -94,7 +94,7 @@ fn what_touches_the_arm_is_told_from_what_touches_the_hand() {
     let top = simulation.body_pose(forearm) * nalgebra::Point3::new(0.0, 0.0, -0.2);
     cube.place_cube(&mut simulation, &nalgebra::Isometry3::translation(top.x, top.y, top.z + 0.2));
     let mut steps = 0;
-    while !simulation.arm_touches() && steps < 250 {
+    while !simulation.contact().arm_touches() && steps < 250 {
         assert!(!simulation.contact().touching);
         hold(&mut simulation, 1, 0.0);
         steps += 1;

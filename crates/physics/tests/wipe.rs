@@ -136,7 +136,7 @@ fn an_impact_is_modest() {
             speed = -bench.simulation.measure().twist[2];
         }
         peak = peak.max(contact.raw.fixed_rows::<3>(0).norm());
-        sustained = sustained.max(contact.sustained_force());
+        sustained = sustained.max(contact.hand_force());
     }
     println!("at {speed:.3} m/s: {peak:.1} N raw, {sustained:.1} N sustained");
     assert!(speed > 0.02 && peak > 10.0 && peak < 1240.0 * speed && sustained < peak);

@@ -133,9 +133,9 @@ impl Task for Wipe {
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: Option<f64>) -> Reward {
         let at_limit = |(&q, &[low, high]): (&f64, &[f64; 2])| q < low + JOINT_MARGIN || q > high - JOINT_MARGIN;
         let touch = Touch {
-            arm: simulation.arm_touches() || y.q.iter().zip(&RANGE).any(at_limit),
+            arm: simulation.contact().arm_touches() || y.q.iter().zip(&RANGE).any(at_limit),
             contact: in_contact(y) && simulation.contact().touching,
-            force: simulation.contact().sustained_force(),
+            force: simulation.contact().hand_force(),
             flat: self.scene().is_flat(simulation),
             penalty,
         };

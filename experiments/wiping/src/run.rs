@@ -133,7 +133,7 @@ impl<'a> Wiping<'a> {
             WrenchSource::Exact => contact.filtered,
         };
         self.account(&tau, &before, &contact.raw, dt);
-        self.record.force_max = self.record.force_max.max(contact.sustained_force());
+        self.record.force_max = self.record.force_max.max(contact.hand_force());
         self.sample(contact.filtered[2], dt);
         Ok(())
     }

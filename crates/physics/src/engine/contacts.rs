@@ -7,21 +7,42 @@ use rapier3d_f64::geometry::{ColliderHandle, ContactPair};
 use super::Engine;
 use crate::scene::Role;
 
+/// What pressed on the arm in the last step.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct ArmContacts {
+    /// Wrench on all geoms beyond the wrist (world axes, torque about the point asked for); `None` without contact.
+    pub beyond_wrist: Option<Wrench>,
+    /// Sum over the contacts of the links short of the wrist of the size of the force (N): none hides another.
+    pub on_links: f64,
+    /// Whether the scene presses on a link.
+    pub scene_on_links: bool,
+    /// Whether two parts of the arm press on each other.
+    pub itself: bool,
+}
+
 impl Engine {
-    /// Wrench that the environment exerted in the last step on all geoms beyond the wrist
-    /// (world axes, torque about `point`); `None` without contact.
-    pub fn wrench_beyond_wrist(&self, point: &Vector3) -> Option<Wrench> {
-        let mut wrench = None;
+    /// What pressed on the arm in the last step, torques about `point` (world). A link against the hand counts as a
+    /// force on the hand.
+    pub fn arm_contacts(&self, point: &Vector3) -> ArmContacts {
+        let mut contacts = ArmContacts::default();
         for pair in self.world.narrow_phase.contact_pairs() {
-            let beyond = |collider| self.role(collider).is_some_and(Role::is_beyond_wrist);
-            let (first, second) = (beyond(pair.collider1), beyond(pair.collider2));
             // The engine lists pairs that are merely near as well: those carry no impulse.
-            if first != second && pair.total_impulse_magnitude() > 0.0 {
+            let (Some(first), Some(second)) = (self.role(pair.collider1), self.role(pair.collider2)) else { continue };
+            let (ours, others) = (first.is_on_arm(), second.is_on_arm());
+            if !(ours || others) || pair.total_impulse_magnitude() == 0.0 {
+                continue;
+            }
+            contacts.itself |= ours && others;
+            let (hand, other_hand) = (first.is_beyond_wrist(), second.is_beyond_wrist());
+            if hand != other_hand {
                 let on_first = self.contact_wrench(pair, point);
-                *wrench.get_or_insert_with(Wrench::zeros) += if first { on_first } else { -on_first };
+                *contacts.beyond_wrist.get_or_insert_default() += if hand { on_first } else { -on_first };
+            } else if !hand {
+                contacts.on_links += self.contact_wrench(pair, point).fixed_rows::<3>(0).norm();
+                contacts.scene_on_links |= ours != others;
             }
         }
-        wrench
+        contacts
     }
 
     /// Wrench on the first collider of a pair.
@@ -52,14 +73,6 @@ impl Engine {
         let pair = self.world.narrow_phase.contact_pair(self.geoms[a].0, self.geoms[b].0);
         let points = pair.into_iter().flat_map(|pair| pair.manifolds()).flat_map(|manifold| &manifold.points);
         points.filter(|point| point.data.impulse > 0.0).count()
-    }
-
-    /// Whether anything presses on the arm's links.
-    pub fn arm_touches(&self) -> bool {
-        self.world.narrow_phase.contact_pairs().any(|pair| {
-            let link = |collider| self.role(collider) == Some(Role::Link);
-            (link(pair.collider1) || link(pair.collider2)) && pair.total_impulse_magnitude() > 0.0
-        })
     }
 
     /// Deepest overlap (m) of any two geoms that may touch; 0 without contact.
