@@ -4,12 +4,12 @@ use aforce::{Controller, ControllerConfig, EnergyLedger, JointVector, TorqueLimi
 use approx::assert_relative_eq;
 use physics::panda::{HOME, ParameterSet, Parameters};
 use physics::scenes::lift::{Lift, TABLE_HEIGHT};
-use physics::{Plant, Simulation, SimulationConfig};
+use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
 const DT: f64 = 0.002;
 
 fn plant(parameters: Parameters) -> (Simulation, Lift) {
-    let plant = Plant { parameters, dt: DT, config: SimulationConfig::default() };
+    let plant = Plant { parameters, dt: DT, config: SimulationConfig::default(), deviation: Deviation::default() };
     let (mut simulation, lift) = Lift::simulate(&plant, Vector3::repeat(0.021));
     // Out of the way.
     lift.place_cube(&mut simulation, &nalgebra::Isometry3::translation(0.3, 0.3, TABLE_HEIGHT + 0.021));

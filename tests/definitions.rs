@@ -9,10 +9,10 @@ use nalgebra::{Quaternion, UnitQuaternion};
 use physics::panda::{HOME, ParameterSet, RANGE};
 use physics::scenes::door::{HANDLE, HINGE};
 use physics::scenes::lift;
-use physics::{Plant, Simulation, SimulationConfig};
+use physics::{Deviation, Plant, Simulation, SimulationConfig};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use tasks::{Component, Env, EnvConfig, Step, Task, TaskName};
+use tasks::{Component, Env, EnvConfig, MarkerView, Step, Task, TaskName};
 
 /// Observations have single precision.
 const ROUNDING: f64 = 2e-6;
@@ -26,8 +26,8 @@ fn env(task: TaskName) -> Env {
 /// A task without the environment around it, the arm at `q`.
 fn bare(task: TaskName, q: &JointVector) -> (Box<dyn Task>, Simulation) {
     let parameters = ParameterSet::Robosuite.parameters();
-    let plant = Plant { parameters, dt: 0.002, config: SimulationConfig::default() };
-    let mut task = task.create(500);
+    let plant = Plant { parameters, dt: 0.002, config: SimulationConfig::default(), deviation: Deviation::default() };
+    let mut task = task.create(500, MarkerView::Condensed);
     let mut simulation = task.reset(&plant, &mut ChaCha8Rng::seed_from_u64(1));
     simulation.reset(q);
     (task, simulation)

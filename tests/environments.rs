@@ -6,7 +6,7 @@ use approx::assert_relative_eq;
 use physics::panda::ParameterSet;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use tasks::{Env, EnvConfig, ForcePenalty, REWARD_TERMS, Step, TaskName};
+use tasks::{Env, EnvConfig, ForcePenalty, REWARD_TERMS, Sensor, Step, TaskName};
 
 fn space(name: &str) -> ActionSpace {
     name.parse().unwrap()
@@ -73,7 +73,7 @@ fn every_term_of_a_reward_is_earned_by_the_expert() {
 fn an_action_is_recorded_as_it_acted() {
     let mut config = EnvConfig { task: TaskName::Door, ..EnvConfig::default() };
     config.controller.policy_hz = 500;
-    config.force_penalty.limit = 5.0;
+    config.force_penalty = ForcePenalty { of: Sensor::Hand, limit: 5.0, ..ForcePenalty::default() };
     let dt = config.controller.dt();
     let mut env = Env::new(config, 1).unwrap();
     env.reset(Some(1));
@@ -87,7 +87,7 @@ fn an_action_is_recorded_as_it_acted() {
         assert_relative_eq!(interval.energy.absolute, work.abs().sum(), epsilon = 1e-12);
         let contact = env.simulation().contact();
         let force = contact.hand_force();
-        assert_eq!((interval.samples, interval.max_force), (1, force));
+        assert_eq!((interval.samples, interval.hand.max), (1, force));
         assert_eq!(over_limit, force > 5.0);
         assert_relative_eq!(interval.excess_impulse, (force - 5.0).max(0.0) * dt);
         assert_eq!(interval.contact_time > 0.0, contact.raw.norm() > 0.0, "near is not in contact");

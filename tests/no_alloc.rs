@@ -6,7 +6,7 @@ use std::cell::Cell;
 use aforce::{ActionSpace, Controller, ControllerConfig, TorqueLimits, Vector3};
 use physics::panda::{HOME, ParameterSet};
 use physics::scenes::lift::Lift;
-use physics::{Plant, SimulationConfig};
+use physics::{Deviation, Plant, SimulationConfig};
 
 struct Counting;
 
@@ -34,7 +34,7 @@ static COUNTING: Counting = Counting;
 fn measure_and_update_do_not_allocate() {
     let parameters = ParameterSet::Robosuite.parameters();
     let limits = TorqueLimits::new(parameters.max_torque, None).unwrap();
-    let plant = Plant { parameters, dt: 0.002, config: SimulationConfig::default() };
+    let plant = Plant { parameters, dt: 0.002, config: SimulationConfig::default(), deviation: Deviation::default() };
     let (mut simulation, _) = Lift::simulate(&plant, Vector3::repeat(0.021));
     simulation.reset(&HOME.into());
     for space in ActionSpace::built_in() {

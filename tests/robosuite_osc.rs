@@ -5,7 +5,7 @@ use aforce::{ActionSpace, Controller, ControllerConfig, Interpolation, JointVect
 use nalgebra::SVector;
 use physics::panda::ParameterSet;
 use physics::scenes::lift::Lift;
-use physics::{Plant, SimulationConfig};
+use physics::{Deviation, Plant, SimulationConfig};
 
 fn cells<const N: usize>(numbers: &mut impl Iterator<Item = f64>) -> SVector<f64, N> {
     SVector::from_fn(|_, _| numbers.next().unwrap())
@@ -16,7 +16,7 @@ fn torques_are_robosuites() {
     let parameters = ParameterSet::Robosuite.parameters();
     // The formulas are compared before the limits.
     let limits = TorqueLimits::new(JointVector::repeat(1e9), None).unwrap();
-    let plant = Plant { parameters, dt: 0.002, config: SimulationConfig::default() };
+    let plant = Plant { parameters, dt: 0.002, config: SimulationConfig::default(), deviation: Deviation::default() };
     let (simulation, _) = Lift::simulate(&plant, Vector3::repeat(0.021));
     let measure = |q, qd| simulation.model().measure(q, qd, Wrench::zeros());
     let config = ControllerConfig {

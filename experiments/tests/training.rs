@@ -15,7 +15,7 @@ use experiments::run::folder::RunFolder;
 use experiments::run::rollout::evaluate;
 use experiments::run::seeds::{sub_seed, training_evaluation_seed};
 use experiments::show::source::{Player, SourceArgs, Which};
-use tasks::{Env, TaskName};
+use tasks::{Env, Outcome, TaskName};
 
 fn scaled(env: &Env) -> Vec<f32> {
     let mut observation = env.observation().to_vec();
@@ -76,8 +76,9 @@ fn the_best_checkpoint_plays_its_evaluation_again() {
     let Player { config, mut env, mut policy, step } = source.open().unwrap();
     let again = folder.path().join("again.csv");
     let starts = (0..2).map(|index| training_evaluation_seed(step / 400, index));
-    evaluate(&mut env, &mut policy, starts, step, &RunId::of(&config), &mut CsvWriter::append(&again).unwrap())
-        .unwrap();
+    let mut table = CsvWriter::append(&again).unwrap();
+    let write = |key, outcome: &Outcome| table.write((key, outcome));
+    evaluate(&mut env, &mut policy, starts, step, &RunId::of(&config), write).unwrap();
     let [recorded, again] = [run.join("eval.csv"), again].map(|table| std::fs::read_to_string(table).unwrap());
     let recorded: Vec<&str> = recorded.lines().collect();
     assert_eq!(again.lines().count(), 3);

@@ -229,10 +229,6 @@ impl Engine {
     /// effort on that coordinate and nothing on the others.
     pub fn step(&mut self, efforts: &[f64]) {
         let bodies = &mut self.world.bodies;
-        for joint in &self.joints {
-            bodies[joint.child].reset_forces(false);
-            bodies[joint.child].reset_torques(false);
-        }
         for (joint, &effort) in self.joints.iter().zip(efforts) {
             let child = &mut bodies[joint.child];
             let push = child.rotation() * vector(&joint.direction) * effort;
@@ -250,6 +246,17 @@ impl Engine {
             }
         }
         self.world.step();
+        for joint in &self.joints {
+            let body = &mut self.world.bodies[joint.child];
+            body.reset_forces(false);
+            body.reset_torques(false);
+        }
+    }
+
+    /// Pushes a body of a mechanism at `point` with `force` (N; both world) in the next step.
+    pub fn push(&mut self, body: usize, force: &Vector3, point: &Vector3) {
+        let body = &mut self.world.bodies[self.bodies[body].expect("a moving body")];
+        body.add_force_at_point(vector(force), vector(point), true);
     }
 
     /// Whether every body still has a finite state.

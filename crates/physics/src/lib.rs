@@ -11,6 +11,7 @@
 
 pub mod camera;
 mod contact;
+mod deviation;
 mod engine;
 pub mod gripper;
 pub mod mjcf;
@@ -24,6 +25,7 @@ mod solid;
 pub mod wiping_tool;
 
 pub use contact::{ContactReading, LinkReading};
+pub use deviation::Deviation;
 pub use observer::MomentumObserver;
 pub use simulation::{Diverged, Plant, Simulation, SimulationConfig, Snapshot};
 pub use solid::Solid;

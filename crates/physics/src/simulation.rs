@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::contact::ContactReading;
+use crate::deviation::Deviation;
 use crate::engine::{Engine, EngineState};
 use crate::gripper::{Gripper, INITIAL_OPENING};
 use crate::model::Model;
@@ -21,6 +22,8 @@ pub struct Plant {
     pub dt: f64,
     /// Engine settings.
     pub config: SimulationConfig,
+    /// What the controller's model does not know.
+    pub deviation: Deviation,
 }
 
 /// Settings of the engine.
@@ -75,6 +78,10 @@ pub struct Simulation {
     contact: ContactReading,
     /// Efforts from outside, one per joint of the engine.
     loads: Vec<f64>,
+    /// Force from outside on the controlled point (N, world).
+    push: Vector3,
+    /// The body that carries the controlled point.
+    tool: usize,
     /// Work space: one effort per joint of the engine.
     efforts: Vec<f64>,
 }
@@ -85,6 +92,7 @@ pub struct Snapshot {
     gripper: Option<Gripper>,
     contact: ContactReading,
     loads: Vec<f64>,
+    push: Vector3,
 }
 
 impl Simulation {
@@ -92,10 +100,12 @@ impl Simulation {
     /// `plant.dt` long.
     pub fn new(scene: &Scene, tool: usize, offset: [f64; 3], plant: &Plant) -> Self {
         let config = plant.config;
-        let engine = Engine::new(scene, plant.dt, config.substeps);
+        let engine = Engine::new(&plant.deviation.of(scene, tool, offset), plant.dt, config.substeps);
         let has_gripper = engine.axes().get(7).is_some_and(|axis| axis.name == "left_finger_joint");
         Simulation {
             loads: vec![0.0; engine.axes().len()],
+            push: Vector3::zeros(),
+            tool: scene.moving_root(tool).0.expect("the tool is carried by the arm"),
             efforts: vec![0.0; engine.axes().len()],
             engine,
             model: Model::new(scene, tool, offset),
@@ -136,6 +146,7 @@ impl Simulation {
         }
         self.contact = ContactReading::default();
         self.loads.fill(0.0);
+        self.push = Vector3::zeros();
     }
 
     /// Loads joint `i` (its place in the scene, arm first) with an effort (Nm or N) from
@@ -145,6 +156,11 @@ impl Simulation {
     /// If there is no such joint; so for every method that takes the place of a joint, a geom or a body.
     pub fn set_load(&mut self, i: usize, effort: f64) {
         self.loads[i] = effort;
+    }
+
+    /// Pushes the controlled point with `force` (N, world) until it is set again or the simulation is reset.
+    pub fn set_push(&mut self, force: &Vector3) {
+        self.push = *force;
     }
 
     /// Puts a free body at rest at `pose` (world).
@@ -195,6 +211,11 @@ impl Simulation {
         }
         if !self.efforts.iter().all(|e| e.is_finite()) {
             return Err(Diverged);
+        }
+        if self.push != Vector3::zeros() {
+            let (q, _) = self.joints();
+            let point = self.model.kinematics(&q).tool.translation.vector;
+            self.engine.push(self.tool, &self.push, &point);
         }
         self.engine.step(&self.efforts);
 
@@ -258,6 +279,7 @@ impl Simulation {
             gripper: self.gripper,
             contact: self.contact,
             loads: self.loads.clone(),
+            push: self.push,
         }
     }
 
@@ -267,5 +289,6 @@ impl Simulation {
         self.gripper = snapshot.gripper;
         self.contact = snapshot.contact;
         self.loads.clone_from(&snapshot.loads);
+        self.push = snapshot.push;
     }
 }

@@ -14,7 +14,7 @@ use physics::model::GRAVITY;
 use physics::panda::{HOME, ParameterSet, Parameters, facing_down};
 use physics::scene::{Axis, Body, Geom, Inertial, Joint, Role, Scene, Shape, Stop, at};
 use physics::scenes::lift::{self, Lift, TABLE_HEIGHT};
-use physics::{Plant, Simulation, SimulationConfig};
+use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
 const SETS: [(&str, ParameterSet); 2] =
     [("robosuite", ParameterSet::Robosuite), ("identified", ParameterSet::Identified)];
@@ -75,8 +75,12 @@ impl Bench {
     /// `add` adds the tools. A pair takes the larger coefficient of friction: the table's is
     /// 1, those of block and tools are 0.
     fn new(add: impl FnOnce(&mut Scene)) -> Bench {
-        let plant =
-            Plant { parameters: ParameterSet::Robosuite.parameters(), dt: 0.002, config: SimulationConfig::default() };
+        let plant = Plant {
+            parameters: ParameterSet::Robosuite.parameters(),
+            dt: 0.002,
+            config: SimulationConfig::default(),
+            deviation: Deviation::default(),
+        };
         let (mut scene, gripper) = lift::scene(&plant.parameters, BLOCK_HALF.into());
         let (table, block) = (scene.body("table"), scene.body("cube"));
         scene.bodies[table].geoms[0].role = Role::Hand;
@@ -222,7 +226,10 @@ fn wrench_beyond_the_wrist_balances_the_joint_torques() {
         let parameters =
             Parameters { friction: SVector::zeros(), damping: JointVector::repeat(5.0), ..set.parameters() };
         let config = SimulationConfig { substeps, ..SimulationConfig::default() };
-        let (mut simulation, cube) = Lift::simulate(&Plant { parameters, dt: 0.002, config }, Vector3::repeat(0.021));
+        let (mut simulation, cube) = Lift::simulate(
+            &Plant { parameters, dt: 0.002, config, deviation: Deviation::default() },
+            Vector3::repeat(0.021),
+        );
         simulation.reset(&HOME.into());
         cube.place_cube(&mut simulation, &at([0.2, 0.2, TABLE_HEIGHT + 0.021]));
 

@@ -5,7 +5,7 @@ use approx::assert_relative_eq;
 use nalgebra::UnitQuaternion;
 use physics::panda::{HOME, ParameterSet};
 use physics::scenes::door::{self, Door, HANDLE, HINGE, MIDDLE};
-use physics::{Plant, Simulation, SimulationConfig};
+use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
 const DT: f64 = 0.002;
 /// Turns the handle until the latch is clear (Nm).
@@ -14,7 +14,7 @@ const TURN: f64 = 1.45;
 /// A shut door, the arm turned away from it.
 fn door() -> (Simulation, Door) {
     let parameters = ParameterSet::Robosuite.parameters();
-    let plant = Plant { parameters, dt: DT, config: SimulationConfig::default() };
+    let plant = Plant { parameters, dt: DT, config: SimulationConfig::default(), deviation: Deviation::default() };
     let (mut simulation, door) = Door::simulate(&plant, &door::root(MIDDLE));
     simulation.reset(&aside());
     (simulation, door)

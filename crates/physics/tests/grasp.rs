@@ -3,7 +3,7 @@
 use aforce::{JointVector, Vector3};
 use physics::panda::{HOME, ParameterSet};
 use physics::scenes::lift::Lift;
-use physics::{Plant, Simulation, SimulationConfig};
+use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
 const SETS: [(&str, ParameterSet); 2] =
     [("robosuite", ParameterSet::Robosuite), ("identified", ParameterSet::Identified)];
@@ -17,7 +17,12 @@ const SETS: [(&str, ParameterSet); 2] =
 /// on its curve: dt^2 / 2 times J_dot qd apart, and friction has no memory of position.
 fn shaken_grasp(set: ParameterSet, swing: JointVector, rate: JointVector) -> (Vector3, Vector3, f64) {
     let dt = 0.002;
-    let plant = Plant { parameters: set.parameters(), dt, config: SimulationConfig::default() };
+    let plant = Plant {
+        parameters: set.parameters(),
+        dt,
+        config: SimulationConfig::default(),
+        deviation: Deviation::default(),
+    };
     let (mut simulation, cube) = Lift::simulate(&plant, Vector3::repeat(0.021));
     simulation.reset(&HOME.into());
     let in_hand = |s: &Simulation| (s.measure().pose.inverse() * cube.cube_pose(s)).translation.vector;

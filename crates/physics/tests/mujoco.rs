@@ -20,7 +20,7 @@ use physics::model::Model;
 use physics::panda::{HOME, ParameterSet, Parameters};
 use physics::scene::{Joint, Scene, Stop, at};
 use physics::scenes::lift;
-use physics::{Plant, Simulation, SimulationConfig};
+use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
 const SETS: [(&str, ParameterSet); 2] =
     [("robosuite", ParameterSet::Robosuite), ("identified", ParameterSet::Identified)];
@@ -47,7 +47,8 @@ fn bare_arm(parameters: &Parameters) -> (Scene, usize) {
 fn simulate_bare_arm(parameters: Parameters, dt: f64, substeps: usize) -> Simulation {
     let (scene, gripper) = bare_arm(&parameters);
     let config = SimulationConfig { substeps, ..SimulationConfig::default() };
-    let mut simulation = Simulation::new(&scene, gripper, GRIP_SITE, &Plant { parameters, dt, config });
+    let mut simulation =
+        Simulation::new(&scene, gripper, GRIP_SITE, &Plant { parameters, dt, config, deviation: Deviation::default() });
     simulation.reset(&HOME.into());
     simulation
 }

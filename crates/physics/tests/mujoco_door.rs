@@ -8,7 +8,7 @@ use aforce::JointVector;
 use mujoco_reference::reference;
 use physics::panda::{HOME, ParameterSet};
 use physics::scenes::door::{self, Door, HANDLE, HINGE, MIDDLE};
-use physics::{Plant, SimulationConfig};
+use physics::{Deviation, Plant, SimulationConfig};
 
 const DT: f64 = 0.002;
 const SAMPLE: usize = 25;
@@ -19,7 +19,7 @@ const TURNED: (f64, f64, f64) = (0.0, 1.45, 3.0);
 /// Opening and handle angle (rad) every 50 ms; the arm hangs aside.
 fn motion(loads: Loads) -> Vec<[f64; 2]> {
     let parameters = ParameterSet::Robosuite.parameters();
-    let plant = Plant { parameters, dt: DT, config: SimulationConfig::default() };
+    let plant = Plant { parameters, dt: DT, config: SimulationConfig::default(), deviation: Deviation::default() };
     let (mut simulation, door) = Door::simulate(&plant, &door::root(MIDDLE));
     let mut aside = JointVector::from(HOME);
     aside[0] = 1.5;

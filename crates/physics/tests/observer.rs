@@ -5,7 +5,7 @@ use approx::assert_relative_eq;
 use nalgebra::Translation3;
 use physics::panda::{HOME, ParameterSet};
 use physics::scenes::wipe::{TABLE_HEIGHT, Wipe};
-use physics::{MomentumObserver, Plant, SimulationConfig};
+use physics::{Deviation, MomentumObserver, Plant, SimulationConfig};
 
 /// In the air the estimate stays near zero in spite of fast motion; on the table it is the contact force, friction
 /// included, once it had time to follow.
@@ -14,7 +14,7 @@ fn free_motion_reads_zero_and_contact_its_force() {
     const DT: f64 = 0.001;
     let parameters = ParameterSet::Identified.parameters();
     let damping = parameters.damping;
-    let plant = Plant { parameters, dt: DT, config: SimulationConfig::default() };
+    let plant = Plant { parameters, dt: DT, config: SimulationConfig::default(), deviation: Deviation::default() };
     let (mut simulation, _) = Wipe::simulate(&plant, TABLE_HEIGHT, 0.3);
     simulation.reset(&HOME.into());
     let mut y = simulation.measure();
@@ -62,8 +62,12 @@ fn free_motion_reads_zero_and_contact_its_force() {
 #[test]
 fn forces_and_moments_are_told_apart() {
     const DT: f64 = 0.001;
-    let plant =
-        Plant { parameters: ParameterSet::Identified.parameters(), dt: DT, config: SimulationConfig::default() };
+    let plant = Plant {
+        parameters: ParameterSet::Identified.parameters(),
+        dt: DT,
+        config: SimulationConfig::default(),
+        deviation: Deviation::default(),
+    };
     let (mut simulation, _) = Wipe::simulate(&plant, TABLE_HEIGHT, 0.3);
     simulation.reset(&HOME.into());
     let y = simulation.measure();

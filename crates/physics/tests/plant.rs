@@ -5,10 +5,15 @@ use approx::assert_relative_eq;
 use nalgebra::{Translation3, UnitQuaternion};
 use physics::panda::{HOME, ParameterSet};
 use physics::scenes::lift::{Lift, TABLE_HEIGHT};
-use physics::{Plant, Simulation, SimulationConfig};
+use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
 fn lift(set: ParameterSet) -> (Simulation, Lift) {
-    let plant = Plant { parameters: set.parameters(), dt: 0.002, config: SimulationConfig::default() };
+    let plant = Plant {
+        parameters: set.parameters(),
+        dt: 0.002,
+        config: SimulationConfig::default(),
+        deviation: Deviation::default(),
+    };
     let (mut simulation, lift) = Lift::simulate(&plant, Vector3::repeat(0.021));
     simulation.reset(&HOME.into());
     (simulation, lift)
@@ -42,7 +47,8 @@ fn engine_agrees_with_the_model() {
         let mut parameters = set.parameters();
         parameters.damping.fill(0.0);
         parameters.friction.fill(0.0);
-        let plant = Plant { parameters, dt: 1e-6, config: SimulationConfig::default() };
+        let plant =
+            Plant { parameters, dt: 1e-6, config: SimulationConfig::default(), deviation: Deviation::default() };
         let (mut simulation, _) = Lift::simulate(&plant, Vector3::repeat(0.021));
         simulation.reset(&HOME.into());
         let tau = JointVector::from([5.0, -20.0, 3.0, 15.0, -2.0, 4.0, 1.0]);

@@ -3,11 +3,15 @@
 use aforce::{JointVector, Vector3};
 use physics::panda::{HOME, ParameterSet};
 use physics::scenes::lift::Lift;
-use physics::{Plant, Simulation, SimulationConfig};
+use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
 fn simulation() -> Simulation {
-    let plant =
-        Plant { parameters: ParameterSet::Robosuite.parameters(), dt: 0.002, config: SimulationConfig::default() };
+    let plant = Plant {
+        parameters: ParameterSet::Robosuite.parameters(),
+        dt: 0.002,
+        config: SimulationConfig::default(),
+        deviation: Deviation::default(),
+    };
     Lift::simulate(&plant, Vector3::repeat(0.021)).0
 }
 

@@ -8,7 +8,7 @@ use approx::assert_relative_eq;
 use nalgebra::{SVector, Translation3};
 use physics::panda::{HOME, ParameterSet, Parameters, facing_down};
 use physics::scenes::wipe::{TABLE_FRICTION, TABLE_HEIGHT, Wipe};
-use physics::{Plant, Simulation, SimulationConfig};
+use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
 /// Stiffness and damping of the Cartesian spring that carries the tool.
 const STIFFNESS: [f64; 6] = [800.0, 800.0, 800.0, 60.0, 60.0, 60.0];
@@ -29,7 +29,8 @@ impl Bench {
     fn new(set: ParameterSet, height: f64, friction: f64) -> Bench {
         let parameters =
             Parameters { friction: SVector::zeros(), damping: JointVector::repeat(5.0), ..set.parameters() };
-        let plant = Plant { parameters, dt: 0.002, config: SimulationConfig::default() };
+        let plant =
+            Plant { parameters, dt: 0.002, config: SimulationConfig::default(), deviation: Deviation::default() };
         let (mut simulation, scene) = Wipe::simulate(&plant, height, friction);
         simulation.reset(&HOME.into());
         Bench { simulation, scene, step: 0 }

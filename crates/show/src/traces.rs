@@ -54,8 +54,9 @@ impl Traces {
 
         let (controller, interval) = (env.controller(), &step.interval);
         let normal = contact_force(env.simulation()).dot(&env.task().contact_axis());
-        put("Contact force", "N", "mean", interval.mean_force());
-        put("Contact force", "N", "largest", interval.max_force);
+        put("Contact force", "N", "hand, mean", interval.hand.impulse / interval.time.max(f64::MIN_POSITIVE));
+        put("Contact force", "N", "hand, largest", interval.hand.max);
+        put("Contact force", "N", "whole arm, largest", interval.arm.max);
         put("Contact force", "N", "normal", normal);
         if controller.space().force {
             put("Contact force", "N", "requested", controller.requested_force());

@@ -23,13 +23,25 @@ pub fn describe(env: &Env) -> String {
     for c in components {
         text += &format!("  {:<28} {:<18} (value - {}) x {}\n", c.name, c.unit, c.centre, c.scale);
     }
+    text += &format!("its options: {}\n", options(env));
     text += "eef_pos is the grip site, eef_quat (of which x is never negative) the body right_hand, as in robosuite\n";
+    let disturbed = config.disturbance.in_words();
+    if !disturbed.is_empty() {
+        text += &format!("\ndisturbed, unknown to controller and policy: {disturbed}\n");
+    }
     text += &format!("\naction space (a file with these lines is a space too):\n{}", indented(&config.space.to_toml()));
     text += "\nwhat follows from it (translation x, y, z; rotation about x, y, z):\n";
     let y = env.measurement();
     let inertia = OperationalSpace::new(&y.mass, &y.jacobian).map(|arm| arm.diagonal());
     derived(&mut text, env, &config.space, inertia.unwrap_or(Vector6::repeat(1.0)));
     text
+}
+
+/// What `env.observation` chooses, and what else could be chosen.
+fn options(env: &Env) -> String {
+    let seen = &env.config().observation;
+    let markers = format!("{:?}", seen.markers).to_lowercase();
+    format!("markers = {markers} (condensed, ends or all; Wipe's), controller = {} (its state)", seen.controller)
 }
 
 fn derived(text: &mut String, env: &Env, space: &ActionSpace, inertia: Vector6) {

@@ -9,9 +9,13 @@ use rand_distr::{Distribution, Normal};
 use serde::{Deserialize, Serialize};
 
 use crate::component::Component;
+use crate::controller_state::{controller_components, observe_controller};
+use crate::disturbance::{Disturbance, Drawn};
 use crate::expert;
 use crate::interval::Interval;
 use crate::observation::{observe_robot, proprioception_components};
+use crate::observation_options::ObservationOptions;
+use crate::outcome::HELD;
 use crate::penalty::ForcePenalty;
 use crate::task::{REWARD_TERMS, Reward, Task};
 use crate::task_name::TaskName;
@@ -30,8 +34,17 @@ pub struct EnvConfig {
     pub horizon: u32,
     /// Standard deviation of the joint angles around the home pose at reset (rad).
     pub initial_noise: f64,
+    /// Reward lost per joule of sum |tau qd| dt, in every task; 0: motion is free.
+    pub motion_price: f64,
+    /// Whether an episode ends once the task has stood fulfilled for a second. To the learner it is cut short there: its
+    /// value goes on.
+    pub ends_on_success: bool,
+    /// What the policy sees beyond robosuite's observation.
+    pub observation: ObservationOptions,
     /// Force limit and penalty.
     pub force_penalty: ForcePenalty,
+    /// What differs from what controller and policy know.
+    pub disturbance: Disturbance,
     /// Engine settings.
     pub simulation: SimulationConfig,
     /// The controller.
@@ -44,11 +57,13 @@ impl EnvConfig {
     /// # Errors
     /// The first value that is not allowed, with its field and range.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        let ForcePenalty { limit, weight } = self.force_penalty;
+        let ForcePenalty { limit, weight, .. } = self.force_penalty;
         within("env.horizon", f64::from(self.horizon), 1.0..=1e6)?;
         within("env.initial_noise", self.initial_noise, 0.0..=0.5)?;
         within("env.force_penalty.limit", limit, 0.0..=1e6)?;
         within("env.force_penalty.weight", weight, 0.0..=1e3)?;
+        within("env.motion_price", self.motion_price, 0.0..=1e3)?;
+        self.disturbance.validate(self.task).map_err(|error| error.below("env"))?;
         self.simulation.validate().map_err(|error| error.below("env"))?;
         self.space.validate(self.controller.control_hz).map_err(|error| error.below("env"))?;
         self.controller.validate().map_err(|error| error.below("env.controller"))
@@ -63,7 +78,11 @@ impl Default for EnvConfig {
             robot: ParameterSet::default(),
             horizon: 500,
             initial_noise: 0.02,
+            motion_price: 0.0,
+            ends_on_success: false,
+            observation: ObservationOptions::default(),
             force_penalty: ForcePenalty::default(),
+            disturbance: Disturbance::default(),
             simulation: SimulationConfig::default(),
             controller: ControllerConfig::default(),
         }
@@ -80,12 +99,17 @@ pub struct Env {
     plant: Plant,
     simulation: Simulation,
     controller: Controller,
+    /// What disturbs the running episode.
+    drawn: Drawn,
+    /// What is measured, which noise may set apart from what is.
     y: Measurement,
     components: Vec<Component>,
     observation: Vec<f32>,
     /// Seeds the episodes that are not given a seed.
     episodes: ChaCha8Rng,
     elapsed: u32,
+    /// How long the task has stood fulfilled (s).
+    held: f64,
 }
 
 /// What one action led to.
@@ -93,17 +117,19 @@ pub struct Env {
 pub struct Step {
     /// Reward, penalty taken off.
     pub reward: f64,
-    /// What adds up to it; [`Task::reward_terms`] says what each is for.
+    /// What adds up to it, but for the price of motion; [`Task::reward_terms`] says what each is for.
     pub reward_terms: [f64; REWARD_TERMS],
+    /// The price of this action's motion (at least 0), taken off the reward.
+    pub motion_cost: f64,
     /// The episode ended in a terminal state, whose value is zero. Only a diverged simulation does so.
     pub terminated: bool,
-    /// The episode reached its horizon: it would have gone on.
+    /// The episode reached its horizon, or had the task held and ends there: it would have gone on.
     pub truncated: bool,
     /// Whether the task stands fulfilled.
     pub success: bool,
     /// The simulation diverged.
     pub diverged: bool,
-    /// The largest sustained force exceeded the limit.
+    /// The largest sustained force, of whom the penalty counts, exceeded the limit.
     pub over_limit: bool,
     /// Force penalty of this action, unscaled, whether or not the task takes it off.
     pub penalty: f64,
@@ -118,26 +144,33 @@ impl Env {
     /// As [`EnvConfig::validate`].
     pub fn new(config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
         config.validate()?;
-        let mut task = config.task.create(config.horizon);
+        let mut task = config.task.create(config.horizon, config.observation.markers);
         let parameters = config.robot.parameters();
         let limits = parameters.torque_limits();
         let controller = Controller::new(&config.space, &config.controller, limits, task.contact_axis())?;
-        let plant = Plant { parameters, dt: config.controller.dt(), config: config.simulation };
+        let drawn = config.disturbance.draw(0);
+        let plant =
+            Plant { parameters, dt: config.controller.dt(), config: config.simulation, deviation: drawn.deviation };
         let simulation = task.reset(&plant, &mut ChaCha8Rng::seed_from_u64(0));
         let y = simulation.measure();
         let mut components = task.object_components();
         components.extend(proprioception_components(task.has_gripper()));
+        if config.observation.controller {
+            components.extend(controller_components());
+        }
         let mut env = Env {
             config,
             task,
             plant,
             simulation,
             controller,
+            drawn,
             y,
             components,
             observation: vec![],
             episodes: ChaCha8Rng::seed_from_u64(seed),
             elapsed: 0,
+            held: 0.0,
         };
         env.reset(Some(0));
         Ok(env)
@@ -146,15 +179,20 @@ impl Env {
     /// Starts an episode and returns its first observation. `Some(seed)` fixes this
     /// episode; `None` takes the next seed of the environment's own sequence.
     pub fn reset(&mut self, seed: Option<u64>) -> &[f32] {
-        let mut rng = ChaCha8Rng::seed_from_u64(seed.unwrap_or_else(|| self.episodes.next_u64()));
+        let seed = seed.unwrap_or_else(|| self.episodes.next_u64());
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        self.drawn = self.config.disturbance.draw(seed);
+        self.plant.deviation = self.drawn.deviation;
         self.simulation = self.task.reset(&self.plant, &mut rng);
         let noise = Normal::new(0.0, self.config.initial_noise).expect("a finite deviation");
         let mut q = HOME;
         q.iter_mut().for_each(|q| *q += noise.sample(&mut rng));
         self.simulation.reset(&q.into());
-        self.y = self.simulation.measure();
+        self.y = self.drawn.sense(&self.simulation);
         self.controller.reset(&self.y);
+        self.drawn.begin(&self.y.bias, self.plant.dt);
         self.elapsed = 0;
+        self.held = 0.0;
         self.observe();
         &self.observation
     }
@@ -173,35 +211,41 @@ impl Env {
         let mut interval = Interval::default();
         let mut diverged = false;
         for _ in 0..self.config.controller.samples_per_action() {
-            let tau = self.controller.update(&self.y);
+            let tau = self.drawn.act(&self.controller.update(&self.y), &mut self.simulation);
+            let before = self.simulation.joints().1;
             diverged = self.simulation.step(&tau, grip).is_err() || self.controller.faults() > 0;
             if diverged {
                 break;
             }
-            let before = self.y.qd;
-            self.y = self.simulation.measure();
-            let qd = (before + self.y.qd) / 2.0;
-            let limit = self.config.force_penalty.limit;
-            interval.add(&tau, &qd, self.simulation.contact(), &self.controller, limit, self.plant.dt);
+            self.y = self.drawn.sense(&self.simulation);
+            let qd = (before + self.simulation.joints().1) / 2.0;
+            let penalty = &self.config.force_penalty;
+            interval.add(&tau, &qd, self.simulation.contact(), &self.controller, penalty, self.plant.dt);
         }
         self.elapsed += 1;
         self.outcome(interval, diverged)
     }
 
     fn outcome(&mut self, interval: Interval, diverged: bool) -> Step {
-        let penalty = self.config.force_penalty.of(interval.max_force);
+        let rule = self.config.force_penalty;
+        let penalty = rule.for_force(interval.force(rule.of).max);
         let reward = if diverged {
             // The last valid observation stays; nothing is earned.
             Reward { terms: [0.0; REWARD_TERMS], success: false }
         } else {
             self.observe();
-            self.task.reward(&self.simulation, &self.y, penalty)
+            // Rewards go by what is, not by what is measured.
+            self.task.reward(&self.simulation, &self.simulation.measure(), penalty)
         };
+        self.held = if reward.success { self.held + interval.time } else { 0.0 };
+        let ends = self.config.ends_on_success && self.held > HELD - 1e-9;
+        let motion_cost = self.config.motion_price * interval.energy.absolute;
         Step {
-            reward: reward.terms.iter().sum(),
+            reward: reward.terms.iter().sum::<f64>() - motion_cost,
             reward_terms: reward.terms,
+            motion_cost,
             terminated: diverged,
-            truncated: !diverged && self.elapsed >= self.config.horizon,
+            truncated: !diverged && (ends || self.elapsed >= self.config.horizon),
             success: reward.success,
             diverged,
             over_limit: penalty.is_some(),
@@ -214,6 +258,9 @@ impl Env {
         self.observation.clear();
         self.task.observe(&self.simulation, &self.y, &mut self.observation);
         observe_robot(&self.simulation, &self.y, self.task.has_gripper(), &mut self.observation);
+        if self.config.observation.controller {
+            observe_controller(&self.controller, &self.y, &mut self.observation);
+        }
     }
 
     /// The last observation: object part, then proprioception, unscaled.

@@ -5,33 +5,61 @@ use std::ops::AddAssign;
 use aforce::{Controller, EnergyLedger, JointVector, Vector6};
 use physics::ContactReading;
 
+use crate::penalty::{ForcePenalty, Sensor};
+
 /// Record of one action, summed or averaged over its control samples.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Interval {
     /// Control samples taken in.
     pub samples: u32,
+    /// Their duration (s).
+    pub time: f64,
     /// Energy in every definition.
     pub energy: EnergyLedger,
     /// Sum over samples of the torque of each joint, gravity compensation included (Nm).
     pub sum_torque: JointVector,
     /// Net work of each joint (J): the integral of tau_i qd_i.
     pub joint_work: JointVector,
-    /// Largest norm of the sustained contact force (N).
-    pub max_force: f64,
-    /// Sum over samples of the norm of the sustained contact force (N).
-    pub sum_force: f64,
-    /// Largest norm of the raw contact force (N).
-    pub max_raw_force: f64,
-    /// Integral of the sustained force above the limit (N s).
+    /// Contact force beyond the wrist.
+    pub hand: ForceRecord,
+    /// Contact force of the whole arm: beyond the wrist and on every link.
+    pub arm: ForceRecord,
+    /// Integral of the force that the penalty counts above its limit (N s).
     pub excess_impulse: f64,
     /// Time with contact beyond the wrist (s).
     pub contact_time: f64,
+    /// Time with contact between the scene and the links short of the wrist (s).
+    pub link_contact_time: f64,
+    /// Time with contact between two parts of the arm (s).
+    pub self_contact_time: f64,
     /// Sum over samples of the mean translational stiffness, in the action space's own unit (1/s2 or N/m).
     pub sum_own_stiffness: f64,
     /// The impedance of the translational axes and of the rotational ones.
     pub impedance: [AxisGroup; 2],
     /// Sum over samples of the share of joints whose torque was limited.
     pub sum_saturated: f64,
+}
+
+/// A contact force during one action. It is the sustained one, but for `max_raw`.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ForceRecord {
+    /// Largest (N).
+    pub max: f64,
+    /// Integral (N s).
+    pub impulse: f64,
+    /// After the last sample (N): all that who reads once per action gets to know.
+    pub last: f64,
+    /// Largest of a single step (N).
+    pub max_raw: f64,
+}
+
+impl ForceRecord {
+    fn add(&mut self, sustained: f64, raw: f64, dt: f64) {
+        self.max = self.max.max(sustained);
+        self.impulse += sustained * dt;
+        self.last = sustained;
+        self.max_raw = self.max_raw.max(raw);
+    }
 }
 
 /// What three axes, the translational or the rotational ones, did during one action: sums over its control samples.
@@ -105,19 +133,20 @@ impl Interval {
         qd: &JointVector,
         contact: &ContactReading,
         controller: &Controller,
-        force_limit: f64,
+        penalty: &ForcePenalty,
         dt: f64,
     ) {
-        let force = contact.sustained_force();
         self.samples += 1;
+        self.time += dt;
         self.energy.add(tau, qd, dt);
         self.sum_torque += tau;
         self.joint_work += tau.component_mul(qd) * dt;
-        self.max_force = self.max_force.max(force);
-        self.sum_force += force;
-        self.max_raw_force = self.max_raw_force.max(contact.raw.fixed_rows::<3>(0).norm());
-        self.excess_impulse += (force - force_limit).max(0.0) * dt;
+        self.hand.add(contact.hand_force(), contact.raw.fixed_rows::<3>(0).norm(), dt);
+        self.arm.add(contact.arm_force(), contact.raw_arm_force(), dt);
+        self.excess_impulse += (self.force(penalty.of).last - penalty.limit).max(0.0) * dt;
         self.contact_time += if contact.touching { dt } else { 0.0 };
+        self.link_contact_time += if contact.links.touching { dt } else { 0.0 };
+        self.self_contact_time += if contact.touching_itself { dt } else { 0.0 };
         self.sum_own_stiffness += controller.own_stiffness().fixed_rows::<3>(0).mean();
         for (group, first) in self.impedance.iter_mut().zip([0, 3]) {
             group.add(first, controller, dt);
@@ -135,9 +164,12 @@ impl Interval {
         self.sum_torque / f64::from(self.samples.max(1))
     }
 
-    /// Mean norm of the sustained contact force (N).
-    pub fn mean_force(&self) -> f64 {
-        self.sum_force / f64::from(self.samples.max(1))
+    /// The force of the hand or of the whole arm.
+    pub fn force(&self, of: Sensor) -> &ForceRecord {
+        match of {
+            Sensor::Arm => &self.arm,
+            Sensor::Hand => &self.hand,
+        }
     }
 
     /// Share of joint torques that were limited.
@@ -150,6 +182,7 @@ impl Interval {
 mod tests {
     use super::*;
     use aforce::{ControllerConfig, Jacobian, JointMatrix, Measurement, Pose, TorqueLimits, Twist, Vector3, Wrench};
+    use physics::LinkReading;
 
     /// Seven joints of unit inertia, at rest; six of them move the tool along and about the world axes.
     fn arm() -> Measurement {
@@ -183,11 +216,19 @@ mod tests {
     #[test]
     fn sums_means_and_extremes_are_over_all_samples() {
         const DT: f64 = 0.002;
-        const LIMIT: f64 = 15.0;
+        let penalty = ForcePenalty { limit: 15.0, of: Sensor::Hand, ..ForcePenalty::default() };
         // Sustained forces of 10, 80 and 20 N; moments are no forces. The low-pass outlasts the touch.
         let contact = |x: f64, y: f64, z: f64, touching| {
             let sustained = Wrench::new(x, y, z, 500.0, 500.0, 500.0);
-            ContactReading { sustained, raw: 2.0 * sustained, touching, ..ContactReading::default() }
+            let links = LinkReading { sustained: 7.0, raw: 30.0, touching: x > 0.0 };
+            ContactReading {
+                sustained,
+                raw: 2.0 * sustained,
+                touching,
+                links,
+                touching_itself: y < 0.0,
+                ..ContactReading::default()
+            }
         };
         let contacts = [contact(6.0, 0.0, 8.0, true), contact(0.0, -80.0, 0.0, true), contact(12.0, 0.0, -16.0, false)];
         let controllers = [
@@ -201,16 +242,23 @@ mod tests {
 
         let mut interval = Interval::default();
         for k in 0..3 {
-            interval.add(&torques[k], &speeds[k], &contacts[k], &controllers[k], LIMIT, DT);
+            interval.add(&torques[k], &speeds[k], &contacts[k], &controllers[k], &penalty, DT);
         }
 
         let close = |name: &str, a: f64, b: f64| assert!((a - b).abs() < 1e-9, "{name}: {a}, not {b}");
         assert_eq!(interval.samples, 3);
-        close("largest force", interval.max_force, 80.0);
-        close("largest raw force", interval.max_raw_force, 160.0);
-        close("mean force", interval.mean_force(), 110.0 / 3.0);
+        assert_eq!(
+            interval.hand,
+            ForceRecord { max: 80.0, impulse: interval.hand.impulse, last: 20.0, max_raw: 160.0 }
+        );
+        close("impulse", interval.hand.impulse, 110.0 * DT);
+        // The links add 7 N to each, and 30 N to a single step.
+        assert_eq!(interval.arm, ForceRecord { max: 87.0, impulse: interval.arm.impulse, last: 27.0, max_raw: 190.0 });
+        close("impulse", interval.arm.impulse, 131.0 * DT);
         close("impulse above 15 N", interval.excess_impulse, (65.0 + 5.0) * DT);
         close("time of contact", interval.contact_time, 2.0 * DT);
+        close("of the links", interval.link_contact_time, 2.0 * DT);
+        close("of the arm with itself", interval.self_contact_time, DT);
         // Means over x, y, z: 150, 300 and 30.
         close("stiffness", interval.mean_own_stiffness(), 160.0);
         // At unit inertia 1/s2 are N/m. Bounds are 0 and 300: of x, y, z one is at each, three are high, two are low.
@@ -244,7 +292,7 @@ mod tests {
         controller.update(&y);
         let mut interval = Interval::default();
         let still = JointVector::zeros();
-        interval.add(&still, &still, &ContactReading::default(), &controller, 60.0, 0.002);
+        interval.add(&still, &still, &ContactReading::default(), &controller, &ForcePenalty::default(), 0.002);
         let [translation, rotation] = interval.impedance;
         let close =
             |name: &str, a: f64, b: f64| assert!((a - b).abs() < 1e-9 * b.abs().max(1.0), "{name}: {a}, not {b}");
@@ -268,7 +316,7 @@ mod tests {
     #[test]
     fn means_over_no_sample_are_zero() {
         let interval = Interval::default();
-        assert_eq!((interval.mean_own_stiffness(), interval.mean_force(), interval.saturated()), (0.0, 0.0, 0.0));
+        assert_eq!((interval.mean_own_stiffness(), interval.saturated()), (0.0, 0.0));
         assert_eq!(interval.mean_torque(), JointVector::zeros());
     }
 }

@@ -5,16 +5,21 @@
 //! back as a reward, an observation and an [`Interval`] of energies and forces.
 
 mod component;
+mod controller_state;
 mod describe;
+mod disturbance;
 mod door;
 mod env;
 mod episode;
 mod expert;
 mod interval;
 mod lift;
+mod marker_view;
 mod markers;
 mod normalisation;
 mod observation;
+mod observation_options;
+mod outcome;
 mod penalty;
 mod task;
 mod task_name;
@@ -22,11 +27,15 @@ mod wipe;
 
 pub use component::Component;
 pub use describe::describe;
+pub use disturbance::{Disturbance, Draw};
 pub use env::{Env, EnvConfig, Step};
-pub use episode::{Episode, Outcome, play};
-pub use interval::{AxisGroup, Interval};
+pub use episode::{Episode, play};
+pub use interval::{AxisGroup, ForceRecord, Interval};
+pub use marker_view::MarkerView;
 pub use markers::Markers;
 pub use observation::scale;
-pub use penalty::ForcePenalty;
+pub use observation_options::ObservationOptions;
+pub use outcome::Outcome;
+pub use penalty::{ForcePenalty, Sensor};
 pub use task::{REWARD_TERMS, Reward, Task, Waypoint};
 pub use task_name::TaskName;

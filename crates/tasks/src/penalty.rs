@@ -6,6 +6,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ForcePenalty {
+    /// Whose force counts.
+    pub of: Sensor,
     /// Force (N) above which an action is penalised.
     pub limit: f64,
     /// Reward lost per newton: of the whole force, not of the excess.
@@ -14,15 +16,26 @@ pub struct ForcePenalty {
 
 impl Default for ForcePenalty {
     fn default() -> Self {
-        ForcePenalty { limit: 60.0, weight: 0.05 }
+        ForcePenalty { of: Sensor::Arm, limit: 60.0, weight: 0.05 }
     }
 }
 
 impl ForcePenalty {
     /// Penalty (unscaled, at least 0) of an action whose largest force was `force` N; `None` within the limit.
-    pub fn of(&self, force: f64) -> Option<f64> {
+    pub fn for_force(&self, force: f64) -> Option<f64> {
         (force > self.limit).then_some(self.weight * force)
     }
+}
+
+/// Whose contact force counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Sensor {
+    /// The force beyond the wrist and those on the links, with the scene and with the arm itself. A policy that pushes with
+    /// its forearm pays as well.
+    Arm,
+    /// The force beyond the wrist, as the paper's sensor has it.
+    Hand,
 }
 
 #[cfg(test)]
@@ -32,9 +45,9 @@ mod tests {
     #[test]
     fn whole_force_counts_once_above_the_limit() {
         let penalty = ForcePenalty::default();
-        assert_eq!(penalty.of(60.0), None);
-        assert_eq!(penalty.of(80.0), Some(4.0));
+        assert_eq!(penalty.for_force(60.0), None);
+        assert_eq!(penalty.for_force(80.0), Some(4.0));
         // Forces are judged even if they cost nothing.
-        assert_eq!(ForcePenalty { weight: 0.0, ..penalty }.of(80.0), Some(0.0));
+        assert_eq!(ForcePenalty { weight: 0.0, ..penalty }.for_force(80.0), Some(0.0));
     }
 }

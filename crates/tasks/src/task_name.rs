@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::door::Door;
 use crate::lift::Lift;
+use crate::marker_view::MarkerView;
 use crate::task::Task;
 use crate::wipe::Wipe;
 
@@ -33,12 +34,12 @@ impl TaskName {
         }
     }
 
-    /// A task of this name for episodes of `horizon` actions.
-    pub fn create(self, horizon: u32) -> Box<dyn Task> {
+    /// A task of this name for episodes of `horizon` actions; `markers` is how Wipe's are seen.
+    pub fn create(self, horizon: u32, markers: MarkerView) -> Box<dyn Task> {
         match self {
             TaskName::Lift => Box::new(Lift::default()),
             TaskName::Door => Box::new(Door::new(horizon)),
-            TaskName::Wipe => Box::new(Wipe::new(horizon)),
+            TaskName::Wipe => Box::new(Wipe::new(horizon, markers)),
         }
     }
 }

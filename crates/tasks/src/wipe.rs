@@ -5,11 +5,12 @@ use aforce::{Measurement, Pose, Vector3};
 use nalgebra::{Translation3, UnitVector3};
 use physics::camera::{Camera, Decal};
 use physics::panda::{RANGE, facing_down};
-use physics::scenes::wipe::{self, TABLE_CENTRE, TABLE_FRICTION, TABLE_HEIGHT};
+use physics::scenes::wipe::{self, TABLE_FRICTION, TABLE_HEIGHT};
 use physics::{Plant, Simulation};
 use rand_chacha::ChaCha8Rng;
 
-use crate::component::{Component, xyz};
+use crate::component::Component;
+use crate::marker_view::MarkerView;
 use crate::markers::{self, Markers};
 use crate::normalisation::{COMPLETION_REWARD, CONTACT_REWARD, MARKER_REWARD, normalisation};
 use crate::observation::in_contact;
@@ -40,7 +41,17 @@ const EXPERT_FORCE: f64 = 28.0;
 pub struct Wipe {
     /// Factor on every reward.
     scale: f64,
-    episode: Option<(wipe::Wipe, Markers)>,
+    /// How the markers are seen.
+    view: MarkerView,
+    episode: Option<Running>,
+}
+
+/// The running episode.
+struct Running {
+    scene: wipe::Wipe,
+    markers: Markers,
+    /// How much higher the table stands than is believed (m).
+    raised: f64,
 }
 
 /// What the reward depends on besides the markers.
@@ -59,16 +70,12 @@ struct Touch {
 
 impl Wipe {
     /// For episodes of `horizon` actions.
-    pub fn new(horizon: u32) -> Self {
-        Wipe { scale: normalisation(horizon), episode: None }
+    pub fn new(horizon: u32, view: MarkerView) -> Self {
+        Wipe { scale: normalisation(horizon), view, episode: None }
     }
 
-    fn scene(&self) -> &wipe::Wipe {
-        &self.episode.as_ref().expect("reset before use").0
-    }
-
-    fn markers(&self) -> &Markers {
-        &self.episode.as_ref().expect("reset before use").1
+    fn running(&self) -> &Running {
+        self.episode.as_ref().expect("reset before use")
     }
 }
 
@@ -96,7 +103,8 @@ fn reward_terms(markers: &mut Markers, tool: &Pose, touch: &Touch) -> [f64; REWA
 impl Task for Wipe {
     fn reset(&mut self, plant: &Plant, rng: &mut ChaCha8Rng) -> Simulation {
         let (simulation, scene) = wipe::Wipe::simulate(plant, TABLE_HEIGHT, TABLE_FRICTION);
-        self.episode = Some((scene, Markers::random(TABLE_HEIGHT, rng)));
+        let raised = plant.deviation.table_height;
+        self.episode = Some(Running { scene, markers: Markers::random(TABLE_HEIGHT + raised, rng), raised });
         simulation
     }
 
@@ -109,21 +117,12 @@ impl Task for Wipe {
     }
 
     fn object_components(&self) -> Vec<Component> {
-        [Component::new("proportion_wiped", "1", 0.5, 2.0), Component::new("wipe_radius", "m", 0.1, 10.0)]
-            .into_iter()
-            .chain(xyz("wipe_centroid", [TABLE_CENTRE[0], TABLE_CENTRE[1], TABLE_HEIGHT], 5.0))
-            .chain(xyz("gripper_to_wipe_centroid", [0.0; 3], 5.0))
-            .collect()
+        self.view.components()
     }
 
-    /// When all is wiped, radius and centroid are zero, as in robosuite.
     fn observe(&self, _: &Simulation, y: &Measurement, out: &mut Vec<f32>) {
-        let markers = self.markers();
-        let (centroid, radius) = markers.centroid_and_radius().unwrap_or((Vector3::zeros(), 0.0));
-        out.push(markers.wiped_count() as f32 / markers::COUNT as f32);
-        out.push(radius as f32);
-        out.extend(centroid.iter().map(|&v| v as f32));
-        out.extend((centroid - y.pose.translation.vector).iter().map(|&v| v as f32));
+        let Running { markers, raised, .. } = self.running();
+        self.view.observe(markers, *raised, &y.pose.translation.vector, out);
     }
 
     fn reward_terms(&self) -> &'static [&'static str] {
@@ -136,10 +135,10 @@ impl Task for Wipe {
             arm: simulation.contact().arm_touches() || y.q.iter().zip(&RANGE).any(at_limit),
             contact: in_contact(y) && simulation.contact().touching,
             force: simulation.contact().hand_force(),
-            flat: self.scene().is_flat(simulation),
+            flat: self.running().scene.is_flat(simulation),
             penalty,
         };
-        let (_, markers) = self.episode.as_mut().expect("reset before use");
+        let markers = &mut self.episode.as_mut().expect("reset before use").markers;
         let terms = reward_terms(markers, &y.pose, &touch).map(|term| self.scale * term);
         Reward { terms, success: markers.wiped_count() == markers::COUNT }
     }
@@ -148,7 +147,9 @@ impl Task for Wipe {
     fn expert(&self, _: &Simulation, y: &Measurement) -> Waypoint {
         let tool = y.pose.translation.vector;
         let distance = |marker: &Vector3| (marker - tool).xy().norm();
-        let ends = [self.markers().remaining().next(), self.markers().remaining().last()].into_iter().flatten();
+        let ends = [self.running().markers.remaining().next(), self.running().markers.remaining().last()]
+            .into_iter()
+            .flatten();
         let target = ends.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(tool);
         let level = facing_down();
         let down = in_contact(y) || (distance(&target) < 0.02 && tool.z < TABLE_HEIGHT + 0.025);
@@ -170,7 +171,7 @@ impl Task for Wipe {
             radius: markers::RADIUS,
             color: if wiped { [168, 200, 150] } else { [120, 60, 40] },
         };
-        let (clean, dirty): (Vec<_>, Vec<_>) = self.markers().iter().partition(|(_, wiped)| *wiped);
+        let (clean, dirty): (Vec<_>, Vec<_>) = self.running().markers.iter().partition(|(_, wiped)| *wiped);
         clean.into_iter().chain(dirty).map(decal).collect()
     }
 }

@@ -58,12 +58,18 @@ struct Row {
     episodes: u32,
     success: f64,
     success_any: f64,
+    success_held: f64,
+    success_without_hand: f64,
+    time_to_success_s: Option<f64>,
+    energy_to_success_j: Option<f64>,
+    max_force_to_success_n: Option<f64>,
     return_mean: f64,
     return_std: Option<f64>,
     energy_per_action_j: f64,
     energy_net_absolute_per_action_j: f64,
     penalised_episode_share: f64,
     penalised_action_share: f64,
+    over_limit_read_once_share: f64,
     mean_excess_n: Option<f64>,
     penalty: f64,
     saturated_fraction: f64,
@@ -102,14 +108,15 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
 
 fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
     let mut env = Env::new(config.env.clone(), 0)?;
-    let limit = config.env.force_penalty.limit;
+    let rule = config.env.force_penalty;
     let mut policy = if who == Who::Expert { Policy::Expert } else { Policy::random(config.seed) };
-    let (mut net_absolute, mut excess) = (0.0, 0.0);
+    let (mut net_absolute, mut excess, mut over_at_the_end) = (0.0, 0.0, 0);
     let outcomes: Vec<Outcome> = (0..episodes)
         .map(|index| {
             let on_step = |_: &Env, step: &Step| {
                 net_absolute += step.interval.energy.net_absolute;
-                excess += (step.interval.max_force - limit).max(0.0);
+                excess += (step.interval.force(rule.of).max - rule.limit).max(0.0);
+                over_at_the_end += usize::from(step.interval.hand.last > rule.limit);
                 ControlFlow::Continue(())
             };
             tasks::play(&mut env, |env| policy.act(env), evaluation_seed(index), on_step).outcome()
@@ -117,11 +124,16 @@ fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
         .collect();
     let sum = |of: fn(&Outcome) -> f64| outcomes.iter().map(of).sum::<f64>();
     let mean = |of: fn(&Outcome) -> f64| mean_of(&outcomes, of);
+    // Over the episodes that succeed.
+    let if_any = |of: fn(&Outcome) -> Option<f64>| {
+        let values: Vec<f64> = outcomes.iter().filter_map(of).collect();
+        (!values.is_empty()).then(|| mean_of(&values, |&value| value))
+    };
     let actions = sum(|o| o.length as f64);
     let penalised = sum(|o| o.penalised_steps as f64);
     let returns: Vec<f64> = outcomes.iter().map(|o| o.total).collect();
     Ok(Row {
-        schema: 1,
+        schema: 2,
         task: config.env.task.as_str(),
         space: config.env.space.name.clone(),
         policy: policy.name(),
@@ -130,12 +142,18 @@ fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
         episodes,
         success: mean(|o| f64::from(u8::from(o.success))),
         success_any: mean(|o| f64::from(u8::from(o.success_any))),
+        success_held: mean(|o| f64::from(u8::from(o.success_held))),
+        success_without_hand: mean(|o| f64::from(u8::from(o.success_without_hand))),
+        time_to_success_s: if_any(|o| o.time_to_success_s),
+        energy_to_success_j: if_any(|o| o.energy_to_success_j),
+        max_force_to_success_n: if_any(|o| o.max_force_to_success_n),
         return_mean: mean(|o| o.total),
         return_std: (episodes > 1).then(|| deviation(&returns)),
         energy_per_action_j: sum(|o| o.energy_j) / actions,
         energy_net_absolute_per_action_j: net_absolute / actions,
         penalised_episode_share: mean(|o| f64::from(u8::from(o.penalised_steps > 0))),
         penalised_action_share: penalised / actions,
+        over_limit_read_once_share: over_at_the_end as f64 / actions,
         mean_excess_n: (penalised > 0.0).then_some(excess / penalised),
         penalty: mean(|o| o.penalty),
         saturated_fraction: mean(|o| o.saturated_fraction),

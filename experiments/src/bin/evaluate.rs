@@ -7,12 +7,14 @@ use anyhow::{Result, bail};
 use clap::Parser;
 use experiments::config::RunId;
 use experiments::run::csv_writer::CsvWriter;
+use experiments::run::disturbances::{self, Case};
 use experiments::run::rollout::evaluate;
+use experiments::run::rows::{CaseKey, EvaluationKey};
 use experiments::run::seeds::evaluation_seed;
 use experiments::show::source::{Player, SourceArgs};
-use output::statistics::{deviation, mean, range};
+use output::statistics::{deviation, mean, mean_of, range};
 use output::{file, program};
-use tasks::Outcome;
+use tasks::{Env, Outcome};
 
 /// Evaluate a trained policy, a scripted expert or random actions.
 ///
@@ -26,6 +28,9 @@ struct Arguments {
     /// Episodes to play
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
     episodes: u32,
+    /// Play the episodes undisturbed and under every disturbance that this TOML file lists
+    #[arg(long, value_name = "FILE")]
+    disturb: Option<PathBuf>,
     /// Also write a row per episode to this CSV file, which must not exist
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
@@ -36,7 +41,11 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<ExitCode> {
-    let Player { config, mut env, mut policy, step } = arguments.source.open()?;
+    let mut player = arguments.source.open()?;
+    let cases = match &arguments.disturb {
+        Some(path) => disturbances::read(path, player.config.env.task)?,
+        None => vec![],
+    };
     let mut table = match &arguments.csv {
         Some(path) if path.exists() => bail!("{}: exists; nothing was overwritten", path.display()),
         // It appears when it is complete.
@@ -46,36 +55,103 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
         None => CsvWriter::discard(),
     };
-    let id = RunId::of(&config);
-    let starts = (0..arguments.episodes).map(evaluation_seed);
-    let outcomes = evaluate(&mut env, &mut policy, starts, step, &id, &mut table)?;
+    let (config, name) = (&player.config, player.policy.name());
+    println!("{} with {}, {name} policy, {} episodes", config.env.task.as_str(), config.env.space, arguments.episodes);
+    if arguments.disturb.is_some() {
+        compare(&mut player, &cases, arguments.episodes, &mut table)?;
+    } else {
+        let outcomes = play(&mut player, arguments.episodes, |key, outcome| table.write((key, outcome)))?;
+        print(&outcomes);
+    }
     if let Some(path) = &arguments.csv {
         fs_err::rename(file::unfinished(path), path)?;
-    }
-    println!("{} with {}, {} policy, {} episodes", id.task, id.space, policy.name(), arguments.episodes);
-    for (name, column) in COLUMNS {
-        let values: Vec<f64> = outcomes.iter().map(column).collect();
-        let (mean, spread) = (mean(&values), if values.len() > 1 { deviation(&values) } else { 0.0 });
-        let [low, high] = range(&values);
-        println!("  {name:<28} {mean:10.3} +- {spread:<9.3} {low:10.3} .. {high:.3}");
     }
     Ok(ExitCode::SUCCESS)
 }
 
-type Column = (&'static str, fn(&Outcome) -> f64);
+/// Plays the evaluation episodes; `write` gets a row for each.
+fn play(
+    player: &mut Player,
+    episodes: u32,
+    write: impl FnMut(EvaluationKey, &Outcome) -> Result<()>,
+) -> Result<Vec<Outcome>> {
+    let Player { config, env, policy, step } = player;
+    evaluate(env, policy, (0..episodes).map(evaluation_seed), *step, &RunId::of(config), write)
+}
 
-/// Mean, deviation and range over episodes are printed of these.
-const COLUMNS: [Column; 12] = [
-    ("return", |o| o.total),
-    ("success at the end", |o| f64::from(u8::from(o.success))),
-    ("success at any time", |o| f64::from(u8::from(o.success_any))),
-    ("energy, J per action", |o| o.energy_per_action_j),
-    ("stiffness, N/m", |o| o.stiffness_translation_n_per_m),
-    ("stiffness, Nm/rad", |o| o.stiffness_rotation_nm_per_rad),
-    ("largest force, N", |o| o.max_contact_force_n),
-    ("penalised actions", |o| o.penalised_steps as f64),
-    ("penalty", |o| o.penalty),
-    ("excess impulse, N s", |o| o.excess_impulse_ns),
-    ("torques at their limit", |o| o.saturated_fraction),
-    ("diverged", |o| f64::from(u8::from(o.diverged))),
+/// Plays the same episodes under every disturbance, and prints by how much each changes them.
+fn compare(player: &mut Player, cases: &[Case], episodes: u32, table: &mut CsvWriter) -> Result<()> {
+    println!("changes are means over pairs of episodes with the same start, +- their standard error");
+    println!(
+        "  {:<28} {:>7} {:>7} {:>8} {:>18} {:>18} {:>18}",
+        "disturbance", "success", "held", "return", "change of return", "of J per action", "of largest N"
+    );
+    let mut undisturbed = vec![];
+    for case in cases {
+        player.config.env.disturbance = case.disturbance;
+        player.env = Env::new(player.config.env.clone(), 0)?;
+        let key = CaseKey { disturbance: &case.name };
+        let outcomes = play(player, episodes, |row, outcome| table.write((&key, row, outcome)))?;
+        if undisturbed.is_empty() {
+            undisturbed = outcomes.clone();
+        }
+        let share = |of: fn(&Outcome) -> bool| mean_of(&outcomes, |o| f64::from(u8::from(of(o))));
+        let change = |of: fn(&Outcome) -> f64| {
+            let changes: Vec<f64> = outcomes.iter().zip(&undisturbed).map(|(o, u)| of(o) - of(u)).collect();
+            let error = if changes.len() > 1 { deviation(&changes) / (changes.len() as f64).sqrt() } else { f64::NAN };
+            format!("{:+.2} +- {error:.2}", mean(&changes))
+        };
+        println!(
+            "  {:<28} {:>7.2} {:>7.2} {:>8.1} {:>18} {:>18} {:>18}",
+            case.name,
+            share(|o| o.success),
+            share(|o| o.success_held),
+            mean_of(&outcomes, |o| o.total),
+            change(|o| o.total),
+            change(|o| o.energy_per_action_j),
+            change(|o| o.arm_max_contact_force_n),
+        );
+    }
+    Ok(())
+}
+
+fn print(outcomes: &[Outcome]) {
+    for (name, column) in COLUMNS {
+        let values: Vec<f64> = outcomes.iter().filter_map(column).collect();
+        if values.is_empty() {
+            println!("  {name:<28} {:>10}", "none");
+            continue;
+        }
+        let (mean, spread) = (mean(&values), if values.len() > 1 { deviation(&values) } else { 0.0 });
+        let [low, high] = range(&values);
+        println!("  {name:<28} {mean:10.3} +- {spread:<9.3} {low:10.3} .. {high:.3}");
+    }
+}
+
+type Column = (&'static str, fn(&Outcome) -> Option<f64>);
+
+fn share(of: bool) -> Option<f64> {
+    Some(f64::from(u8::from(of)))
+}
+
+/// Mean, deviation and range over episodes are printed of these, over those that have one.
+const COLUMNS: [Column; 18] = [
+    ("return", |o| Some(o.total)),
+    ("success at the end", |o| share(o.success)),
+    ("success at any time", |o| share(o.success_any)),
+    ("success held for a second", |o| share(o.success_held)),
+    ("success without the hand", |o| share(o.success_without_hand)),
+    ("time to success, s", |o| o.time_to_success_s),
+    ("energy to success, J", |o| o.energy_to_success_j),
+    ("largest force to success, N", |o| o.max_force_to_success_n),
+    ("energy, J per action", |o| Some(o.energy_per_action_j)),
+    ("stiffness, N/m", |o| Some(o.stiffness_translation_n_per_m)),
+    ("stiffness, Nm/rad", |o| Some(o.stiffness_rotation_nm_per_rad)),
+    ("largest force of the hand, N", |o| Some(o.max_contact_force_n)),
+    ("of the whole arm, N", |o| Some(o.arm_max_contact_force_n)),
+    ("penalised actions", |o| Some(o.penalised_steps as f64)),
+    ("penalty", |o| Some(o.penalty)),
+    ("excess impulse, N s", |o| Some(o.excess_impulse_ns)),
+    ("torques at their limit", |o| Some(o.saturated_fraction)),
+    ("diverged", |o| share(o.diverged)),
 ];

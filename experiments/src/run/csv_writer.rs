@@ -15,6 +15,8 @@ use crate::run::rows::SCHEMA;
 pub struct CsvWriter {
     writer: csv::Writer<Box<dyn Write>>,
     file: Option<File>,
+    /// Whether the header is still to be written.
+    is_new: bool,
 }
 
 impl CsvWriter {
@@ -26,21 +28,26 @@ impl CsvWriter {
         let file = OpenOptions::new().create(true).append(true).open(path)?;
         let is_new = file.metadata()?.len() == 0;
         let same = file.try_clone()?;
-        let writer = csv::WriterBuilder::new().has_headers(is_new).from_writer(Box::new(same) as Box<dyn Write>);
-        Ok(CsvWriter { writer, file: Some(file) })
+        Ok(CsvWriter { writer: csv::Writer::from_writer(Box::new(same)), file: Some(file), is_new })
     }
 
     /// A table that keeps nothing.
     pub fn discard() -> Self {
-        CsvWriter { writer: csv::Writer::from_writer(Box::new(std::io::sink())), file: None }
+        CsvWriter { writer: csv::Writer::from_writer(Box::new(std::io::sink())), file: None, is_new: true }
     }
 
-    /// Writes a row made of `key` columns and `value` columns.
+    /// Writes a row made of `key` columns and `value` columns, fractions with seven digits.
     ///
     /// # Errors
     /// If the disk does not take it.
     pub fn write(&mut self, row: impl Serialize) -> Result<()> {
-        self.writer.serialize(row)?;
+        let mut exact = csv::WriterBuilder::new().has_headers(self.is_new).from_writer(vec![]);
+        exact.serialize(row)?;
+        let exact = exact.into_inner()?;
+        for record in csv::ReaderBuilder::new().has_headers(false).from_reader(exact.as_slice()).records() {
+            self.writer.write_record(record?.iter().map(rounded))?;
+        }
+        self.is_new = false;
         self.writer.flush()?;
         Ok(())
     }
@@ -51,6 +58,17 @@ impl CsvWriter {
     /// If the disk does not take them.
     pub fn sync(&self) -> Result<()> {
         Ok(self.file.as_ref().map_or(Ok(()), File::sync_data)?)
+    }
+}
+
+/// A cell as it is written: of a fraction seven digits tell all that a simulation of contacts can.
+fn rounded(cell: &str) -> String {
+    match cell.parse::<f64>() {
+        Ok(value) if cell.contains(['.', 'e']) && value.is_finite() => {
+            let rounded: f64 = format!("{value:.6e}").parse().expect("written just now");
+            format!("{rounded:?}")
+        }
+        _ => cell.into(),
     }
 }
 
@@ -142,6 +160,14 @@ mod tests {
         assert!(cut_after(&path, 2).unwrap_err().to_string().contains("schema 1"));
         assert_eq!(fs_err::read_to_string(&path).unwrap(), "schema,step\n1,1\n");
     }
+
+    #[test]
+    fn fractions_have_seven_digits() {
+        let cells = ["0.1234567891", "123456.7891", "1.0", "-1e-12", "12345678901", "true", "a.b", ""];
+        let written = cells.map(rounded);
+        assert_eq!(written, ["0.1234568", "123456.8", "1.0", "-1e-12", "12345678901", "true", "a.b", ""]);
+    }
+
     #[test]
     fn a_table_has_one_set_of_columns() {
         #[derive(Serialize)]

@@ -3,6 +3,7 @@
 pub mod checkpoint_record;
 pub mod csv_table;
 pub mod csv_writer;
+pub mod disturbances;
 pub mod folder;
 mod learner_log;
 pub mod manifest;

@@ -9,7 +9,6 @@ use sac::{Act, Actor};
 use tasks::{Env, Outcome, play};
 
 use crate::config::RunId;
-use crate::run::csv_writer::CsvWriter;
 use crate::run::rows::{EvaluationKey, SCHEMA};
 
 /// Whoever chooses the actions.
@@ -69,17 +68,17 @@ pub fn learner_view(env: &Env, scaled: bool) -> Vec<f32> {
     observation
 }
 
-/// Plays an episode from each of `starts` and writes a row for it; returns the outcomes.
+/// Plays an episode from each of `starts`; `write` gets a row for it as it ends. Returns the outcomes.
 ///
 /// # Errors
-/// If the table cannot be written.
+/// If a row cannot be written.
 pub fn evaluate(
     env: &mut Env,
     policy: &mut Policy,
     starts: impl Iterator<Item = u64>,
     step: u64,
     id: &RunId,
-    table: &mut CsvWriter,
+    mut write: impl FnMut(EvaluationKey, &Outcome) -> Result<()>,
 ) -> Result<Vec<Outcome>> {
     let mut outcomes = Vec::new();
     for (index, seed) in (0..).zip(starts) {
@@ -94,7 +93,7 @@ pub fn evaluate(
             eval_episode: index,
             episode_seed: seed,
         };
-        table.write((key, &outcome))?;
+        write(key, &outcome)?;
         outcomes.push(outcome);
     }
     Ok(outcomes)

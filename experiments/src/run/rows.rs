@@ -9,7 +9,7 @@ use tasks::Outcome;
 use crate::run::csv_table::header;
 
 /// Version of the columns below.
-pub const SCHEMA: u32 = 3;
+pub const SCHEMA: u32 = 4;
 
 /// Columns before the outcome in `episodes.csv`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -21,6 +21,13 @@ pub struct TrainingKey {
     pub seed: u64,
     pub step: u64,
     pub episode: u64,
+}
+
+/// The column before those of `eval.csv` in the table of a grid of disturbances.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[allow(missing_docs, reason = "documented once, in results/README.md")]
+pub struct CaseKey<'a> {
+    pub disturbance: &'a str,
 }
 
 /// Columns before the outcome in `eval.csv`.

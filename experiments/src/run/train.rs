@@ -314,7 +314,8 @@ impl<'a> Run<'a> {
         let evaluation = step / self.config.evaluate_every;
         let starts = (0..self.config.evaluation_episodes).map(|index| training_evaluation_seed(evaluation, index));
         let table = &mut self.tables.eval;
-        let outcomes = evaluate(&mut self.evaluation_env, &mut policy, starts, step, &self.id, table)?;
+        let write = |key, outcome: &Outcome| table.write((key, outcome));
+        let outcomes = evaluate(&mut self.evaluation_env, &mut policy, starts, step, &self.id, write)?;
         let score = mean_of(&outcomes, |o| o.total);
         progress.evaluation(step, &outcomes);
         if let Some(board) = &mut self.board {

@@ -16,7 +16,7 @@ use output::file;
 use output::parallel;
 use output::plot::{self, Panel, Series};
 use physics::scenes::wipe::Wipe;
-use physics::{Plant, Simulation};
+use physics::{Deviation, Plant, Simulation};
 use serde::Serialize;
 
 use crate::setup::Setup;
@@ -95,7 +95,8 @@ pub fn point(
     let limits = parameters.torque_limits();
     let joints = parameters.damping;
     let Trial { height, friction, start, .. } = Trial::nominal();
-    let plant = Plant { parameters, dt: setup.controller.dt(), config: setup.simulation };
+    let plant =
+        Plant { parameters, dt: setup.controller.dt(), config: setup.simulation, deviation: Deviation::default() };
     let (mut simulation, _) = Wipe::simulate(&plant, height, friction);
     simulation.reset(&start);
     let y = simulation.measure();

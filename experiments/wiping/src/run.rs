@@ -8,7 +8,7 @@ use physics::model::Model;
 use physics::panda::Parameters;
 use physics::scenes::wipe::{self, Wipe};
 use physics::wiping_tool::GRIP_SITE;
-use physics::{Plant, Simulation};
+use physics::{Deviation, Plant, Simulation};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use tasks::Markers;
@@ -84,7 +84,12 @@ impl<'a> Wiping<'a> {
         let parameters = setup.parameters();
         let height = trial.height + disturbance.table_offset;
         let loaded = disturbance.loaded(&parameters);
-        let plant = Plant { parameters: loaded, dt: setup.controller.dt(), config: setup.simulation };
+        let plant = Plant {
+            parameters: loaded,
+            dt: setup.controller.dt(),
+            config: setup.simulation,
+            deviation: Deviation::default(),
+        };
         let friction = if setup.lossless { 0.0 } else { trial.friction * disturbance.friction };
         let (mut simulation, _) = Wipe::simulate(&plant, height, friction);
         simulation.reset(&trial.start);

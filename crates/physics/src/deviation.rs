@@ -1,0 +1,66 @@
+//! How the simulated plant deviates from what the controller's model says of it.
+
+use aforce::Vector3;
+
+use crate::scene::{Inertial, Joint, Scene};
+
+/// What only the simulation knows. The model that a controller reads is made from the scene as it is without this.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Deviation {
+    /// Mass of a point at the controlled point, fixed to hand or tool (kg).
+    pub payload: f64,
+    /// Factor on every coefficient of sliding friction.
+    pub friction: f64,
+    /// Factor on mass and inertia of free bodies.
+    pub object_mass: f64,
+    /// Factor on viscous damping and dry friction of the joint `hinge`.
+    pub hinge_damping: f64,
+    /// Stiffness that is added to the joint `hinge`, at rest when it is closed (Nm/rad).
+    pub hinge_spring: f64,
+    /// By how much the body `table` stands higher (m).
+    pub table_height: f64,
+}
+
+impl Default for Deviation {
+    /// None.
+    fn default() -> Self {
+        Deviation {
+            payload: 0.0,
+            friction: 1.0,
+            object_mass: 1.0,
+            hinge_damping: 1.0,
+            hinge_spring: 0.0,
+            table_height: 0.0,
+        }
+    }
+}
+
+impl Deviation {
+    /// The scene as it is simulated; the payload sits at `offset` in the body `tool`.
+    pub(crate) fn of(&self, scene: &Scene, tool: usize, offset: [f64; 3]) -> Scene {
+        let mut scene = scene.clone();
+        let payload = Inertial::diagonal(self.payload, offset, [0.0; 3]);
+        scene.bodies[tool].inertial = scene.bodies[tool].inertial.merged(&payload);
+        for body in &mut scene.bodies {
+            for geom in &mut body.geoms {
+                geom.friction *= self.friction;
+                if body.name == "table" {
+                    geom.pose.translation.vector += self.table_height * Vector3::z();
+                }
+            }
+            match &mut body.joint {
+                Joint::Free => {
+                    body.inertial.mass *= self.object_mass;
+                    body.inertial.inertia *= self.object_mass;
+                }
+                Joint::Hinge(axis) if axis.name == "hinge" => {
+                    axis.damping *= self.hinge_damping;
+                    axis.friction *= self.hinge_damping;
+                    axis.spring += self.hinge_spring;
+                }
+                _ => {}
+            }
+        }
+        scene
+    }
+}

@@ -1,0 +1,23 @@
+//! The controller's state as a part of the observation: what an adaptive law remembers is hidden from a policy otherwise.
+
+use aforce::{Controller, Measurement, pose_error};
+
+use crate::component::{Component, axes};
+
+/// Names, units and scales: 19 numbers, the same in every action space.
+pub fn controller_components() -> Vec<Component> {
+    axes("goal_error", ["m, world", "rad, world"], [0.0; 2], [20.0, 2.0])
+        .chain(axes("stiffness", ["N/m", "Nm/rad"], [1000.0, 50.0], [1e-3, 0.02]))
+        .chain(axes("feedforward", ["N, world", "Nm, world"], [0.0; 2], [0.1, 0.5]))
+        .chain([Component::new("desired_force", "N", 0.0, 0.05)])
+        .collect()
+}
+
+/// Appends the goal's pose less the measured one, K as it acts, F_ff as it acts, F_d. Zeros where a space has none.
+pub fn observe_controller(controller: &Controller, y: &Measurement, out: &mut Vec<f32>) {
+    let missing = -pose_error(&y.pose, controller.goal());
+    for six in [&missing, &controller.stiffness(), controller.feedforward()] {
+        out.extend(six.iter().map(|&v| v as f32));
+    }
+    out.push(controller.desired_force() as f32);
+}

@@ -1,0 +1,134 @@
+//! How a policy sees Wipe's markers.
+
+use aforce::Vector3;
+use physics::scenes::wipe::{TABLE_CENTRE, TABLE_HEIGHT};
+use serde::{Deserialize, Serialize};
+
+use crate::component::{Component, xyz};
+use crate::markers::{self, Markers};
+
+/// A place in the middle of the table top (m, world).
+const MIDDLE: [f64; 3] = [TABLE_CENTRE[0], TABLE_CENTRE[1], TABLE_HEIGHT];
+
+/// How Wipe's markers are seen.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum MarkerView {
+    /// Share of the wiped ones; centroid and radius of the others: robosuite's default. Where the line lies is hidden.
+    #[default]
+    Condensed,
+    /// That, and where the nearest and the farthest of the others lie, seen from the tool.
+    Ends,
+    /// Every marker's place, whether it is wiped, and where it lies seen from the tool: robosuite's form without
+    /// condensation.
+    All,
+}
+
+impl MarkerView {
+    /// Names, units and scales of what is seen: 8, 14 or 700 numbers.
+    pub(crate) fn components(self) -> Vec<Component> {
+        let condensed =
+            [Component::new("proportion_wiped", "1", 0.5, 2.0), Component::new("wipe_radius", "m", 0.1, 10.0)]
+                .into_iter()
+                .chain(xyz("wipe_centroid", MIDDLE, 5.0))
+                .chain(xyz("gripper_to_wipe_centroid", [0.0; 3], 5.0));
+        let ends = ["gripper_to_nearest_marker", "gripper_to_farthest_marker"].map(|name| xyz(name, [0.0; 3], 5.0));
+        match self {
+            MarkerView::Condensed => condensed.collect(),
+            MarkerView::Ends => condensed.chain(ends.into_iter().flatten()).collect(),
+            MarkerView::All => (0..markers::COUNT)
+                .flat_map(|i| {
+                    xyz(&format!("marker{i}_pos"), MIDDLE, 5.0)
+                        .chain([Component::new(format!("marker{i}_wiped"), "0 or 1", 0.0, 1.0)])
+                        .chain(xyz(&format!("gripper_to_marker{i}"), [0.0; 3], 5.0))
+                        .collect::<Vec<_>>()
+                })
+                .collect(),
+        }
+    }
+
+    /// Appends what is seen from a tool at `tool` of markers that are believed to lie `raised` lower than they do (m).
+    /// When all are wiped, radius, centroid and ends are zero, the first two as in robosuite.
+    pub(crate) fn observe(self, markers: &Markers, raised: f64, tool: &Vector3, out: &mut Vec<f32>) {
+        let believed = |marker: Vector3| marker - raised * Vector3::z();
+        let numbers = |v: Vector3| <[f64; 3]>::from(v).map(|v| v as f32);
+        if self == MarkerView::All {
+            for (marker, wiped) in markers.iter() {
+                let marker = believed(marker);
+                out.extend(numbers(marker));
+                out.push(f32::from(u8::from(wiped)));
+                out.extend(numbers(marker - tool));
+            }
+            return;
+        }
+        let (centroid, radius) =
+            markers.centroid_and_radius().map_or((Vector3::zeros(), 0.0), |(c, radius)| (believed(c), radius));
+        out.push(markers.wiped_count() as f32 / markers::COUNT as f32);
+        out.push(radius as f32);
+        out.extend([centroid, centroid - tool].map(numbers).concat());
+        if self == MarkerView::Ends {
+            let seen = || markers.remaining().map(|marker| believed(marker) - tool);
+            let nearer = |a: &Vector3, b: &Vector3| a.norm().total_cmp(&b.norm());
+            for end in [seen().min_by(nearer), seen().max_by(nearer)] {
+                out.extend(numbers(end.unwrap_or_default()));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Translation3;
+    use physics::panda::facing_down;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    const ALL: [MarkerView; 3] = [MarkerView::Condensed, MarkerView::Ends, MarkerView::All];
+
+    fn seen(view: MarkerView, markers: &Markers, raised: f64, tool: &Vector3) -> Vec<f32> {
+        let mut out = vec![];
+        view.observe(markers, raised, tool, &mut out);
+        assert_eq!(out.len(), view.components().len());
+        out
+    }
+
+    #[test]
+    fn nearest_and_farthest_are_of_those_that_remain() {
+        let mut markers = Markers::random(0.9, &mut ChaCha8Rng::seed_from_u64(1));
+        let first = markers.remaining().next().unwrap();
+        let tool = first + Vector3::new(0.0, 0.0, 0.001);
+        let near = seen(MarkerView::Ends, &markers, 0.0, &tool);
+        assert!((near[8..11].iter().map(|v| v * v).sum::<f32>().sqrt() - 0.001).abs() < 1e-6);
+        markers.wipe(&aforce::Pose::from_parts(Translation3::from(first), facing_down()));
+        let later = seen(MarkerView::Ends, &markers, 0.0, &tool);
+        let norm = |v: &[f32]| v.iter().map(|v| v * v).sum::<f32>().sqrt();
+        assert!(norm(&later[8..11]) > 0.01 && norm(&later[11..14]) >= norm(&later[8..11]));
+        let all = seen(MarkerView::All, &markers, 0.0, &tool);
+        assert_eq!(all.chunks(7).filter(|marker| marker[3] == 1.0).count(), markers.wiped_count());
+        assert!(all.chunks(7).all(|m| (0..3).all(|i| (m[4 + i] - (m[i] - tool[i] as f32)).abs() < 1e-6)));
+    }
+
+    /// The same numbers as of a table at the height that is believed.
+    #[test]
+    fn how_high_the_table_stands_is_not_seen() {
+        let markers = |height| Markers::random(height, &mut ChaCha8Rng::seed_from_u64(1));
+        let tool = Vector3::new(0.1, 0.0, 0.95);
+        for view in ALL {
+            let (there, raised) = (seen(view, &markers(0.9), 0.0, &tool), seen(view, &markers(0.92), 0.02, &tool));
+            assert!(there.iter().zip(&raised).all(|(a, b)| (a - b).abs() < 1e-6), "{view:?}");
+        }
+    }
+
+    #[test]
+    fn nothing_is_seen_when_all_is_wiped() {
+        let mut markers = Markers::random(0.9, &mut ChaCha8Rng::seed_from_u64(1));
+        for marker in markers.remaining().collect::<Vec<_>>() {
+            markers.wipe(&aforce::Pose::from_parts(Translation3::from(marker), facing_down()));
+        }
+        let tool = Vector3::new(0.1, 0.0, 0.95);
+        let ends = seen(MarkerView::Ends, &markers, 0.0, &tool);
+        assert_eq!(ends[1..5], [0.0; 4]);
+        assert_eq!(ends[8..14], [0.0; 6]);
+    }
+}

@@ -1,0 +1,15 @@
+//! What a policy may see beyond robosuite's observation.
+
+use serde::{Deserialize, Serialize};
+
+use crate::marker_view::MarkerView;
+
+/// Options of the observation, the same for every action space.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ObservationOptions {
+    /// How Wipe's markers are seen; other tasks have none.
+    pub markers: MarkerView,
+    /// Whether the controller's state is seen: goal error, K, F_ff, F_d.
+    pub controller: bool,
+}

@@ -1,0 +1,46 @@
+//! A file with a grid of disturbances under which a policy is evaluated.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, ensure};
+use serde::Deserialize;
+use tasks::{Disturbance, TaskName};
+
+/// A disturbance with a name.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Case {
+    /// Unique; what the table calls it.
+    pub name: String,
+    /// The only task that it is for; all if absent.
+    #[serde(default)]
+    pub task: Option<TaskName>,
+    /// What is disturbed.
+    pub disturbance: Disturbance,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Grid {
+    case: Vec<Case>,
+}
+
+/// What the table calls the episodes that nothing disturbs, with which the others are paired.
+pub const UNDISTURBED: &str = "none";
+
+/// The cases of `path` that are for `task`, after one without a disturbance.
+///
+/// # Errors
+/// If the file is not a list of cases, two have one name, or `task` has not what one of its cases disturbs.
+pub fn read(path: &Path, task: TaskName) -> Result<Vec<Case>> {
+    let at = || path.display().to_string();
+    let Grid { case: cases } = toml::from_str(&fs_err::read_to_string(path)?).with_context(at)?;
+    let none = Case { name: UNDISTURBED.into(), task: None, disturbance: Disturbance::default() };
+    let mut read = vec![none];
+    for case in cases.into_iter().filter(|case| case.task.is_none_or(|only| only == task)) {
+        ensure!(read.iter().all(|other| other.name != case.name), "{}: two cases are named {:?}", at(), case.name);
+        case.disturbance.validate(task).with_context(|| format!("{}: case {:?}", at(), case.name))?;
+        read.push(case);
+    }
+    Ok(read)
+}

@@ -1,0 +1,208 @@
+//! What neither the controller's model nor the policy knows acts as its unit says, and nothing else does.
+
+use aforce::{JointVector, Vector3};
+use tasks::{Disturbance, Draw, Env, EnvConfig, TaskName};
+
+const NONE: Disturbance = Disturbance {
+    friction: None,
+    payload_kg: None,
+    table_height_m: None,
+    cube_mass: None,
+    hinge_damping: None,
+    hinge_spring: None,
+    push_n: None,
+    push_hz: None,
+    torque_delay_s: None,
+    position_noise_rad: None,
+    velocity_noise_rad_per_s: None,
+    force_noise_n: None,
+    force_bias_n: None,
+};
+
+fn fixed(value: f64) -> Option<Draw> {
+    Some(Draw::Fixed(value))
+}
+
+fn at_rate(policy_hz: u32, task: TaskName, space: &str, disturbance: Disturbance) -> Env {
+    let mut config = EnvConfig { task, space: space.parse().unwrap(), disturbance, ..EnvConfig::default() };
+    config.controller.policy_hz = policy_hz;
+    Env::new(config, 1).unwrap()
+}
+
+/// Every control sample can be seen.
+fn env(task: TaskName, space: &str, disturbance: Disturbance) -> Env {
+    at_rate(500, task, space, disturbance)
+}
+
+fn tool(env: &Env) -> Vector3 {
+    env.simulation().measure().pose.translation.vector
+}
+
+/// The observations of some actions.
+fn seen(task: TaskName, disturbance: Disturbance) -> Vec<f32> {
+    let mut env = env(task, "aforce", disturbance);
+    let mut seen = env.reset(Some(1)).to_vec();
+    for k in 0..300 {
+        let action: Vec<f64> =
+            (0..env.action_dim()).map(|i| f64::from((k / 25 * 7 + i) as u8 % 5) / 2.0 - 1.0).collect();
+        env.step(&action);
+        seen.extend(env.observation());
+    }
+    seen
+}
+
+#[test]
+fn what_disturbs_nothing_changes_no_byte() {
+    let neutral = Disturbance {
+        friction: fixed(1.0),
+        payload_kg: fixed(0.0),
+        push_n: fixed(0.0),
+        push_hz: Some(Draw::Between([0.2, 5.0])),
+        torque_delay_s: fixed(0.0),
+        force_noise_n: fixed(0.0),
+        ..NONE
+    };
+    for task in TaskName::ALL {
+        assert!(seen(task, neutral) == seen(task, NONE), "{}", task.as_str());
+        let heavier = Disturbance { payload_kg: fixed(0.5), ..NONE };
+        assert!(seen(task, heavier) != seen(task, NONE), "{}", task.as_str());
+    }
+}
+
+/// 1 kg that the model does not know of sinks by m g / K: `high` has 1500 N/m. The dry friction of the joints holds up to
+/// a fifth of it.
+#[test]
+fn a_payload_sinks_into_the_spring() {
+    let sink = |disturbance| {
+        // One action, as the next would take the goal along.
+        let mut env = at_rate(1, TaskName::Wipe, "high", disturbance);
+        env.reset(Some(1));
+        env.step(&[0.0; 6]);
+        tool(&env).z
+    };
+    let sunk = sink(NONE) - sink(Disturbance { payload_kg: fixed(1.0), ..NONE });
+    let expected = 9.81 / 1500.0;
+    assert!((0.8..1.05).contains(&(sunk / expected)), "{sunk} m, {expected} m without friction");
+}
+
+/// A swinging force moves the tool by force / stiffness while it is slow, along one line through where it rests.
+#[test]
+fn a_push_swings_with_its_amplitude_and_frequency() {
+    let push = Disturbance { push_n: fixed(20.0), push_hz: fixed(0.5), ..NONE };
+    let mut env = env(TaskName::Wipe, "high", push);
+    env.reset(Some(1));
+    let still = vec![0.0; env.action_dim()];
+    let path: Vec<Vector3> = (0..4000)
+        .map(|_| {
+            env.step(&still);
+            tool(&env)
+        })
+        .collect();
+    // From the second period on.
+    let centre = path[1000..3000].iter().sum::<Vector3>() / 2000.0;
+    let far = path[1000..3000].iter().max_by(|a, b| (*a - centre).norm().total_cmp(&(*b - centre).norm())).unwrap();
+    let reach = (far - centre).norm();
+    assert!((0.6..1.1).contains(&(reach * 1500.0 / 20.0)), "{reach} m");
+    let direction = (far - centre) / reach;
+    let along = |i: usize| (path[i] - centre).dot(&direction);
+    let crossings = (1000..3999).filter(|&i| along(i) * along(i + 1) < 0.0).count();
+    assert_eq!(crossings, 6, "twice in each of the three periods of 2 s");
+}
+
+/// The torque that acts is the one commanded 20 ms before; until then the arm is held as it was at reset.
+#[test]
+fn torques_come_late() {
+    let action = |env: &Env| vec![0.5; env.action_dim()];
+    let torques = |disturbance| {
+        let mut env = env(TaskName::Wipe, "osc", disturbance);
+        env.reset(Some(1));
+        let holding = env.measurement().bias;
+        let torques: Vec<JointVector> = (0..15).map(|_| env.step(&action(&env)).interval.mean_torque()).collect();
+        (holding, torques)
+    };
+    let (_, now) = torques(NONE);
+    let (holding, late) = torques(Disturbance { torque_delay_s: fixed(0.02), ..NONE });
+    assert!(late[..10].iter().all(|tau| *tau == holding));
+    assert_eq!(late[10], now[0], "both are commanded at reset");
+    assert!((now[0] - holding).amax() > 0.1);
+}
+
+/// Noise has the deviation asked for, and is in what is measured, not in what is.
+#[test]
+fn noise_is_measured_and_nothing_else() {
+    let noise = Disturbance {
+        position_noise_rad: fixed(1e-3),
+        velocity_noise_rad_per_s: fixed(0.02),
+        force_noise_n: fixed(2.0),
+        force_bias_n: fixed(5.0),
+        ..NONE
+    };
+    let mut env = env(TaskName::Lift, "mid", noise);
+    let still = vec![0.0; env.action_dim()];
+    env.reset(Some(1));
+    let (mut squares, mut mean) = ([0.0; 3], Vector3::zeros());
+    const N: usize = 1000;
+    for _ in 0..N {
+        env.step(&still);
+        let ((q, qd), y) = (env.simulation().joints(), env.measurement());
+        let force: Vector3 = (y.wrench - env.simulation().contact().filtered).fixed_rows::<3>(0).into();
+        mean += force / N as f64;
+        squares[0] += (y.q - q).norm_squared() / (7 * N) as f64;
+        squares[1] += (y.qd - qd).norm_squared() / (7 * N) as f64;
+        squares[2] += force.norm_squared() / N as f64;
+    }
+    assert!((mean.norm() - 5.0).abs() < 0.4, "{mean}");
+    let deviations = [squares[0].sqrt(), squares[1].sqrt(), ((squares[2] - 25.0) / 3.0).sqrt()];
+    for (deviation, expected) in deviations.into_iter().zip([1e-3, 0.02, 2.0]) {
+        assert!((deviation / expected - 1.0).abs() < 0.1, "{deviations:?}");
+    }
+}
+
+/// The tool meets a higher table sooner, by as much; what is seen of the markers stays.
+#[test]
+fn the_table_stands_where_the_disturbance_puts_it() {
+    let touch = |raised: f64| {
+        let mut env = env(TaskName::Wipe, "mid", Disturbance { table_height_m: fixed(raised), ..NONE });
+        let start = env.reset(Some(1))[..8].to_vec();
+        while !env.simulation().contact().touching {
+            env.step(&[0.0, 0.0, -0.05, 0.0, 0.0, 0.0]);
+        }
+        (tool(&env).z, start)
+    };
+    let ((low, seen_low), (high, seen_high)) = (touch(0.0), touch(0.02));
+    assert!((high - low - 0.02).abs() < 0.002, "{low} {high}");
+    assert!(seen_low.iter().zip(&seen_high).all(|(a, b)| (a - b).abs() < 1e-6));
+}
+
+/// What a range gives lies within it, differs from episode to episode, and is the same for the same episode.
+#[test]
+fn a_range_is_drawn_anew_for_every_episode() {
+    let heights = |seed: u64| {
+        let range = Disturbance { table_height_m: Some(Draw::Between([-0.02, 0.02])), ..NONE };
+        let mut env = env(TaskName::Wipe, "mid", range);
+        env.reset(Some(seed));
+        let decal = env.task().decals()[0].centre;
+        decal[2] - 0.9
+    };
+    let drawn: Vec<f64> = (0..50).map(heights).collect();
+    assert!(drawn.iter().all(|height| height.abs() <= 0.02));
+    assert!(drawn.iter().any(|&height| height > 0.015) && drawn.iter().any(|&height| height < -0.015));
+    assert_eq!(heights(7), drawn[7]);
+}
+
+#[test]
+fn what_cannot_be_is_refused_in_one_line() {
+    let refused = |task, disturbance| {
+        let error = Env::new(EnvConfig { task, disturbance, ..EnvConfig::default() }, 1).err().unwrap().to_string();
+        assert!(!error.contains('\n'));
+        error
+    };
+    let error = refused(TaskName::Wipe, Disturbance { cube_mass: fixed(2.0), ..NONE });
+    assert_eq!(error, "env.disturbance.cube_mass: lift has it, wipe has not");
+    let error = refused(TaskName::Wipe, Disturbance { payload_kg: fixed(-1.0), ..NONE });
+    assert_eq!(error, "env.disturbance.payload_kg = -1 is not allowed; allowed: 0 to 5");
+    let error = refused(TaskName::Lift, Disturbance { friction: Some(Draw::Between([2.0, 0.5])), ..NONE });
+    assert_eq!(error, "env.disturbance.friction: [2.0, 0.5] is upside down: the lower end comes first");
+    let error = refused(TaskName::Lift, Disturbance { push_n: fixed(5.0), ..NONE });
+    assert_eq!(error, "env.disturbance.push_n: push_n and push_hz stand together or not at all");
+}
