@@ -11,6 +11,7 @@ use common::{
 };
 use experiments::config::RunConfig;
 use experiments::report::columns::Columns;
+use experiments::run::csv_table::CsvTable;
 use experiments::run::folder::RunFolder;
 use rustix::process::Signal;
 use walkdir::WalkDir;
@@ -340,5 +341,55 @@ fn baselines_make_their_folder() {
     }
     for learners in ["--steps", "--preset", "--seed"] {
         expect(&error(program("evaluate").args(["--random", learners, "5"]), 2), &[learners]);
+    }
+}
+
+/// A policy is played undisturbed and under every case, from the same starts; what its task has not is refused before.
+#[test]
+fn a_grid_of_disturbances_becomes_one_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let grid = |text: &str| {
+        let path = folder.path().join("grid.toml");
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    let table = folder.path().join("grid.csv");
+    let evaluate = |grid: &Path| {
+        let mut command = program("evaluate");
+        command.args(["--expert", "--task", "lift", "--space", "osc", "--episodes", "2", "--set", "env.horizon=30"]);
+        command.arg("--disturb").arg(grid).arg("--csv").arg(&table);
+        command
+    };
+    let two = grid(
+        "case = [\n  { name = \"heavy\", disturbance = { payload_kg = [0.5, 2.0] } },\n  { name = \"table\", task = \"wipe\", \
+         disturbance = { table_height_m = 0.01 } },\n]\n",
+    );
+    let printed = evaluate(&two).assert().success().get_output().stdout.clone();
+    expect(&String::from_utf8(printed).unwrap(), &["none", "heavy", "+0.00 +- 0.00"]);
+    let rows = CsvTable::read(&table).unwrap();
+    assert_eq!(rows.column("disturbance").unwrap(), ["none", "none", "heavy", "heavy"]);
+    let starts = rows.column("episode_seed").unwrap();
+    assert_eq!(starts[..2], starts[2..]);
+    let energy = rows.column("energy_j").unwrap();
+    assert!(energy[0] != energy[2] && energy[1] != energy[3]);
+
+    std::fs::remove_file(&table).unwrap();
+    let refused = [
+        (
+            "{ name = \"a\", disturbance = { hinge_spring = 1.0 } }",
+            "case \"a\": disturbance.hinge_spring: door has it, lift has not",
+        ),
+        (
+            "{ name = \"a\", disturbance = { cube_mass = -1 } }",
+            "disturbance.cube_mass = -1 is not allowed; allowed: 0.1 to 100",
+        ),
+        ("{ name = \"a\", disturbance = { friction = [2.0, 1.0] } }", "upside down"),
+        ("{ name = \"a\", disturbance = { frictoin = 2.0 } }", "frictoin"),
+        ("{ name = \"none\", disturbance = {} }", "two cases are named \"none\""),
+    ];
+    for (case, message) in refused {
+        let text = grid(&format!("case = [{case}]\n"));
+        expect(&error(&mut evaluate(&text), 1), &["grid.toml", message]);
+        assert!(!table.exists());
     }
 }

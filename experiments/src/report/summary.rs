@@ -62,6 +62,21 @@ pub struct RunSummary {
     pub feedforward_share_rotation: Option<f64>,
     pub tool_work_translation_per_action_j: Option<f64>,
     pub tool_work_rotation_per_action_j: Option<f64>,
+    pub final_success_held: Option<f64>,
+    pub final_time_to_success_s: Option<f64>,
+    pub final_energy_to_success_j: Option<f64>,
+    pub final_max_force_to_success_n: Option<f64>,
+    pub sampled_success_held: Option<f64>,
+    pub sampled_success_without_hand: Option<f64>,
+    pub sampled_hand_share_to_success: Option<f64>,
+    pub sampled_time_to_success_s: Option<f64>,
+    pub sampled_energy_to_success_j: Option<f64>,
+    pub sampled_max_force_to_success_n: Option<f64>,
+    pub sampled_impulse_to_success_ns: Option<f64>,
+    pub sampled_fulfilled_power_w: Option<f64>,
+    pub sampled_fulfilled_max_force_n: Option<f64>,
+    pub sampled_arm_max_contact_force_n: Option<f64>,
+    pub sampled_self_contact_time_s: Option<f64>,
     pub wall_s: f64,
     pub commit: String,
 }
@@ -117,7 +132,7 @@ impl RunSummary {
             let points = training.points(column)?;
             let late: Vec<f64> = points.iter().filter(|p| p.0 > first_late).map(|p| p.1).collect();
             // Very long episodes: none may have ended since.
-            Ok(mean(&if late.is_empty() { training.values(column)? } else { late }))
+            Ok(if late.is_empty() { mean_of(&points, |p| p.1) } else { mean(&late) })
         };
         let solved = returns.iter().find(|p| p.1 >= SOLVED).map(|p| p.0);
         let clock = Columns::read(&run.progress())?.points("wall_s")?;
@@ -174,6 +189,21 @@ impl RunSummary {
             feedforward_share_rotation: known(mean(&training.values("feedforward_share_rotation")?)),
             tool_work_translation_per_action_j: known(per_action("tool_work_translation_j")?),
             tool_work_rotation_per_action_j: known(per_action("tool_work_rotation_j")?),
+            final_success_held: known(at_end("success_held")?),
+            final_time_to_success_s: known(at_end("time_to_success_s")?),
+            final_energy_to_success_j: known(at_end("energy_to_success_j")?),
+            final_max_force_to_success_n: known(at_end("max_force_to_success_n")?),
+            sampled_success_held: known(sampled("success_held")?),
+            sampled_success_without_hand: known(sampled("success_without_hand")?),
+            sampled_hand_share_to_success: known(sampled("hand_share_to_success")?),
+            sampled_time_to_success_s: known(sampled("time_to_success_s")?),
+            sampled_energy_to_success_j: known(sampled("energy_to_success_j")?),
+            sampled_max_force_to_success_n: known(sampled("max_force_to_success_n")?),
+            sampled_impulse_to_success_ns: known(sampled("impulse_to_success_ns")?),
+            sampled_fulfilled_power_w: known(sampled("fulfilled_energy_j")? / sampled("fulfilled_time_s")?),
+            sampled_fulfilled_max_force_n: known(sampled("fulfilled_max_force_n")?),
+            sampled_arm_max_contact_force_n: known(sampled("arm_max_contact_force_n")?),
+            sampled_self_contact_time_s: known(sampled("self_contact_time_s")?),
             wall_s: manifest.wall_s,
             commit: manifest.commits(),
         })
