@@ -79,7 +79,7 @@ mod tests {
                 let placed =
                     simulation.solids().iter().map(|s| s.body.map_or(s.pose, |b| simulation.body_pose(b) * s.pose));
                 poses.push(placed.collect::<Vec<_>>());
-                wiped.push((env.task().decals(), step.penalty > 0.0));
+                wiped.push((env.task().decals(), step.penalty > 0.0, step.success));
                 Ok(())
             })
             .unwrap();
@@ -107,7 +107,7 @@ mod tests {
 
         // Decals have the colours they had, and penalties their moments.
         assert!(wiped.first() != wiped.last(), "something is wiped");
-        for (frame, (decals, penalised)) in wiped.iter().enumerate() {
+        for (frame, (decals, penalised, fulfilled)) in wiped.iter().enumerate() {
             for decal in decals {
                 let same = |track: &&Value| track["centre"] == json!(decal.centre);
                 let track = episode["decals"].as_array().unwrap().iter().find(same).unwrap();
@@ -115,7 +115,8 @@ mod tests {
                 let last = changes.iter().rfind(|change| change[0].as_u64().unwrap() <= frame as u64).unwrap();
                 assert_eq!(last[1], json!(decal.color));
             }
-            assert_eq!(episode["penalised"].as_array().unwrap().contains(&json!(frame)), *penalised);
+            let said = |what: &str| episode[what].as_array().unwrap().contains(&json!(frame));
+            assert_eq!((said("penalised"), said("fulfilled")), (*penalised, *fulfilled));
         }
         for series in episode["panels"].as_array().unwrap().iter().flat_map(|p| p["series"].as_array().unwrap()) {
             assert_eq!(floats(&series["values"]).len(), 500, "{series}");

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use anyhow::Result;
 use output::caption;
 use physics::camera::Image;
-use tasks::{Env, Step, play};
+use tasks::{Env, Outcome, Step, play};
 
 use crate::arrow;
 use crate::recording::{Recording, contact_force, tool};
@@ -61,9 +61,7 @@ impl Playback {
         })
         .outcome();
         seen?;
-        let done = if outcome.success { ", fulfilled at the end" } else { "" };
-        let energy = outcome.energy_per_action_j;
-        playback.detail = format!("{who}: return {:.1}, {energy:.2} J per action{done}", playback.total);
+        playback.detail = format!("{who}: return {:.1}, {}", playback.total, in_words(&outcome));
         Ok(playback)
     }
 
@@ -77,5 +75,17 @@ impl Playback {
         let (time, total) = (self.traces.time(), self.total);
         caption(&mut image, &format!("{}  {time:5.2} s  return {total:5.1} {done:4}", self.title));
         image
+    }
+}
+
+/// What the episode cost: until the task was first fulfilled, and as a whole.
+fn in_words(outcome: &Outcome) -> String {
+    let whole = format!("{:.2} J per action", outcome.energy_per_action_j);
+    let end = if outcome.success { "fulfilled at the end" } else { "not fulfilled at the end" };
+    match (outcome.time_to_success_s, outcome.energy_to_success_j, outcome.max_force_to_success_n) {
+        (Some(time), Some(energy), Some(force)) => {
+            format!("{whole}; first fulfilled after {time:.2} s, {energy:.0} J and at most {force:.0} N; {end}")
+        }
+        _ => format!("{whole}; never fulfilled"),
     }
 }

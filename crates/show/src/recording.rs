@@ -54,6 +54,8 @@ pub struct Recording {
     decals: Vec<DecalTrack>,
     /// Frames after actions whose force exceeded the limit.
     penalised: Vec<usize>,
+    /// Frames after actions that left the task fulfilled.
+    fulfilled: Vec<usize>,
 }
 
 /// A decal through time.
@@ -90,6 +92,9 @@ impl Recording {
         }
         if step.over_limit {
             self.penalised.push(self.frames);
+        }
+        if step.success {
+            self.fulfilled.push(self.frames);
         }
         self.frames += 1;
     }
@@ -129,6 +134,7 @@ impl Recording {
             "stiffness": self.stiffness,
             "decals": self.decals.iter().map(decal).collect::<Vec<_>>(),
             "penalised": self.penalised,
+            "fulfilled": self.fulfilled,
         })
     }
 }
