@@ -101,7 +101,7 @@ impl StiffnessRange {
         let (low, high, share) = (self.low[axis], self.high[axis], 0.5 * (entry + 1.0));
         match self.scale {
             Scale::Linear => low + share * (high - low),
-            Scale::Log => low * (high / low).powf(share),
+            Scale::Log => low * libm::pow(high / low, share),
         }
     }
 }

@@ -39,7 +39,7 @@ impl ContactReading {
         self.raw = raw.unwrap_or_else(Wrench::zeros);
         self.touching = raw.is_some();
         for (wrench, cutoff) in [&mut self.filtered, &mut self.sustained].into_iter().zip(cutoffs) {
-            let gain = 1.0 - (-std::f64::consts::TAU * cutoff * dt).exp();
+            let gain = 1.0 - libm::exp(-std::f64::consts::TAU * cutoff * dt);
             *wrench += (self.raw - *wrench) * gain;
         }
     }

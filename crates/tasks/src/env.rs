@@ -5,12 +5,12 @@ use physics::panda::{HOME, ParameterSet};
 use physics::{Plant, Simulation, SimulationConfig};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, Normal};
 use serde::{Deserialize, Serialize};
 
 use crate::component::Component;
 use crate::expert;
 use crate::interval::Interval;
+use crate::normal::standard_normal;
 use crate::observation::{observe_robot, proprioception_components};
 use crate::penalty::ForcePenalty;
 use crate::task::{REWARD_TERMS, Reward, Task};
@@ -148,9 +148,8 @@ impl Env {
     pub fn reset(&mut self, seed: Option<u64>) -> &[f32] {
         let mut rng = ChaCha8Rng::seed_from_u64(seed.unwrap_or_else(|| self.episodes.next_u64()));
         self.simulation = self.task.reset(&self.plant, &mut rng);
-        let noise = Normal::new(0.0, self.config.initial_noise).expect("a finite deviation");
         let mut q = HOME;
-        q.iter_mut().for_each(|q| *q += noise.sample(&mut rng));
+        q.iter_mut().for_each(|q| *q += self.config.initial_noise * standard_normal(&mut rng));
         self.simulation.reset(&q.into());
         self.y = self.simulation.measure();
         self.controller.reset(&self.y);

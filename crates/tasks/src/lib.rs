@@ -4,6 +4,8 @@
 //! only loop: one action (by default at 20 Hz) becomes torques (25 at 500 Hz) and comes
 //! back as a reward, an observation and an [`Interval`] of energies and forces.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))] // See clippy.toml.
+
 mod component;
 mod describe;
 mod door;
@@ -13,6 +15,7 @@ mod expert;
 mod interval;
 mod lift;
 mod markers;
+mod normal;
 mod normalisation;
 mod observation;
 mod penalty;
