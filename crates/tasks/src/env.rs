@@ -1,7 +1,7 @@
 //! The environment: the one loop from an action to torques, and back to a reward.
 
 use aforce::{ActionSpace, ConfigError, Controller, ControllerConfig, Measurement, within};
-use physics::panda::{HOME, ParameterSet};
+use physics::panda::{HOME, ParameterSet, RANGE};
 use physics::{Plant, Simulation, SimulationConfig};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -16,6 +16,12 @@ use crate::penalty::ForcePenalty;
 use crate::task::{REWARD_TERMS, Reward, Task};
 use crate::task_name::TaskName;
 
+/// Overlap at which the engine would throw the arm off instead of starting an episode (m).
+const LARGEST_OVERLAP: f64 = 1e-3;
+
+/// Starts that are drawn before a scene counts as one without room for the arm.
+const MOST_STARTS: u32 = 1000;
+
 /// Everything that defines an environment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -28,7 +34,8 @@ pub struct EnvConfig {
     pub robot: ParameterSet,
     /// Actions until an episode is truncated. Door's penalty and all of Wipe's reward are scaled with it.
     pub horizon: u32,
-    /// Standard deviation of the joint angles around the home pose at reset (rad).
+    /// Standard deviation of the joint angles around the home pose at reset (rad). Angles out of range, and those with which
+    /// the arm would overlap its surroundings by a millimetre, are drawn anew.
     pub initial_noise: f64,
     /// Force limit and penalty.
     pub force_penalty: ForcePenalty,
@@ -145,17 +152,35 @@ impl Env {
 
     /// Starts an episode and returns its first observation. `Some(seed)` fixes this
     /// episode; `None` takes the next seed of the environment's own sequence.
+    ///
+    /// # Panics
+    /// If the task's scene has no room for the arm around its home pose.
     pub fn reset(&mut self, seed: Option<u64>) -> &[f32] {
         let mut rng = ChaCha8Rng::seed_from_u64(seed.unwrap_or_else(|| self.episodes.next_u64()));
         self.simulation = self.task.reset(&self.plant, &mut rng);
-        let mut q = HOME;
-        q.iter_mut().for_each(|q| *q += self.config.initial_noise * standard_normal(&mut rng));
-        self.simulation.reset(&q.into());
+        self.place_arm(&mut rng);
         self.y = self.simulation.measure();
         self.controller.reset(&self.y);
         self.elapsed = 0;
         self.observe();
         &self.observation
+    }
+
+    /// Draws joint angles until they are within their ranges and the arm stands in nothing's way.
+    fn place_arm(&mut self, rng: &mut ChaCha8Rng) {
+        for _ in 0..MOST_STARTS {
+            let q = HOME.map(|q| q + self.config.initial_noise * standard_normal(rng));
+            if q.iter().zip(RANGE).all(|(q, [low, high])| (low..=high).contains(q)) {
+                self.simulation.reset(&q.into());
+                if self.simulation.overlap() < LARGEST_OVERLAP {
+                    return;
+                }
+            }
+        }
+        panic!(
+            "{MOST_STARTS} starts of {} overlap its scene: leave room around the home pose",
+            self.config.task.as_str()
+        );
     }
 
     /// Applies one action in [-1, 1]^n for one policy interval: the entries of the action space
@@ -281,3 +306,6 @@ impl Env {
         self.episodes = stream;
     }
 }
+
+#[cfg(test)]
+mod tests;
