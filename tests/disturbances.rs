@@ -203,6 +203,8 @@ fn what_cannot_be_is_refused_in_one_line() {
     assert_eq!(error, "env.disturbance.payload_kg = -1 is not allowed; allowed: 0 to 5");
     let error = refused(TaskName::Lift, Disturbance { friction: Some(Draw::Between([2.0, 0.5])), ..NONE });
     assert_eq!(error, "env.disturbance.friction: [2.0, 0.5] is upside down: the lower end comes first");
+    let error = refused(TaskName::Wipe, Disturbance { table_height_m: Some(Draw::Between([0.0, 0.19])), ..NONE });
+    assert_eq!(error, "env.disturbance.table_height_m: 0.19 m raise the table into the arm at its start; lower it");
     let error = refused(TaskName::Lift, Disturbance { push_n: fixed(5.0), ..NONE });
     assert_eq!(error, "env.disturbance.push_n: push_n and push_hz stand together or not at all");
 }

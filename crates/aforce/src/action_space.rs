@@ -227,6 +227,7 @@ impl fmt::Display for ActionSpace {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stiffness::{Scale, StiffnessRange};
 
     fn space(name: &str) -> ActionSpace {
         name.parse().unwrap()
@@ -280,6 +281,15 @@ mod tests {
             error(|s| psi_of(s).mu = Gains::all(1e4))
                 .contains("stiffness.adaptive.mu (axis x) = 10000 is not allowed; allowed: 0 to 500")
         );
+        let too_stiff = |s: &mut ActionSpace, stiffness| (s.stiffness, s.commanded_psi) = (stiffness, None);
+        let range = StiffnessRange { low: Gains::all(0.0), high: Gains::all(1e6), scale: Scale::Linear };
+        for message in [
+            error(|s| psi_of(s).k_max = Gains::all(1e6)),
+            error(|s| too_stiff(s, Stiffness::Fixed(Gains::all(1e6)))),
+            error(|s| too_stiff(s, Stiffness::Commanded(range))),
+        ] {
+            assert!(message.contains("(axis x) = 1000000 is not allowed; allowed: 0 to 100000"), "{message}");
+        }
         assert!(error(|s| s.damping_ratio = Gains::all(-1.0)).contains("damping_ratio (axis x) = -1"));
         assert!(error(|s| s.stiffness = Stiffness::Fixed(Gains::all(1.0))).contains("commanded_psi"));
         assert!(error(|s| (s.set_point, s.rate) = (SetPoint::Jump, RateRule::SetPoint)).contains("space.rate"));

@@ -99,7 +99,7 @@ impl CommandedPsi {
         for (range, pair) in self.ranges.iter().zip(entries.as_chunks::<2>().0) {
             for axis in 0..6 {
                 let share = 0.5 * (clip(pair[axis / 3], 0.0) + 1.0);
-                let value = range.low[axis] * (range.high[axis] / range.low[axis]).powf(share);
+                let value = range.low[axis] * libm::pow(range.high[axis] / range.low[axis], share);
                 range.parameter.set(psi, axis, value);
             }
         }

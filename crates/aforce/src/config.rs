@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ConfigError, not_negative, positive, within};
+use crate::error::{ConfigError, positive, within};
 use crate::force::ForceConfig;
 use crate::interpolator::Interpolation;
 
@@ -12,8 +12,8 @@ use crate::interpolator::Interpolation;
 pub struct ControllerConfig {
     /// Actions per second (Hz).
     pub policy_hz: u32,
-    /// Control samples per second (Hz); a whole multiple of `policy_hz`. The simulation advances by one sample at a time: a
-    /// slower controller makes the physics coarser too, unless it is given more substeps.
+    /// Control samples per second (Hz); a whole multiple of `policy_hz`. Each is a step of the simulation, or several where it
+    /// is longer than 2 ms.
     pub control_hz: u32,
     /// Position delta of an action entry of 1 (m).
     pub position_step: f64,
@@ -56,10 +56,12 @@ impl ControllerConfig {
             return Err(ConfigError::Rates { section: String::new(), control_hz, policy_hz });
         }
         positive("position_step", self.position_step)?;
+        // The arm reaches 0.855 m.
+        within("position_step", self.position_step, 0.0..=1.0)?;
         positive("rotation_step", self.rotation_step)?;
         // Three entries at once turn by sqrt(3) steps: less than half a turn.
         within("rotation_step", self.rotation_step, 0.0..=1.8)?;
-        not_negative("null_space_stiffness", self.null_space_stiffness)?;
+        within("null_space_stiffness", self.null_space_stiffness, 0.0..=1000.0)?;
         self.interpolation.validate()?;
         self.force.validate()
     }
@@ -115,6 +117,11 @@ mod tests {
         assert_eq!(message(|c| c.policy_hz = 30), "control_hz = 500 is not a whole multiple of policy_hz = 30");
         assert_eq!(message(|c| c.policy_hz = 0), "policy_hz = 0 is not allowed; allowed: 1 to 1000");
         assert_eq!(message(|c| c.position_step = -0.1), "position_step = -0.1 is not allowed; allowed: above 0");
+        assert_eq!(message(|c| c.position_step = 100.0), "position_step = 100 is not allowed; allowed: 0 to 1");
+        assert_eq!(
+            message(|c| c.null_space_stiffness = 1e6),
+            "null_space_stiffness = 1000000 is not allowed; allowed: 0 to 1000"
+        );
         assert_eq!(
             message(|c| c.interpolation = Interpolation::Linear { ramp_ratio: 1.5 }),
             "interpolation.linear.ramp_ratio = 1.5 is not allowed; allowed: 0 to 1"

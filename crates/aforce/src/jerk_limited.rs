@@ -154,7 +154,7 @@ fn angular_rates(phi: &Vector3, rate: &Vector3, acceleration: &Vector3) -> (Vect
             -1.0 / 60.0 + t2 / 1260.0 - t2 * t2 / 60_480.0,
         )
     } else {
-        let (sin, cos) = t.sin_cos();
+        let (sin, cos) = libm::sincos(t);
         (
             (1.0 - cos) / t2,
             (t - sin) / (t2 * t),

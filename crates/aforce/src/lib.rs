@@ -23,6 +23,8 @@
 //! Nothing here knows the plant: any simulator or arm that fills a [`Measurement`] can host it. The control step does
 //! not allocate.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))] // See clippy.toml.
+
 mod action;
 mod action_space;
 mod adaptation;

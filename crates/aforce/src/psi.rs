@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
 use crate::gains::Gains;
+use crate::stiffness::MAX_STIFFNESS;
 
 /// The sign of the delta term in eps (eq. 6), with e = x - x_d.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -99,7 +100,7 @@ impl Psi {
         self.mu.within(&field("mu"), 0.0..=f64::from(control_hz))?;
         self.delta.not_negative(&field("delta"))?;
         self.k_min.positive(&field("k_min"))?;
-        self.k_max.positive(&field("k_max"))?;
+        self.k_max.within(&field("k_max"), 0.0..=MAX_STIFFNESS)?;
         self.k_max.at_least(&field("k_max"), &self.k_min, "k_min")?;
         self.k_0.at_least(&field("k_0"), &self.k_min, "k_min")?;
         self.k_max.at_least(&field("k_max"), &self.k_0, "k_0")?;

@@ -83,7 +83,7 @@ pub fn rotation_vector(rotation: &UnitQuaternion<f64>) -> Vector3 {
     let w = rotation.w;
     let v = rotation.imag() * if w < 0.0 { -1.0 } else { 1.0 };
     let sine = v.norm();
-    if sine < 1e-12 { 2.0 * v } else { v * (2.0 * sine.atan2(w.abs()) / sine) }
+    if sine < 1e-12 { 2.0 * v } else { v * (2.0 * libm::atan2(sine, w.abs()) / sine) }
 }
 
 /// `[linear; rotational]`.

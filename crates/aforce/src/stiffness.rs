@@ -8,6 +8,9 @@ use crate::operational_space::OperationalSpace;
 use crate::psi::Psi;
 use crate::spatial::{Vector6, Wrench};
 
+/// Largest stiffness of an axis, whatever its unit: thirty times what cobots offer (3000 N/m).
+pub(crate) const MAX_STIFFNESS: f64 = 1e5;
+
 /// What a stiffness number means: 150 1/s^2 are 2 to 6 kN/m along the axes of this arm, not 150 N/m.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum StiffnessUnit {
@@ -101,7 +104,7 @@ impl StiffnessRange {
         let (low, high, share) = (self.low[axis], self.high[axis], 0.5 * (entry + 1.0));
         match self.scale {
             Scale::Linear => low + share * (high - low),
-            Scale::Log => low * (high / low).powf(share),
+            Scale::Log => low * libm::pow(high / low, share),
         }
     }
 }
@@ -126,9 +129,10 @@ impl Stiffness {
                     Scale::Log => low.positive("stiffness.commanded.low")?,
                 }
                 high.positive("stiffness.commanded.high")?;
+                high.within("stiffness.commanded.high", 0.0..=MAX_STIFFNESS)?;
                 high.at_least("stiffness.commanded.high", low, "low")
             }
-            Self::Fixed(k) => k.not_negative("stiffness.fixed"),
+            Self::Fixed(k) => k.within("stiffness.fixed", 0.0..=MAX_STIFFNESS),
         }
     }
 }

@@ -29,7 +29,7 @@ pub struct Decal {
 impl Decal {
     fn covers(&self, point: &Vector3) -> bool {
         let d = point - Vector3::from(self.centre);
-        d.z.abs() < 5e-4 && d.x.hypot(d.y) < self.radius
+        d.z.abs() < 5e-4 && libm::hypot(d.x, d.y) < self.radius
     }
 }
 
@@ -63,7 +63,7 @@ impl Camera {
         let [forward, right, up] = self.axes();
         let ray = point - Vector3::from(self.eye);
         let depth = ray.dot(&forward);
-        let half = (self.field_of_view / 2.0).tan() * depth;
+        let half = libm::tan(self.field_of_view / 2.0) * depth;
         let (x, y) = (ray.dot(&right) / half, ray.dot(&up) / half);
         (depth > 0.0).then_some([(x * height as f64 + width as f64) / 2.0, (1.0 - y) * height as f64 / 2.0])
     }
@@ -79,7 +79,7 @@ impl Camera {
     pub fn render(&self, simulation: &Simulation, decals: &[Decal], width: usize, height: usize) -> Image {
         let eye = Vector3::from(self.eye);
         let [forward, right, up] = self.axes();
-        let scale = (self.field_of_view / 2.0).tan();
+        let scale = libm::tan(self.field_of_view / 2.0);
         let light = Vector3::from(LIGHT).normalize();
         let mut rgb = Vec::with_capacity(3 * width * height);
         for row in 0..height {

@@ -16,8 +16,8 @@ pub struct ContactReading {
     /// contact turns an impact into one step of kilonewtons; a real one lasts tens of
     /// milliseconds, and so does this one.
     pub sustained: Wrench,
-    /// Impulses of the last step divided by its length (N, Nm). Single-step peaks of an
-    /// impact are an artefact of rigid contact.
+    /// Impulses of the engine's last step, of 2 ms at most, divided by its length (N, Nm).
+    /// Single-step peaks of an impact are an artefact of rigid contact.
     pub raw: Wrench,
     /// Whether anything beyond the wrist and the environment press on each other.
     pub touching: bool,
@@ -63,7 +63,7 @@ impl ContactReading {
     /// with the given cut-offs (Hz) of the filtered and the sustained readings, discretised
     /// exactly.
     pub(crate) fn update(&mut self, contacts: &ArmContacts, cutoffs: [f64; 2], dt: f64) {
-        let gains = cutoffs.map(|cutoff| 1.0 - (-std::f64::consts::TAU * cutoff * dt).exp());
+        let gains = cutoffs.map(|cutoff| 1.0 - libm::exp(-std::f64::consts::TAU * cutoff * dt));
         self.raw = contacts.beyond_wrist.unwrap_or_default();
         self.touching = contacts.beyond_wrist.is_some();
         self.filtered += (self.raw - self.filtered) * gains[0];

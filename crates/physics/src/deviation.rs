@@ -2,7 +2,7 @@
 
 use aforce::Vector3;
 
-use crate::scene::{Inertial, Joint, Scene};
+use crate::scene::{Body, Inertial, Joint, Scene, at};
 
 /// What only the simulation knows. The model that a controller reads is made from the scene as it is without this.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,8 +39,16 @@ impl Deviation {
     /// The scene as it is simulated; the payload sits at `offset` in the body `tool`.
     pub(crate) fn of(&self, scene: &Scene, tool: usize, offset: [f64; 3]) -> Scene {
         let mut scene = scene.clone();
-        let payload = Inertial::diagonal(self.payload, offset, [0.0; 3]);
-        scene.bodies[tool].inertial = scene.bodies[tool].inertial.merged(&payload);
+        if self.payload > 0.0 {
+            scene.add(Body {
+                name: "payload".into(),
+                parent: Some(tool),
+                pose: at(offset),
+                joint: Joint::Fixed,
+                inertial: Inertial::diagonal(self.payload, [0.0; 3], [0.0; 3]),
+                geoms: vec![],
+            });
+        }
         for body in &mut scene.bodies {
             for geom in &mut body.geoms {
                 geom.friction *= self.friction;

@@ -264,7 +264,11 @@ impl Engine {
         self.world.quarantine().is_empty()
             && self.bodies.iter().flatten().all(|&handle| {
                 let body = &self.world.bodies[handle];
-                body.is_enabled() && body.translation().is_finite() && body.linvel().is_finite()
+                body.is_enabled()
+                    && body.translation().is_finite()
+                    && body.rotation().is_finite()
+                    && body.linvel().is_finite()
+                    && body.angvel().is_finite()
             })
     }
 

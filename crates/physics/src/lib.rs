@@ -9,6 +9,8 @@
 //! SI units; world frame with z up; quaternions w, x, y, z; six-vectors linear part
 //! first. Only this crate knows Rapier.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))] // See clippy.toml.
+
 pub mod camera;
 mod contact;
 mod deviation;

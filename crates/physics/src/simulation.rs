@@ -18,7 +18,7 @@ use crate::solid::Solid;
 pub struct Plant {
     /// Dynamics of the arm.
     pub parameters: Parameters,
-    /// Length of one control and physics step (s).
+    /// Length of one control sample (s). One longer than 2 ms is simulated in several equal parts.
     pub dt: f64,
     /// Engine settings.
     pub config: SimulationConfig,
@@ -30,8 +30,8 @@ pub struct Plant {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SimulationConfig {
-    /// Engine substeps inside one step, which is one control sample. At 2 ms, one has the accuracy of MuJoCo's Euler
-    /// integrator at the same step, two halve the error and cost a third more time.
+    /// Engine substeps inside one control sample, or inside each part of a sample longer than 2 ms. At 2 ms, one has the
+    /// accuracy of MuJoCo's Euler integrator at the same step, two halve the error and cost a third more time.
     pub substeps: usize,
     /// Cut-off of the low-pass on the contact wrench that the controller reads (Hz).
     pub force_cutoff_hz: f64,
@@ -63,6 +63,9 @@ impl SimulationConfig {
 #[error("the simulation diverged")]
 pub struct Diverged;
 
+/// Longest step of the engine (s). The joints' end stops and the contacts are too stiff for a longer one: it creates energy.
+const LONGEST_STEP: f64 = 0.002;
+
 /// A joint faster than this (rad/s) is a numerical accident: the arm's own limit is 2.6.
 const MAX_PLAUSIBLE_SPEED: f64 = 100.0;
 
@@ -71,7 +74,9 @@ pub struct Simulation {
     engine: Engine,
     model: Model,
     solids: Vec<Solid>,
+    /// Length of a step (s), and the number of the engine's steps in it.
     dt: f64,
+    parts: usize,
     /// Cut-offs of the filtered and the sustained wrench (Hz).
     cutoffs: [f64; 2],
     gripper: Option<Gripper>,
@@ -100,7 +105,9 @@ impl Simulation {
     /// `plant.dt` long.
     pub fn new(scene: &Scene, tool: usize, offset: [f64; 3], plant: &Plant) -> Self {
         let config = plant.config;
-        let engine = Engine::new(&plant.deviation.of(scene, tool, offset), plant.dt, config.substeps);
+        let parts = (plant.dt / LONGEST_STEP).ceil() as usize;
+        let scene_as_it_is = plant.deviation.of(scene, tool, offset);
+        let engine = Engine::new(&scene_as_it_is, plant.dt / parts as f64, config.substeps);
         let has_gripper = engine.axes().get(7).is_some_and(|axis| axis.name == "left_finger_joint");
         Simulation {
             loads: vec![0.0; engine.axes().len()],
@@ -111,6 +118,7 @@ impl Simulation {
             model: Model::new(scene, tool, offset),
             solids: scene.solids(),
             dt: plant.dt,
+            parts,
             cutoffs: [config.force_cutoff_hz, config.sustained_cutoff_hz],
             gripper: has_gripper.then(Gripper::default),
             contact: ContactReading::default(),
@@ -198,11 +206,16 @@ impl Simulation {
     /// If the state stops being finite. The engine may have taken bodies out: build the simulation anew, or restore a
     /// snapshot.
     pub fn step(&mut self, tau: &JointVector, grip: f64) -> Result<(), Diverged> {
+        (0..self.parts).try_for_each(|_| self.advance(tau, grip, self.dt / self.parts as f64))
+    }
+
+    /// Advances by one of the engine's steps, of `dt` seconds.
+    fn advance(&mut self, tau: &JointVector, grip: f64, dt: f64) -> Result<(), Diverged> {
         self.efforts.fill(0.0);
         self.efforts[..7].copy_from_slice(tau.as_slice());
         if let Some(gripper) = &mut self.gripper {
             let q = [self.engine.coordinate(7).0, self.engine.coordinate(8).0];
-            self.efforts[7..9].copy_from_slice(&gripper.update(grip, q, self.dt));
+            self.efforts[7..9].copy_from_slice(&gripper.update(grip, q, dt));
         }
         for (i, effort) in self.efforts.iter_mut().enumerate() {
             let axis = &self.engine.axes()[i];
@@ -225,7 +238,7 @@ impl Simulation {
             return Err(Diverged);
         }
         let tool = self.model.kinematics(&q).tool.translation.vector;
-        self.contact.update(&self.engine.arm_contacts(&tool), self.cutoffs, self.dt);
+        self.contact.update(&self.engine.arm_contacts(&tool), self.cutoffs, dt);
         Ok(())
     }
 
@@ -257,9 +270,14 @@ impl Simulation {
         self.engine.contact_points(a, b)
     }
 
-    /// Deepest overlap of geoms in contact (m).
+    /// Deepest overlap of geoms in contact (m), at the start of the engine's last step.
     pub fn deepest_penetration(&self) -> f64 {
         self.engine.deepest_penetration()
+    }
+
+    /// Deepest overlap of any two geoms that may touch (m), as they stand now.
+    pub fn overlap(&self) -> f64 {
+        self.engine.overlap()
     }
 
     /// Every collision shape, for whoever draws; [`Simulation::body_pose`] says where its body is.

@@ -31,19 +31,19 @@ fn step(criterion: &mut Criterion) {
     }
 }
 
-/// The tool goes straight down with `osc` and stays there, its goal always 2 cm further down.
+/// The tool goes straight down with `osc-force` and then presses with 25 N: without force control it would bounce.
 fn press(criterion: &mut Criterion) {
-    let space = "osc".parse().expect("an action space");
+    let space = "osc-force".parse().expect("an action space");
     let config = EnvConfig { task: TaskName::Wipe, space, horizon: 1_000_000, ..EnvConfig::default() };
     let mut env = Env::new(config, 1).expect("a valid configuration");
-    let action = [0.0, 0.0, -1.0, 0.0, 0.0, 0.0];
+    let action = [0.0, 0.0, -0.1, 0.0, 0.0, 0.0, 0.0];
     let mut press = || env.step(&action).reward;
-    for _ in 0..100 {
+    for _ in 0..300 {
         press();
     }
     criterion.benchmark_group("step").bench_function("wipe/pressing", |bencher| bencher.iter(&mut press));
     let force = env.simulation().contact().sustained[2];
-    assert!(force > 10.0, "the tool presses with {force} N");
+    assert!((force - 25.0).abs() < 1.0, "the tool presses with {force} N");
 }
 
 criterion_group!(benches, step, press);

@@ -7,9 +7,9 @@ use aforce::{ConfigError, JointVector, Measurement, Vector3, Wrench, within};
 use physics::{Deviation, Simulation};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
+use crate::normal::standard_normal;
 use crate::task_name::TaskName;
 
 /// A number, or the range from which one is drawn for every episode, each value as likely as any other.
@@ -147,6 +147,12 @@ impl Disturbance {
         KINDS.iter().filter_map(text).collect::<Vec<_>>().join(", ")
     }
 
+    /// The plant with the highest table that an episode may have.
+    pub(crate) fn highest_table(&self) -> Deviation {
+        let table_height = self.table_height_m.map_or(0.0, |draw| draw.ends()[1]);
+        Deviation { table_height, ..Deviation::default() }
+    }
+
     /// The values of the episode with the given seed. They have a stream of their own: episodes of one seed start alike,
     /// whatever disturbs them.
     pub(crate) fn draw(&self, seed: u64) -> Drawn {
@@ -171,7 +177,7 @@ impl Disturbance {
             force_noise,
             bias,
         ] = values;
-        let mut direction = || Vector3::from_fn(|_, _| normal(&mut rng)).normalize();
+        let mut direction = || Vector3::from_fn(|_, _| standard_normal(&mut rng)).normalize();
         Drawn {
             deviation: Deviation { payload, friction, object_mass, hinge_damping, hinge_spring, table_height },
             push: direction() * push,
@@ -185,10 +191,6 @@ impl Disturbance {
             rng,
         }
     }
-}
-
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    StandardNormal.sample(rng)
 }
 
 /// The disturbances of one episode.
@@ -221,7 +223,7 @@ impl Drawn {
 
     /// Pushes the plant, and returns the torque (Nm) that acts in this sample if `tau` is commanded.
     pub fn act(&mut self, tau: &JointVector, simulation: &mut Simulation) -> JointVector {
-        simulation.set_push(&(self.push * (self.phase + TAU * self.push_hz * self.time).sin()));
+        simulation.set_push(&(self.push * libm::sin(self.phase + TAU * self.push_hz * self.time)));
         self.time += simulation.dt();
         if self.late.is_empty() {
             return *tau;
@@ -238,9 +240,9 @@ impl Drawn {
         }
         let rng = &mut self.rng;
         let (q, qd) = simulation.joints();
-        let mut noisy = |v: JointVector, deviation: f64| v.map(|value| value + deviation * normal(rng));
+        let mut noisy = |v: JointVector, deviation: f64| v.map(|value| value + deviation * standard_normal(rng));
         let (q, qd) = (noisy(q, self.noise[0]), noisy(qd, self.noise[1]));
-        let error = self.bias.map(|bias| bias + self.noise[2] * normal(&mut self.rng));
+        let error = self.bias.map(|bias| bias + self.noise[2] * standard_normal(&mut self.rng));
         let error = Wrench::new(error.x, error.y, error.z, 0.0, 0.0, 0.0);
         simulation.model().measure(q, qd, simulation.contact().filtered + error)
     }

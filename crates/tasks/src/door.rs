@@ -93,7 +93,7 @@ impl Task for Door {
         }
         let distance = (scene.handle_pose(simulation).translation.vector - y.pose.translation.vector).norm();
         let turned = (scene.handle_angle(simulation).abs() / FRAC_PI_2).min(1.0);
-        let reach = 1.0 - (10.0 * distance).tanh();
+        let reach = 1.0 - libm::tanh(10.0 * distance);
         Reward { terms: [0.25 * reach, 0.25 * turned, 0.0, -penalty], success: false }
     }
 

@@ -1,11 +1,10 @@
 //! The environment: the one loop from an action to torques, and back to a reward.
 
 use aforce::{ActionSpace, ConfigError, Controller, ControllerConfig, Measurement, within};
-use physics::panda::{HOME, ParameterSet};
+use physics::panda::{HOME, ParameterSet, RANGE};
 use physics::{Plant, Simulation, SimulationConfig};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, Normal};
 use serde::{Deserialize, Serialize};
 
 use crate::component::Component;
@@ -13,12 +12,19 @@ use crate::controller_state::{controller_components, observe_controller};
 use crate::disturbance::{Disturbance, Drawn};
 use crate::expert;
 use crate::interval::Interval;
+use crate::normal::standard_normal;
 use crate::observation::{observe_robot, proprioception_components};
 use crate::observation_options::ObservationOptions;
 use crate::outcome::HELD;
 use crate::penalty::ForcePenalty;
 use crate::task::{REWARD_TERMS, Reward, Task};
 use crate::task_name::TaskName;
+
+/// Overlap at which the engine would throw the arm off instead of starting an episode (m).
+const LARGEST_OVERLAP: f64 = 1e-3;
+
+/// Starts that are drawn before a scene counts as one without room for the arm.
+const MOST_STARTS: u32 = 1000;
 
 /// Everything that defines an environment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -32,7 +38,8 @@ pub struct EnvConfig {
     pub robot: ParameterSet,
     /// Actions until an episode is truncated. Door's penalty and all of Wipe's reward are scaled with it.
     pub horizon: u32,
-    /// Standard deviation of the joint angles around the home pose at reset (rad).
+    /// Standard deviation of the joint angles around the home pose at reset (rad). Angles out of range, and those with which
+    /// the arm would overlap its surroundings by a millimetre, are drawn anew.
     pub initial_noise: f64,
     /// Reward lost per joule of sum |tau qd| dt, in every task; 0: motion is free.
     pub motion_price: f64,
@@ -149,9 +156,14 @@ impl Env {
         let limits = parameters.torque_limits();
         let controller = Controller::new(&config.space, &config.controller, limits, task.contact_axis())?;
         let drawn = config.disturbance.draw(0);
-        let plant =
-            Plant { parameters, dt: config.controller.dt(), config: config.simulation, deviation: drawn.deviation };
-        let simulation = task.reset(&plant, &mut ChaCha8Rng::seed_from_u64(0));
+        let deviation = config.disturbance.highest_table();
+        let plant = Plant { parameters, dt: config.controller.dt(), config: config.simulation, deviation };
+        let mut simulation = task.reset(&plant, &mut ChaCha8Rng::seed_from_u64(0));
+        simulation.reset(&HOME.into());
+        if simulation.overlap() >= LARGEST_OVERLAP {
+            let reason = format!("{} m raise the table into the arm at its start; lower it", deviation.table_height);
+            return Err(ConfigError::Contradiction { field: "env.disturbance.table_height_m".into(), reason });
+        }
         let y = simulation.measure();
         let mut components = task.object_components();
         components.extend(proprioception_components(task.has_gripper()));
@@ -178,16 +190,16 @@ impl Env {
 
     /// Starts an episode and returns its first observation. `Some(seed)` fixes this
     /// episode; `None` takes the next seed of the environment's own sequence.
+    ///
+    /// # Panics
+    /// If the task's scene has no room for the arm around its home pose.
     pub fn reset(&mut self, seed: Option<u64>) -> &[f32] {
         let seed = seed.unwrap_or_else(|| self.episodes.next_u64());
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         self.drawn = self.config.disturbance.draw(seed);
         self.plant.deviation = self.drawn.deviation;
         self.simulation = self.task.reset(&self.plant, &mut rng);
-        let noise = Normal::new(0.0, self.config.initial_noise).expect("a finite deviation");
-        let mut q = HOME;
-        q.iter_mut().for_each(|q| *q += noise.sample(&mut rng));
-        self.simulation.reset(&q.into());
+        self.place_arm(&mut rng);
         self.y = self.drawn.sense(&self.simulation);
         self.controller.reset(&self.y);
         self.drawn.begin(&self.y.bias, self.plant.dt);
@@ -195,6 +207,23 @@ impl Env {
         self.held = 0.0;
         self.observe();
         &self.observation
+    }
+
+    /// Draws joint angles until they are within their ranges and the arm stands in nothing's way.
+    fn place_arm(&mut self, rng: &mut ChaCha8Rng) {
+        for _ in 0..MOST_STARTS {
+            let q = HOME.map(|q| q + self.config.initial_noise * standard_normal(rng));
+            if q.iter().zip(RANGE).all(|(q, [low, high])| (low..=high).contains(q)) {
+                self.simulation.reset(&q.into());
+                if self.simulation.overlap() < LARGEST_OVERLAP {
+                    return;
+                }
+            }
+        }
+        panic!(
+            "{MOST_STARTS} starts of {} overlap its scene: leave room around the home pose",
+            self.config.task.as_str()
+        );
     }
 
     /// Applies one action in [-1, 1]^n for one policy interval: the entries of the action space
@@ -329,3 +358,6 @@ impl Env {
         self.episodes = stream;
     }
 }
+
+#[cfg(test)]
+mod tests;

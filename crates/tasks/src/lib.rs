@@ -4,6 +4,8 @@
 //! only loop: one action (by default at 20 Hz) becomes torques (25 at 500 Hz) and comes
 //! back as a reward, an observation and an [`Interval`] of energies and forces.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))] // See clippy.toml.
+
 mod component;
 mod controller_state;
 mod describe;
@@ -16,6 +18,7 @@ mod interval;
 mod lift;
 mod marker_view;
 mod markers;
+mod normal;
 mod normalisation;
 mod observation;
 mod observation_options;

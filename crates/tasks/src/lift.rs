@@ -85,7 +85,7 @@ impl Task for Lift {
             return Reward { terms: [0.0, 0.0, 1.0, 0.0], success: true };
         }
         let distance = (y.pose.translation.vector - cube).norm();
-        let reach = 1.0 - (10.0 * distance).tanh();
+        let reach = 1.0 - libm::tanh(10.0 * distance);
         let grasp = if self.scene().is_grasped(simulation) { GRASP_REWARD } else { 0.0 };
         Reward { terms: [reach / FULL_REWARD, grasp / FULL_REWARD, 0.0, 0.0], success: false }
     }
@@ -126,7 +126,7 @@ impl Task for Lift {
 fn grasp_rotation(cube: &Pose, tool: &Pose) -> UnitQuaternion<f64> {
     let down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
     let edge = cube.rotation * Vector3::x();
-    let yaw = edge.y.atan2(edge.x);
+    let yaw = libm::atan2(edge.y, edge.x);
     let turned = |quarter: i32| {
         let angle = yaw + f64::from(quarter) * std::f64::consts::FRAC_PI_2;
         UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle) * down

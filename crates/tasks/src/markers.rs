@@ -5,7 +5,8 @@ use nalgebra::{Point3, Vector2};
 use physics::scenes::wipe::{TABLE_CENTRE, TABLE_SIZE};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, Normal};
+
+use crate::normal::standard_normal;
 
 /// Number of markers.
 pub const COUNT: usize = 100;
@@ -36,7 +37,6 @@ impl Markers {
     /// A random walk from a random place, on a table top of the given height (m).
     pub fn random(height: f64, rng: &mut ChaCha8Rng) -> Self {
         let limit = Vector2::from(TABLE_SIZE) * (0.5 * COVERAGE) - Vector2::repeat(RADIUS);
-        let turn = Normal::new(0.0, TURN.1).expect("a finite deviation");
         let mut at = limit.map(|l| rng.random_range(-l..l));
         let mut heading = rng.random_range(-std::f64::consts::PI..std::f64::consts::PI);
         let mut positions = Vec::with_capacity(COUNT);
@@ -46,11 +46,11 @@ impl Markers {
                 return Markers { wiped: vec![false; COUNT], positions };
             }
             if rng.random_bool(TURN.0) {
-                heading += turn.sample(rng);
+                heading += TURN.1 * standard_normal(rng);
             }
-            let next = |heading: f64| at + Vector2::new(heading.sin(), heading.cos()) * SPACING;
+            let next = |heading: f64| at + Vector2::new(libm::sin(heading), libm::cos(heading)) * SPACING;
             while (next(heading).abs() - limit).max() >= 0.0 {
-                heading += turn.sample(rng);
+                heading += TURN.1 * standard_normal(rng);
             }
             at = next(heading);
         }
@@ -61,7 +61,7 @@ impl Markers {
         // Vogel's sunflower: equal areas, no rows.
         let golden_angle = std::f64::consts::PI * (3.0 - 5f64.sqrt());
         let marker = |i: usize| {
-            let (sin, cos) = (golden_angle * i as f64).sin_cos();
+            let (sin, cos) = libm::sincos(golden_angle * i as f64);
             centre + Vector3::new(cos, sin, 0.0) * radius * ((i as f64 + 0.5) / COUNT as f64).sqrt()
         };
         Markers { positions: (0..COUNT).map(marker).collect(), wiped: vec![false; COUNT] }

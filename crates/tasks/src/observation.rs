@@ -39,8 +39,8 @@ pub fn in_contact(y: &Measurement) -> bool {
 /// quaternion (x, y, z, w) that of the body `right_hand`, as in robosuite; its sign is
 /// fixed here (x not negative), there it is left to chance.
 pub fn observe_robot(simulation: &Simulation, y: &Measurement, has_gripper: bool, out: &mut Vec<f32>) {
-    out.extend(y.q.iter().map(|q| q.cos() as f32));
-    out.extend(y.q.iter().map(|q| q.sin() as f32));
+    out.extend(y.q.iter().map(|&q| libm::cos(q) as f32));
+    out.extend(y.q.iter().map(|&q| libm::sin(q) as f32));
     out.extend(y.qd.iter().map(|&qd| qd as f32));
     out.extend(y.pose.translation.vector.iter().map(|&p| p as f32));
     let hand: UnitQuaternion<f64> = y.pose.rotation * panda::tool_rotation().inverse();

@@ -89,7 +89,7 @@ fn reward_terms(markers: &mut Markers, tool: &Pose, touch: &Touch) -> [f64; REWA
     let (reach, complete) = match markers.centroid_and_radius() {
         Some((centroid, _)) => {
             let distance = (centroid - tool.translation.vector).norm();
-            (DISTANCE_REWARD * (1.0 - (DISTANCE_SLOPE * distance).tanh()), 0.0)
+            (DISTANCE_REWARD * (1.0 - libm::tanh(DISTANCE_SLOPE * distance)), 0.0)
         }
         None => (0.0, COMPLETION_REWARD),
     };

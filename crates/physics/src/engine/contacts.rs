@@ -3,8 +3,9 @@
 use aforce::{Vector3, Wrench};
 use rapier3d_f64::dynamics::IntegrationParameters;
 use rapier3d_f64::geometry::{ColliderHandle, ContactPair};
+use rapier3d_f64::pipeline::PhysicsWorld;
 
-use super::Engine;
+use super::{Engine, EngineState};
 use crate::scene::Role;
 
 /// What pressed on the arm in the last step.
@@ -75,17 +76,28 @@ impl Engine {
         points.filter(|point| point.data.impulse > 0.0).count()
     }
 
-    /// Deepest overlap (m) of any two geoms that may touch; 0 without contact.
+    /// Deepest overlap (m) of any two geoms that may touch, at the start of the last step; 0 without contact.
     pub fn deepest_penetration(&self) -> f64 {
-        self.world
-            .narrow_phase
-            .contact_pairs()
-            .flat_map(|pair| pair.manifolds())
-            .flat_map(|manifold| &manifold.points)
-            .fold(0.0, |deepest: f64, point| deepest.max(-point.dist))
+        deepest_penetration(&self.world)
+    }
+
+    /// The same as they stand now: what a step of a copy starts from.
+    pub fn overlap(&self) -> f64 {
+        let EngineState(mut copy) = self.snapshot();
+        copy.step();
+        deepest_penetration(&copy)
     }
 
     fn role(&self, collider: ColliderHandle) -> Option<Role> {
         self.roles.get(collider.into_raw_parts().0 as usize).copied().flatten()
     }
+}
+
+fn deepest_penetration(world: &PhysicsWorld) -> f64 {
+    world
+        .narrow_phase
+        .contact_pairs()
+        .flat_map(|pair| pair.manifolds())
+        .flat_map(|manifold| &manifold.points)
+        .fold(0.0, |deepest: f64, point| deepest.max(-point.dist))
 }
