@@ -9,6 +9,7 @@
 //! SI units; world frame with z up; quaternions w, x, y, z; six-vectors linear part
 //! first. Only this crate knows Rapier.
 
+pub mod air;
 pub mod camera;
 mod contact;
 mod engine;
@@ -21,6 +22,7 @@ pub mod scene;
 pub mod scenes;
 mod simulation;
 mod solid;
+mod stop;
 pub mod wiping_tool;
 
 pub use contact::ContactReading;

@@ -11,6 +11,7 @@ use crate::model::Model;
 use crate::panda::Parameters;
 use crate::scene::Scene;
 use crate::solid::Solid;
+use crate::stop::ArmStops;
 
 /// What is simulated apart from the scene: the arm's numbers, the rate, the engine.
 #[derive(Debug, Clone)]
@@ -67,6 +68,7 @@ const MAX_PLAUSIBLE_SPEED: f64 = 100.0;
 pub struct Simulation {
     engine: Engine,
     model: Model,
+    stops: ArmStops,
     solids: Vec<Solid>,
     dt: f64,
     /// Cut-offs of the filtered and the sustained wrench (Hz).
@@ -94,11 +96,13 @@ impl Simulation {
         let config = plant.config;
         let engine = Engine::new(scene, plant.dt, config.substeps);
         let has_gripper = engine.axes().get(7).is_some_and(|axis| axis.name == "left_finger_joint");
+        let model = Model::new(scene, tool, offset);
         Simulation {
             loads: vec![0.0; engine.axes().len()],
             efforts: vec![0.0; engine.axes().len()],
+            stops: ArmStops::new(&model, engine.axes(), plant.dt),
             engine,
-            model: Model::new(scene, tool, offset),
+            model,
             solids: scene.solids(),
             dt: plant.dt,
             cutoffs: [config.force_cutoff_hz, config.sustained_cutoff_hz],
@@ -193,9 +197,14 @@ impl Simulation {
             let (q, qd) = self.engine.coordinate(i);
             *effort += self.loads[i] + axis.stop.effort(axis.range, q, qd) - axis.spring * q;
         }
+        self.engine.add_drag(&mut self.efforts);
         if !self.efforts.iter().all(|e| e.is_finite()) {
             return Err(Diverged);
         }
+        let (q, qd) = self.joints();
+        let driven = JointVector::from_column_slice(&self.efforts[..7]);
+        let stopped = driven + self.stops.torque(&self.model, &q, &qd, &driven);
+        self.efforts[..7].copy_from_slice(stopped.as_slice());
         self.engine.step(&self.efforts);
 
         let (q, qd) = self.joints();
