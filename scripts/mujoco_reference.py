@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Regenerate crates/physics/reference: what MuJoCo says about the scene that the physics crate exports.
 
-    python3 -m venv VENV && VENV/bin/pip install mujoco==4.0.0 numpy==2.4.6
+    python3 -m venv VENV && VENV/bin/pip install mujoco==3.17.0 numpy==2.4.6
     VENV/bin/python scripts/mujoco_reference.py
 
 Needs cargo. Exports the scenes (example `export_mjcf`), checks that nothing was lost on the way (exits non-zero if it was), and writes
-six kinds of files, read by crates/physics/tests/{mujoco,mujoco_door,contact_forces}.rs:
+seven kinds of files, read by crates/physics/tests/{mujoco,mujoco_door,contact_forces}.rs and src/engine/drag.rs:
 
     states_<set>.csv    50 random joint states: mass matrix, bias, Jacobian, pose and forward dynamics
     motions_<set>.csv   2 s motions at 20 Hz by RK4 at a twentieth of the step, the torque held for 2 ms
@@ -13,6 +13,7 @@ six kinds of files, read by crates/physics/tests/{mujoco,mujoco_door,contact_for
     contacts.csv        mean force on, and acceleration of, a block that rests, is pressed, and slides
     door.csv            opening and handle angle over time under loads on both
     release.csv         load on the handle at which the latch lets go, in either direction
+    air.csv             torque of the air on each joint in 10 random states of each scene
 
 The fingers are welded at their opening at the start of an episode, as in the model of the arm: MuJoCo's two finger joints are deleted and
 the bodies moved. Where they stay (arm block of the full mass matrix, bias at zero finger velocity) both must agree; that is checked too.
@@ -112,8 +113,8 @@ def check_export(xml, table):
     return model
 
 
-def arm_only(xml, friction=True, damping=True):
-    """The arm with welded fingers, without contacts and joint stops."""
+def arm_only(xml, losses=True):
+    """The arm with welded fingers, without contacts and joint stops; without `losses` nothing brakes it."""
     spec = mujoco.MjSpec.from_file(str(xml))
     spec.delete(spec.body("cube"))
     for side, sign in [("left", 1.0), ("right", -1.0)]:
@@ -126,8 +127,9 @@ def arm_only(xml, friction=True, damping=True):
     model = spec.compile()
     model.jnt_limited[:] = 0
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
-    model.dof_frictionloss *= friction
-    model.dof_damping *= damping
+    if not losses:
+        model.dof_frictionloss[:], model.dof_damping[:] = 0, 0
+        model.opt.density, model.opt.viscosity = 0, 0
     require(model.nv == 7 and model.nu == 7, "welding left other joints than the arm's")
     return model
 
@@ -193,6 +195,23 @@ def simulate(model, torque, substeps, integrator):
             mujoco.mj_step(model, data)
         trajectory.append(data.qpos.copy())
     return np.array(trajectory)
+
+
+def air(scene, xml):
+    """Rows of scene, q, qd, torque of the air: seven joints of the arm, two of the fingers (zero where there are none)."""
+    rng = np.random.default_rng(SEED)
+    model = mujoco.MjModel.from_xml_path(str(xml))
+    require(model.opt.density == 1.2 and model.opt.viscosity == 2e-5, "no air")
+    data, n = mujoco.MjData(model), 7 if scene == "wipe" else 9
+    centre, half = model.jnt_range[:n].mean(axis=1), np.ptp(model.jnt_range[:n], axis=1) / 2
+    for _ in range(10):
+        q, qd, tau = np.zeros(9), np.zeros(9), np.zeros(9)
+        q[:n] = np.round(centre + 0.9 * half * rng.uniform(-1, 1, n), 6)
+        qd[:n] = np.round(np.where(np.arange(n) < 7, 2.0, 0.1) * rng.uniform(-1, 1, n), 6)
+        data.qpos[:n], data.qvel[:n] = q[:n], qd[:n]
+        mujoco.mj_forward(model, data)
+        tau[:n] = data.qfrc_fluid[:n]
+        yield [scene, *q, *qd, *tau]
 
 
 def contact_force(model, data, geom):
@@ -302,7 +321,7 @@ def main():
             full = check_export(xml, table)
             header = numbered("q", 7) + numbered("qd", 7) + numbered("tau", 7) + numbered("mass", 28) + numbered("bias", 7)
             header += numbered("jacobian", 42) + ["x", "y", "z", "qw", "qx", "qy", "qz"] + numbered("qdd", 7)
-            write(f"states_{name}.csv", header, states(full, arm_only(xml, friction=False, damping=False)))
+            write(f"states_{name}.csv", header, states(full, arm_only(xml, losses=False)))
 
             model, rows = arm_only(xml), []
             for motion, torque in MOTIONS.items():
@@ -319,8 +338,10 @@ def main():
         for name, load in loads.items():
             force, acceleration = block(xml, np.array(load, float))
             contacts.append([name, *load, *force, acceleration])
+        airs = list(air("lift", xml)) + list(air("wipe", export("wipe", "robosuite", Path(folder))[0]))
         xml, table = export("door", "robosuite", Path(folder))
         check_export(xml, table)
+        airs += air("door", xml)
         model = door_only(xml)
         motions = [[case, k * SAMPLE * DT, *q] for case, loads in DOOR_CASES.items() for k, q in enumerate(door_motion(model, loads))]
         releases = [[release(model, sign)] for sign in [1, -1]]
@@ -328,6 +349,7 @@ def main():
     write("contacts.csv", ["case", "applied_x", "applied_y", "applied_z", "fx", "fy", "fz", "acceleration"], contacts, 8)
     write("door.csv", ["case", "t", "hinge", "handle"], motions, 6)
     write("release.csv", ["handle_load"], releases, 4)
+    write("air.csv", ["scene"] + numbered("q", 9) + numbered("qd", 9) + numbered("tau", 9), airs, 10)
     require(not warnings, f"warnings {warnings}")
 
 

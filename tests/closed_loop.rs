@@ -81,13 +81,12 @@ fn commanded_force_is_held() {
     assert_relative_eq!(mean, wanted, max_relative = 0.1);
 }
 
-/// Without friction, damping or contact, the work of the motors is the change of energy.
+/// Without friction, damping, air or contact, the work of the motors is the change of energy.
 #[test]
 fn work_is_the_change_of_energy() {
-    let mut parameters = ParameterSet::Robosuite.parameters();
-    parameters.damping.fill(0.0);
-    parameters.friction.fill(0.0);
-    let (mut simulation, _) = plant(parameters);
+    let none = JointVector::zeros();
+    let parameters = ParameterSet::Robosuite.parameters();
+    let (mut simulation, _) = plant(Parameters { damping: none, friction: none, air: None, ..parameters });
     let energy = |s: &Simulation| {
         let (q, qd) = s.joints();
         s.model().energy(&q, &qd)

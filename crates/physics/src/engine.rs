@@ -2,6 +2,7 @@
 
 mod contacts;
 mod convert;
+mod drag;
 
 use aforce::{Pose, Twist, Vector3};
 use nalgebra::{Translation3, UnitQuaternion};
@@ -17,6 +18,7 @@ use rapier3d_f64::prelude::CoefficientCombineRule;
 
 pub(crate) use self::contacts::ArmContacts;
 use self::convert::{from_engine, groups, matrix, shared_shape, to_engine, vector};
+use self::drag::Mover;
 use crate::model::GRAVITY;
 use crate::scene::{Axis, Inertial, Joint, Role, Scene};
 
@@ -35,6 +37,13 @@ struct EngineJoint {
     is_arm: bool,
 }
 
+impl EngineJoint {
+    /// Which part of a velocity or a load its coordinate is: 0 linear, 1 rotation.
+    fn part(&self) -> usize {
+        usize::from(self.coordinate == 3)
+    }
+}
+
 /// A simulated scene.
 pub(crate) struct Engine {
     world: PhysicsWorld,
@@ -47,6 +56,8 @@ pub(crate) struct Engine {
     geoms: Vec<(ColliderHandle, [u8; 3])>,
     /// Role by raw collider index.
     roles: Vec<Option<Role>>,
+    /// What moves through the air.
+    movers: Vec<Mover>,
 }
 
 impl Engine {
@@ -78,11 +89,13 @@ impl Engine {
             axes: vec![],
             geoms: vec![],
             roles: vec![],
+            movers: vec![],
         };
         for index in 0..scene.bodies.len() {
             engine.add_body(scene, index);
         }
         engine.finish_multibodies();
+        engine.movers = engine.movers(scene);
         engine
     }
 

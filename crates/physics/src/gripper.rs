@@ -38,18 +38,19 @@ pub fn add_gripper(scene: &mut Scene, parameters: &Parameters, right_hand: usize
             color: [60, 62, 68],
         }],
     });
-    add_finger(scene, gripper, &parameters.finger, "left", 1.0);
-    add_finger(scene, gripper, &parameters.finger, "right", -1.0);
+    add_finger(scene, gripper, parameters, "left", 1.0);
+    add_finger(scene, gripper, parameters, "right", -1.0);
     gripper
 }
 
 /// `side` is +1 for the left finger, whose joint coordinate grows as it opens, and -1
 /// for the right one, whose coordinate falls.
-fn add_finger(scene: &mut Scene, gripper: usize, inertial: &Inertial, name: &str, side: f64) {
+fn add_finger(scene: &mut Scene, gripper: usize, parameters: &Parameters, name: &str, side: f64) {
     const Q: f64 = std::f64::consts::FRAC_1_SQRT_2;
     let mirror = Matrix3::from_diagonal(&Vector3::new(1.0, side, 1.0));
-    let (com, inertia) = (mirror * inertial.com, mirror * inertial.inertia * mirror);
-    scene.add(Body {
+    let mirrored =
+        |part: &Inertial| Inertial { com: mirror * part.com, inertia: mirror * part.inertia * mirror, ..*part };
+    let finger = scene.add(Body {
         name: format!("{name}_finger"),
         parent: Some(gripper),
         pose: pose([0.0, 0.0, 0.0524], [Q, 0.0, 0.0, Q]),
@@ -61,28 +62,33 @@ fn add_finger(scene: &mut Scene, gripper: usize, inertial: &Inertial, name: &str
             friction: 1.0,
             armature: 1.0,
             spring: 0.0,
-            stop: Stop { stiffness: 20_000.0, damping: 100.0 },
+            stop: Stop::Spring { stiffness: 20_000.0, damping: 100.0 },
         }),
-        inertial: Inertial { com, inertia, ..*inertial },
-        geoms: vec![
-            Geom {
-                name: format!("{name}_shell"),
-                // Its inner face stays 1 mm behind the pad's: the pad alone may grasp.
-                shape: Shape::Box(Vector3::new(0.0105, 0.01295, 0.0269)),
-                pose: at([0.0, 0.01345 * side, 0.0269]),
-                friction: 1.0,
-                role: Role::Hand,
-                color: [120, 122, 128],
-            },
-            Geom {
-                name: format!("{name}_pad"),
-                shape: Shape::Box(Vector3::new(0.008, 0.004, 0.008)),
-                pose: at([0.0, 0.0035 * side, 0.041]),
-                friction: 2.0,
-                role: Role::Pad,
-                color: [40, 40, 44],
-            },
-        ],
+        inertial: mirrored(&parameters.finger),
+        geoms: vec![Geom {
+            name: format!("{name}_shell"),
+            // Its inner face stays 1 mm behind the pad's: the pad alone may grasp.
+            shape: Shape::Box(Vector3::new(0.0105, 0.01295, 0.0269)),
+            pose: at([0.0, 0.01345 * side, 0.0269]),
+            friction: 1.0,
+            role: Role::Hand,
+            color: [120, 122, 128],
+        }],
+    });
+    scene.add(Body {
+        name: format!("{name}_tip"),
+        parent: Some(finger),
+        pose: at([0.0, 0.0085 * side, 0.056]),
+        joint: Joint::Fixed,
+        inertial: mirrored(&parameters.tip),
+        geoms: vec![Geom {
+            name: format!("{name}_pad"),
+            shape: Shape::Box(Vector3::new(0.008, 0.004, 0.008)),
+            pose: at([0.0, -0.005 * side, -0.015]),
+            friction: 2.0,
+            role: Role::Pad,
+            color: [40, 40, 44],
+        }],
     });
     scene.actuators.push(Actuator { joint: format!("{name}_finger_joint"), max_effort: MAX_FORCE });
 }

@@ -11,6 +11,7 @@
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // See clippy.toml.
 
+pub mod air;
 pub mod camera;
 mod contact;
 mod deviation;
@@ -24,6 +25,7 @@ pub mod scene;
 pub mod scenes;
 mod simulation;
 mod solid;
+mod stop;
 pub mod wiping_tool;
 
 pub use contact::{ContactReading, LinkReading};

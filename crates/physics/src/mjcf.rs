@@ -3,23 +3,28 @@
 use std::fmt::Write;
 
 use crate::model::GRAVITY;
-use crate::scene::{Axis, Body, Geom, Joint, Scene, Shape};
+use crate::scene::{Axis, Body, Geom, Joint, Scene, Shape, Stop};
 use aforce::Pose;
 
 /// The scene as an MJCF document with the given time step (s).
 ///
 /// Contact roles become contype and conaffinity masks, and every actuator a motor with its
-/// effort limit. Joint stops become `solreflimit`, which MuJoCo scales by the inertia at the
-/// joint: there the arm's are 4 (joint 7, identified) to 55 times (joint 1, robosuite)
-/// stiffer, and a light door's softer.
-/// Contact softness is the engine's own affair and stays at MuJoCo's default.
+/// effort limit. The arm's stops are MuJoCo's own; springs become a `solreflimit`, which MuJoCo
+/// scales by the inertia at the joint: a light door's are softer there.
+/// Contact softness is the engine's own affair and stays at MuJoCo's default. `impratio` is
+/// robosuite's: a sliding block then obeys Coulomb's law to 2 %, instead of 5.
 pub fn export(scene: &Scene, dt: f64) -> String {
     let mut out = String::new();
     let w = &mut out;
     writeln!(w, r#"<mujoco model="scene">"#).unwrap();
     writeln!(w, r#"  <compiler angle="radian" autolimits="true"/>"#).unwrap();
-    writeln!(w, r#"  <option timestep="{dt}" gravity="0 0 {}" integrator="Euler" cone="elliptic"/>"#, -GRAVITY)
-        .unwrap();
+    let [density, viscosity] = scene.air.map_or([0.0; 2], |air| [air.density, air.viscosity]);
+    writeln!(
+        w,
+        r#"  <option timestep="{dt}" gravity="0 0 {}" density="{density}" viscosity="{viscosity}" integrator="Euler" cone="elliptic" impratio="20"/>"#,
+        -GRAVITY
+    )
+    .unwrap();
     writeln!(w, "  <worldbody>").unwrap();
     for (index, _) in scene.bodies.iter().enumerate().filter(|(_, b)| b.parent.is_none()) {
         write_body(w, scene, index, 2);
@@ -69,9 +74,13 @@ fn write_inertial(w: &mut String, body: &Body, pad: &str) {
 
 fn write_axis(w: &mut String, axis: &Axis, kind: &str, pad: &str) {
     let d = axis.direction;
+    let stop = match axis.stop {
+        Stop::Spring { stiffness, damping } => format!("-{stiffness} -{damping}"),
+        Stop::Constraint => "0.02 1".into(),
+    };
     writeln!(
         w,
-        r#"{pad}  <joint name="{}" type="{kind}" axis="{} {} {}" range="{} {}" damping="{}" frictionloss="{}" armature="{}" stiffness="{}" solreflimit="-{} -{}"/>"#,
+        r#"{pad}  <joint name="{}" type="{kind}" axis="{} {} {}" range="{} {}" damping="{}" frictionloss="{}" armature="{}" stiffness="{}" solreflimit="{}"/>"#,
         axis.name,
         d.x,
         d.y,
@@ -82,8 +91,7 @@ fn write_axis(w: &mut String, axis: &Axis, kind: &str, pad: &str) {
         axis.friction,
         axis.armature,
         axis.spring,
-        axis.stop.stiffness,
-        axis.stop.damping
+        stop
     )
     .unwrap();
 }

@@ -12,6 +12,7 @@ use crate::model::Model;
 use crate::panda::Parameters;
 use crate::scene::Scene;
 use crate::solid::Solid;
+use crate::stop::ArmStops;
 
 /// What is simulated apart from the scene: the arm's numbers, the rate, the engine.
 #[derive(Debug, Clone)]
@@ -73,6 +74,7 @@ const MAX_PLAUSIBLE_SPEED: f64 = 100.0;
 pub struct Simulation {
     engine: Engine,
     model: Model,
+    stops: ArmStops,
     solids: Vec<Solid>,
     /// Length of a step (s), and the number of the engine's steps in it.
     dt: f64,
@@ -107,15 +109,18 @@ impl Simulation {
         let config = plant.config;
         let parts = (plant.dt / LONGEST_STEP).ceil() as usize;
         let scene_as_it_is = plant.deviation.of(scene, tool, offset);
-        let engine = Engine::new(&scene_as_it_is, plant.dt / parts as f64, config.substeps);
+        let engine_dt = plant.dt / parts as f64;
+        let engine = Engine::new(&scene_as_it_is, engine_dt, config.substeps);
         let has_gripper = engine.axes().get(7).is_some_and(|axis| axis.name == "left_finger_joint");
+        let model = Model::new(scene, tool, offset);
         Simulation {
             loads: vec![0.0; engine.axes().len()],
             push: Vector3::zeros(),
             tool: scene.moving_root(tool).0.expect("the tool is carried by the arm"),
             efforts: vec![0.0; engine.axes().len()],
+            stops: ArmStops::new(&model, engine.axes(), engine_dt),
             engine,
-            model: Model::new(scene, tool, offset),
+            model,
             solids: scene.solids(),
             dt: plant.dt,
             parts,
@@ -222,11 +227,15 @@ impl Simulation {
             let (q, qd) = self.engine.coordinate(i);
             *effort += self.loads[i] + axis.stop.effort(axis.range, q, qd) - axis.spring * q;
         }
+        self.engine.add_drag(&mut self.efforts);
         if !self.efforts.iter().all(|e| e.is_finite()) {
             return Err(Diverged);
         }
+        let (q, qd) = self.joints();
+        let driven = JointVector::from_column_slice(&self.efforts[..7]);
+        let stopped = driven + self.stops.torque(&self.model, &q, &qd, &driven);
+        self.efforts[..7].copy_from_slice(stopped.as_slice());
         if self.push != Vector3::zeros() {
-            let (q, _) = self.joints();
             let point = self.model.kinematics(&q).tool.translation.vector;
             self.engine.push(self.tool, &self.push, &point);
         }

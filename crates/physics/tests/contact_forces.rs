@@ -1,6 +1,6 @@
 //! Contact forces are what statics and Coulomb say, within 1 %: of a block at rest, pressed and
 //! sliding, and of the arm that presses. Of the block at rest and pressed MuJoCo says the same. Its
-//! sliding block is not compared with ours: it obeys the same law within 5 %.
+//! sliding block is not compared with ours: it obeys the same law within 2 %.
 //! `scripts/mujoco_reference.py` makes MuJoCo's answers.
 
 mod mujoco_reference;
@@ -68,7 +68,7 @@ fn tool(half: [f64; 3], position: [f64; 3], direction: Vector3, (range, stop): (
 fn constant(force: f64) -> ([f64; 2], Stop) {
     const FAR: f64 = 1e6;
     let range = if force > 0.0 { [FAR, 2.0 * FAR] } else { [-2.0 * FAR, -FAR] };
-    (range, Stop { stiffness: force.abs() / FAR, damping: 0.0 })
+    (range, Stop::Spring { stiffness: force.abs() / FAR, damping: 0.0 })
 }
 
 impl Bench {
@@ -160,7 +160,7 @@ fn a_sliding_block_obeys_coulomb() {
     assert_relative_eq!(-force.z, block_weight(), max_relative = 0.01);
 
     // A spring pushes over 5 cm; its other end stops the tool 1 mm later.
-    let spring = ([0.05, 0.051], Stop { stiffness: 200.0, damping: 5.0 });
+    let spring = ([0.05, 0.051], Stop::Spring { stiffness: 200.0, damping: 5.0 });
     let mut bench = Bench::new(|scene| {
         scene.add(tool(half, behind, Vector3::x(), spring));
     });
@@ -175,16 +175,16 @@ fn a_sliding_block_obeys_coulomb() {
 
 /// Says nothing of the engine: MuJoCo's block, which a force pulls without a tool, is held to the
 /// law that ours obeys. It hops as it slides (MuJoCo's friction cone is relaxed to a convex
-/// problem), so the means in the file are within 5 % of it.
+/// problem), so the means in the file are within 2 % of it.
 #[test]
 fn mujocos_sliding_block_obeys_the_same_law() {
     let (names, slide) = reference("contacts.csv", 1).swap_remove(2);
     assert_eq!(names, ["slide"]);
     let (pulled, friction, normal, acceleration) = (slide[0], -slide[3], slide[5], slide[6]);
     let mass = block_weight() / GRAVITY;
-    assert_relative_eq!(normal, block_weight(), max_relative = 0.05);
-    assert_relative_eq!(friction, normal, max_relative = 0.05);
-    assert_relative_eq!(acceleration, pulled / mass - GRAVITY, max_relative = 0.05);
+    assert_relative_eq!(normal, block_weight(), max_relative = 0.02);
+    assert_relative_eq!(friction, normal, max_relative = 0.02);
+    assert_relative_eq!(acceleration, pulled / mass - GRAVITY, max_relative = 0.02);
 }
 
 /// The friction of a link that slides is read as it acts: mu N, along the motion on what it

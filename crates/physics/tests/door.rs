@@ -3,7 +3,7 @@
 use aforce::{JointVector, Vector3};
 use approx::assert_relative_eq;
 use nalgebra::UnitQuaternion;
-use physics::panda::{HOME, ParameterSet};
+use physics::panda::{HOME, ParameterSet, Parameters};
 use physics::scenes::door::{self, Door, HANDLE, HINGE, MIDDLE};
 use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
@@ -13,7 +13,10 @@ const TURN: f64 = 1.45;
 
 /// A shut door, the arm turned away from it.
 fn door() -> (Simulation, Door) {
-    let parameters = ParameterSet::Robosuite.parameters();
+    simulate(ParameterSet::Robosuite.parameters())
+}
+
+fn simulate(parameters: Parameters) -> (Simulation, Door) {
     let plant = Plant { parameters, dt: DT, config: SimulationConfig::default(), deviation: Deviation::default() };
     let (mut simulation, door) = Door::simulate(&plant, &door::root(MIDDLE));
     simulation.reset(&aside());
@@ -79,12 +82,12 @@ fn inertia_about_hinge(angle: f64) -> f64 {
     all.inertia.m33 + all.mass * (all.com.x.powi(2) + all.com.y.powi(2))
 }
 
-/// I v' = -c v - f: the door coasts by I/c (v0 - f/c ln(1 + c v0/f)), to 6 % because the
+/// I v' = -c v - f without air: the door coasts by I/c (v0 - f/c ln(1 + c v0/f)), to 6 % because the
 /// handle, loose on its spring, moves along.
 #[test]
 fn open_door_coasts_as_damping_and_friction_say() {
     assert_relative_eq!(inertia_about_hinge(0.0), 0.236, epsilon = 5e-4);
-    let (mut simulation, door) = door();
+    let (mut simulation, door) = simulate(Parameters { air: None, ..ParameterSet::Robosuite.parameters() });
     load(&mut simulation, 0.0, TURN, 2.0);
     load(&mut simulation, 5.0, TURN, 0.1);
     let (q, v) = simulation.joint(HINGE);

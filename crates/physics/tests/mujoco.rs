@@ -37,7 +37,7 @@ fn bare_arm(parameters: &Parameters) -> (Scene, usize) {
                 body.pose *= at((axis.direction.into_inner() * opening).into());
                 body.joint = Joint::Fixed;
             }
-            Joint::Hinge(axis) => axis.stop = Stop { stiffness: 0.0, damping: 0.0 },
+            Joint::Hinge(axis) => axis.stop = Stop::Spring { stiffness: 0.0, damping: 0.0 },
             Joint::Fixed | Joint::Free => {}
         }
     }
@@ -132,7 +132,8 @@ fn model_is_mujocos_to_rounding() {
 fn engine_accelerates_as_mujoco() {
     let dt = 1e-7;
     for (name, set) in SETS {
-        let parameters = Parameters { damping: SVector::zeros(), friction: SVector::zeros(), ..set.parameters() };
+        let parameters =
+            Parameters { damping: SVector::zeros(), friction: SVector::zeros(), air: None, ..set.parameters() };
         let mut simulation = simulate_bare_arm(parameters, dt, 1);
         let mut worst: f64 = 0.0;
         for state in State::all(name) {
@@ -151,7 +152,7 @@ fn engine_accelerates_as_mujoco() {
 }
 
 /// Over 2 s of free fall, of a push under gravity compensation, and of torques up to 25 Nm,
-/// with damping and dry friction, the engine's step of 2 ms with one substep is about as
+/// with damping, dry friction and robosuite's air, the engine's step of 2 ms with one substep is about as
 /// accurate as MuJoCo's Euler step; with four, it is better. The truth is MuJoCo's RK4 at
 /// a twentieth of the step, the torque held constant for 2 ms in all of them.
 ///
@@ -222,8 +223,7 @@ fn motions_follow_mujoco() {
 #[test]
 fn energy_balance_closes() {
     for (name, set) in SETS {
-        let mut parameters = set.parameters();
-        parameters.friction.fill(0.5);
+        let parameters = Parameters { friction: SVector::repeat(0.5), air: None, ..set.parameters() };
         let [(coarse, exchanged, _), (fine, _, work)] = [0.002, 0.0005].map(|dt| unaccounted_work(&parameters, dt));
         println!("{name}: {coarse:.3} of {exchanged:.1} J exchanged at 2 ms, {fine:.3} of {work:.2} J at 0.5 ms");
         assert!(coarse < 0.01 * exchanged, "{name}: {coarse} of {exchanged} J");

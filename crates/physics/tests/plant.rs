@@ -139,19 +139,6 @@ fn gripper_closes_as_measured() {
 }
 
 #[test]
-fn joints_stop_at_their_range() {
-    let (mut simulation, _) = lift(ParameterSet::Robosuite);
-    for _ in 0..2000 {
-        let bias = simulation.measure().bias;
-        let mut tau = bias;
-        tau[6] += 12.0;
-        simulation.step(&tau, 0.0).unwrap();
-    }
-    let overshoot = simulation.joints().0[6] - physics::panda::RANGE[6][1];
-    assert!((0.0..0.01).contains(&overshoot), "overshoot {overshoot} rad");
-}
-
-#[test]
 fn restoring_continues_bit_for_bit() {
     let (mut simulation, cube) = lift(ParameterSet::Robosuite);
     grasp(&mut simulation, &cube);

@@ -30,6 +30,10 @@ pub(super) fn vector(v: &Vector3) -> rapier::Vector {
     rapier::Vector::new(v.x, v.y, v.z)
 }
 
+pub(super) fn coordinates(v: rapier::Vector) -> Vector3 {
+    Vector3::new(v.x, v.y, v.z)
+}
+
 pub(super) fn matrix(m: &Matrix3<f64>) -> rapier::Matrix {
     rapier::Matrix::from_cols(vector(&m.column(0).into()), vector(&m.column(1).into()), vector(&m.column(2).into()))
 }

@@ -1,0 +1,90 @@
+//! What stops the arm's joints at the ends of their travel: MuJoCo's joint limit, with its default parameters.
+//!
+//! MuJoCo 3.2.7, documentation, Computation, "Constraint model" and "Parameters". Beyond its range a joint is to accelerate back with
+//! a = -b v - k r, r being the overshoot. The stop sees to it against whatever else drives the joint, but for a small
+//! part 1 - d of that drive: it is hard at rest and critically damped on impact, on a heavy joint as on a light one.
+
+use aforce::{JointMatrix, JointVector};
+
+use crate::model::Model;
+use crate::scene::{Axis, Stop};
+
+/// Time constant (s) of the way back.
+const TIME_CONSTANT: f64 = 0.02;
+/// d at the end of the range, and from [`WIDTH`] beyond it on.
+const IMPEDANCE: [f64; 2] = [0.9, 0.95];
+/// rad
+const WIDTH: f64 = 1e-3;
+/// Passes over the joints: their stops act on one another through the inertia.
+const PASSES: usize = 50;
+
+/// The stops of the seven joints.
+pub(crate) struct ArmStops {
+    /// Infinite for a joint without such a stop (rad).
+    range: [[f64; 2]; 7],
+    /// Diagonal of M^-1 at joint angles zero (1/(kg m2)): what the part 1 - d is a part of.
+    compliance: JointVector,
+    /// s
+    time_constant: f64,
+}
+
+impl ArmStops {
+    /// Stops of the arm `model`, whose joints are the first of `axes`, for steps of `dt` (s).
+    pub fn new(model: &Model, axes: &[Axis], dt: f64) -> Self {
+        ArmStops {
+            range: std::array::from_fn(|i| match axes[i].stop {
+                Stop::Constraint => axes[i].range,
+                Stop::Spring { .. } => [f64::NEG_INFINITY, f64::INFINITY],
+            }),
+            compliance: inverse(&model.mass(&model.kinematics(&JointVector::zeros()))).diagonal(),
+            // Faster would be unstable.
+            time_constant: TIME_CONSTANT.max(2.0 * dt),
+        }
+    }
+
+    /// Torques (Nm) of the stops on joints at `q` that move with `qd` and are driven by `tau`. They push and never pull.
+    pub fn torque(&self, model: &Model, q: &JointVector, qd: &JointVector, tau: &JointVector) -> JointVector {
+        // Into the range, and the overshoot.
+        let beyond: [Option<(f64, f64)>; 7] = std::array::from_fn(|i| match self.range[i] {
+            [lower, _] if q[i] < lower => Some((1.0, lower - q[i])),
+            [_, upper] if q[i] > upper => Some((-1.0, q[i] - upper)),
+            _ => None,
+        });
+        let mut stops = JointVector::zeros();
+        if beyond.iter().all(Option::is_none) {
+            return stops;
+        }
+        let k = model.kinematics(q);
+        let mobility = inverse(&model.mass(&k));
+        let driven = mobility * (tau - model.bias(&k, qd));
+        for _ in 0..PASSES {
+            for (i, (inwards, overshoot)) in beyond.iter().enumerate().filter_map(|(i, b)| Some((i, (*b)?))) {
+                let d = impedance(overshoot);
+                let wanted = self.way_back(d, overshoot, inwards * qd[i]);
+                let now = inwards * (driven[i] + (mobility.row(i) * stops)[0]);
+                let given_way = (1.0 - d) / d * self.compliance[i];
+                let torque = inwards * stops[i];
+                let missing = (wanted - now - given_way * torque) / (mobility[(i, i)] + given_way);
+                stops[i] = inwards * (torque + missing).max(0.0);
+            }
+        }
+        stops
+    }
+
+    /// Acceleration (rad/s2) into the range, at a velocity into it.
+    fn way_back(&self, d: f64, overshoot: f64, velocity: f64) -> f64 {
+        let rate = 1.0 / (IMPEDANCE[1] * self.time_constant);
+        d * rate * rate * overshoot - 2.0 * rate * velocity
+    }
+}
+
+/// MuJoCo's d: two parabolas that meet in the middle of the width.
+fn impedance(overshoot: f64) -> f64 {
+    let x = (overshoot / WIDTH).min(1.0);
+    let rise = if x < 0.5 { 2.0 * x * x } else { 1.0 - 2.0 * (1.0 - x) * (1.0 - x) };
+    IMPEDANCE[0] + (IMPEDANCE[1] - IMPEDANCE[0]) * rise
+}
+
+fn inverse(mass: &JointMatrix) -> JointMatrix {
+    mass.cholesky().expect("a mass matrix").inverse()
+}
