@@ -10,20 +10,16 @@ and renderers, with its soft resets (`hard_reset=False`), which are the fast one
 """
 
 import argparse
-import json
 import os
-import subprocess
 import sys
 import time
-from pathlib import Path
 
 for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[threads] = "1"
 
 import numpy as np
 import robosuite
-
-ROOT = Path(__file__).resolve().parent.parent
+from our_speed import compare, ours
 
 
 def make(task, ignore_done=False, **settings):
@@ -62,20 +58,6 @@ def theirs_pressing(steps):
     return steps / seconds
 
 
-def ours(task, what):
-    name = f"step/{task}/{what}"
-    subprocess.run(["cargo", "bench", "--quiet", "-p", "tasks", "--bench", "step", "--", f"^{name}$"], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
-    # Criterion makes one folder name of an id's slashes after the group's.
-    estimates = ROOT / "target" / "criterion" / "step" / f"{task}_{what}" / "new" / "estimates.json"
-    return 1e9 / json.loads(estimates.read_text())["mean"]["point_estimate"]
-
-
-def compare(name, theirs, ours):
-    before, mine, after = theirs(), ours(), theirs()
-    ratio = mine / ((before + after) / 2)
-    print(f"{name:<14} robosuite {before:.0f} and {after:.0f}, ours {mine:.0f}: {ratio:.1f} times as many")
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--tasks", default="lift,door,wipe")
@@ -84,9 +66,9 @@ def main():
     print(f"robosuite {robosuite.__version__}, Python {sys.version.split()[0]}; environment steps per second, one core")
     tasks = arguments.tasks.split(",")
     for task in tasks:
-        compare(task, lambda: theirs(task, arguments.steps), lambda: ours(task, "variable"))
+        compare(task, "robosuite", lambda: theirs(task, arguments.steps), lambda: ours(task, "variable"))
     if "wipe" in tasks:
-        compare("wipe, pressing", lambda: theirs_pressing(arguments.steps), lambda: ours("wipe", "pressing"))
+        compare("wipe, pressing", "robosuite", lambda: theirs_pressing(arguments.steps), lambda: ours("wipe", "pressing"))
 
 
 if __name__ == "__main__":

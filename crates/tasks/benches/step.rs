@@ -31,14 +31,18 @@ fn step(criterion: &mut Criterion) {
     }
 }
 
-/// The tool goes straight down with `osc-force` and then presses with 25 N: without force control it would bounce.
+/// The tool goes straight down with `osc` and stays there, its goal always 2 cm further down. A goal that followed it
+/// sideways would let it slide off the table.
 fn press(criterion: &mut Criterion) {
-    let space = "osc-force".parse().expect("an action space");
+    let space = "osc".parse().expect("an action space");
     let config = EnvConfig { task: TaskName::Wipe, space, horizon: 1_000_000, ..EnvConfig::default() };
     let mut env = Env::new(config, 1).expect("a valid configuration");
-    let action = [0.0, 0.0, -0.1, 0.0, 0.0, 0.0, 0.0];
-    let mut press = || env.step(&action).reward;
-    for _ in 0..300 {
+    let above = env.measurement().pose.translation.vector;
+    let mut press = || {
+        let aside = (above - env.measurement().pose.translation.vector) / 0.02;
+        env.step(&[aside.x.clamp(-1.0, 1.0), aside.y.clamp(-1.0, 1.0), -1.0, 0.0, 0.0, 0.0]).reward
+    };
+    for _ in 0..100 {
         press();
     }
     criterion.benchmark_group("step").bench_function("wipe/pressing", |bencher| bencher.iter(&mut press));

@@ -1,0 +1,25 @@
+"""Environment steps per second of ours, beside something else's: what the scripts that compare speeds share.
+
+Ours are the criterion benches `step/TASK/WHAT` of crates/tasks. Both sides get one core and take turns. Needs cargo.
+"""
+
+import json
+import subprocess
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def ours(task, what):
+    name = f"step/{task}/{what}"
+    subprocess.run(["cargo", "bench", "--quiet", "-p", "tasks", "--bench", "step", "--", f"^{name}$"], cwd=ROOT, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    # Criterion makes one folder name of an id's slashes after the group's.
+    estimates = ROOT / "target" / "criterion" / "step" / f"{task}_{what}" / "new" / "estimates.json"
+    return 1e9 / json.loads(estimates.read_text())["mean"]["point_estimate"]
+
+
+def compare(case, name, theirs, ours):
+    """Prints the ratio of ours to `theirs` (functions that return steps per second); `name` is theirs."""
+    before, mine, after = theirs(), ours(), theirs()
+    ratio = mine / ((before + after) / 2)
+    print(f"{case:<14} {name} {before:.0f} and {after:.0f}, ours {mine:.0f}: {ratio:.2f} times as many", flush=True)
