@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 def ours(task, what):
     name = f"step/{task}/{what}"
-    subprocess.run(["cargo", "bench", "--quiet", "-p", "tasks", "--bench", "step", "--", f"^{name}$"], cwd=ROOT, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    subprocess.run(["cargo", "bench", "--quiet", "-p", "tasks", "--bench", "step", "--", f"^{name}$"], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
     # Criterion makes one folder name of an id's slashes after the group's.
     estimates = ROOT / "target" / "criterion" / "step" / f"{task}_{what}" / "new" / "estimates.json"
     return 1e9 / json.loads(estimates.read_text())["mean"]["point_estimate"]

@@ -73,8 +73,8 @@ impl Engine {
         world.integration_parameters = IntegrationParameters {
             dt,
             num_solver_iterations: substeps,
-            // A sweep of these over all contacts leaves about half of what is wrong. The first pass corrects positions, the
-            // second leaves the velocities: it takes out the momentum of an impact, and with one sweep the cube that
+            // A sweep over all contacts leaves about half of what is wrong. The first pass corrects positions, the
+            // second leaves the velocities: it takes out the momentum of an impact, and with one sweep a cube that
             // falls flat lands spinning and slides 0.3 mm. It would also take the compliance out of a soft contact
             // again, so there the first pass does all. With fewer sweeps a hand pressed on a table chatters.
             num_internal_pgs_iterations: if rigid { 4 } else { 8 },

@@ -1,5 +1,6 @@
-//! Where Coulomb says that a cube slips it slips, with the acceleration that he says, and where he says that it stays it
-//! stays: between the finger pads and on a slope, near the critical coefficient of friction, along the edges and across.
+//! Where Coulomb says that a cube slips it slips, with the acceleration that he says, and where he says that it stays
+//! it stays: between the finger pads and on a slope, near the critical coefficient of friction, along the edges and
+//! across.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -40,8 +41,8 @@ struct Motion {
 }
 
 impl Motion {
-    /// A cube slides with the `expected` acceleration (m/s2) below the critical coefficient of friction and stays above it;
-    /// `ratio` is the coefficient over the critical one. At the critical one it may do either.
+    /// A cube slides with the `expected` acceleration (m/s2) below the critical coefficient of friction and stays above
+    /// it; `ratio` is the coefficient over the critical one. At the critical one it may do either.
     fn obeys_coulomb(&self, case: &str, ratio: f64, expected: f64) {
         let (slip, acceleration) = (1e3 * self.slip, self.acceleration);
         println!(
@@ -127,8 +128,8 @@ fn held(tilt: f64, friction: f64) -> Motion {
     bench.let_go()
 }
 
-/// The critical coefficient is m g / 2 N. The motors press with 20 N, of which the dry friction of the finger joints takes
-/// up to 1 N: N is what the pad measures when nothing slips, 19.1 to 19.3 N. A cube that slides does so with
+/// The critical coefficient is m g / 2 N. The motors press with 20 N, of which the dry friction of the finger joints
+/// takes up to 1 N: N is what the pad measures when nothing slips, 19.1 to 19.3 N. A cube that slides does so with
 /// g - 2 mu N / m within 0.02 %, N then being 19.0 to 19.1 N: at the critical coefficient itself it therefore slides,
 /// with 0.07 to 0.09 m/s2. Above it a cube moves by less than 1 um in 5 s.
 #[test]
@@ -158,8 +159,8 @@ fn on_slope(heading: f64, friction: f64) -> Motion {
 
 const SLOPE: f64 = 0.4;
 
-/// The critical coefficient is tan(slope). The acceleration is g sin(slope) (1 - ratio) within 0.01 %; above the critical
-/// coefficient a cube moves by 0.02 mm as it settles, at the critical one it keeps the speed that it settled with.
+/// The critical coefficient is tan(slope). The acceleration is g sin(slope) (1 - ratio) within 0.01 %; above the
+/// critical coefficient a cube moves by 0.02 mm as it settles, at the critical one it keeps the speed that it settled with.
 #[test]
 fn a_cube_on_a_slope_slips_where_coulomb_says() {
     for heading in [0.0, FRAC_PI_4] {
