@@ -111,12 +111,12 @@ fn held(tilt: f64, friction: f64) -> Motion {
     q[5] = q[1] - q[3] - tilt;
     let mut middle = 0.0;
     let mut bench = Bench::new(q, |scene| {
-        for (name, role) in [("left_finger", Role::Pad), ("right_finger", Role::Link(7))] {
-            let finger = scene.body(name);
-            let finger = &mut scene.bodies[finger];
-            let pad = finger.geoms.last_mut().expect("shell and pad");
+        for (side, role) in [("left", Role::Pad), ("right", Role::Link(7))] {
+            let (finger, tip) = (scene.body(&format!("{side}_finger")), scene.body(&format!("{side}_tip")));
+            let in_gripper = scene.bodies[finger].pose * scene.bodies[tip].pose;
+            let pad = &mut scene.bodies[tip].geoms[0];
             (pad.friction, pad.role) = (friction, role);
-            middle = (finger.pose * pad.pose).translation.z - GRIP_SITE[2];
+            middle = (in_gripper * pad.pose).translation.z - GRIP_SITE[2];
         }
     });
     for step in 0..1000 {
