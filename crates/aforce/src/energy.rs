@@ -34,6 +34,9 @@ pub struct EnergyLedger {
 
 impl EnergyLedger {
     /// One control sample: torque (Nm), joint velocity (rad/s), duration (s).
+    ///
+    /// Of a torque that acts over the whole sample the velocity is the mean of those before and after it: kinetic energy
+    /// grows by just that work, whatever the travel that an integrator makes of the sample.
     pub fn add(&mut self, tau: &JointVector, qd: &JointVector, dt: f64) {
         let mut net = 0.0;
         for i in 0..7 {

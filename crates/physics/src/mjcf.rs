@@ -1,4 +1,4 @@
-//! Writes a scene as MJCF, so that MuJoCo can load what Rapier simulates.
+//! Writes a scene as MJCF, so that MuJoCo (3.2.7 and 3.17.0 were tried) can load what Rapier simulates.
 
 use std::fmt::Write;
 
@@ -61,6 +61,8 @@ fn write_body(w: &mut String, scene: &Scene, index: usize, depth: usize) {
 fn write_inertial(w: &mut String, body: &Body, pad: &str) {
     let inertial = &body.inertial;
     if inertial.mass == 0.0 {
+        // In so many words: MuJoCo 3.2.7 looks for the centre of mass of several geoms without mass, and gives up.
+        writeln!(w, r#"{pad}  <inertial mass="0" pos="0 0 0" diaginertia="0 0 0"/>"#).unwrap();
         return;
     }
     let (c, i) = (inertial.com, inertial.inertia);

@@ -39,7 +39,7 @@ impl Phase {
     }
 }
 
-/// One control sample (1 ms). World axes.
+/// One control sample (1 ms): what the controller was given, and what it made of it. World axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// Since the start (s).

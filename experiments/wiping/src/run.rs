@@ -124,6 +124,7 @@ impl<'a> Wiping<'a> {
     fn step(&mut self) -> Result<(), physics::Diverged> {
         let dt = self.simulation.dt();
         let commanded = self.controller.update(&self.y);
+        self.sample(dt);
         self.late.push_back(commanded);
         let tau = self.late.pop_front().expect("one was pushed");
         let before = self.y.clone();
@@ -139,7 +140,6 @@ impl<'a> Wiping<'a> {
         };
         self.account(&tau, &before, &contact.raw, dt);
         self.record.force_max = self.record.force_max.max(contact.hand_force());
-        self.sample(contact.filtered[2], dt);
         Ok(())
     }
 
@@ -158,13 +158,14 @@ impl<'a> Wiping<'a> {
         }
     }
 
-    fn sample(&mut self, force: f64, dt: f64) {
+    /// Records what the controller was given and what it made of it: before the arm moves on.
+    fn sample(&mut self, dt: f64) {
         let controller = &self.controller;
         let (tool, set_point) = (self.y.pose, controller.set_point());
         let sample = Sample {
-            time: (self.record.samples.len() + 1) as f64 * dt,
+            time: self.record.samples.len() as f64 * dt,
             phase: self.expert.phase(),
-            force,
+            force: self.simulation.contact().filtered[2],
             measured_force: self.y.wrench[2],
             force_command: controller.force_command(),
             engagement: controller.engagement(),

@@ -1,6 +1,6 @@
 //! The experiment, small: what adapts, what is held, what comes back the same.
 
-use aforce::GoalRule;
+use aforce::{Gains, GoalRule, Stiffness};
 use wiping::comparison::Comparison;
 use wiping::delta_sign::{self, DAMPINGS, SIGNS};
 use wiping::{AFORCE, Disturbance, HIGH, Phase, Record, Run, Sample, Setup, Trial, evolution, simulate};
@@ -68,6 +68,25 @@ fn force_is_held_and_stiffness_adapts() {
     assert!(control_energy.absolute < 0.5 * energy.absolute);
     assert!(control_energy.squared_torque < 0.1 * energy.squared_torque);
     assert!(energy.absolute < total.absolute);
+}
+
+/// With delta = 0 eps is the error: eq. 5 leads from one sample's feed-forward force to the next's with the recorded error.
+#[test]
+fn the_recorded_error_is_the_laws() {
+    let mut setup = small(1);
+    let Stiffness::Adaptive(psi) = &mut setup.spaces[AFORCE].stiffness else { panic!("it adapts") };
+    psi.delta = Gains::all(0.0);
+    let (alpha, mu, dt) = (psi.alpha[0], psi.mu[0], setup.controller.dt());
+    let record = aforce(&setup, Disturbance::NONE);
+    let wiping: Vec<&Sample> = record.during(Phase::Wipe).collect();
+    assert!(largest_error(&wiping) > 1e-3);
+    for pair in wiping.windows(2) {
+        for axis in 0..2 {
+            let (before, after) = (pair[0].feedforward[axis], pair[1].feedforward[axis]);
+            let expected = alpha * pair[1].error[axis] - mu * before;
+            assert!(((after - before) / dt - expected).abs() < 1e-9, "{} N/s at {} s", expected, pair[1].time);
+        }
+    }
 }
 
 #[test]
@@ -139,8 +158,8 @@ fn a_late_torque_moves_the_arm_later() {
         let record = aforce(&setup, Disturbance { delay, ..Disturbance::NONE });
         (record.samples[samples].position - record.samples[0].position).norm()
     };
-    assert!(way(5.0, 4) < 1e-6 * way(0.0, 4));
-    assert!((way(5.0, 5) / way(1.0, 1) - 1.0).abs() < 1e-6, "four samples later, and alike");
+    assert!(way(5.0, 5) < 1e-6 * way(0.0, 5));
+    assert!((way(5.0, 6) / way(1.0, 2) - 1.0).abs() < 1e-6, "four samples later, and alike");
 }
 
 /// Each sign holds the arm at half of its closed-form limit and loses it at twice the limit. In between, the same alpha
