@@ -160,7 +160,8 @@ fn on_slope(heading: f64, friction: f64) -> Motion {
 const SLOPE: f64 = 0.4;
 
 /// The critical coefficient is tan(slope). The acceleration is g sin(slope) (1 - ratio) within 0.01 %; above the
-/// critical coefficient a cube moves by 0.02 mm as it settles, at the critical one it keeps the speed that it settled with.
+/// critical coefficient a cube moves by 0.02 mm as it settles, at the critical one it keeps the speed that it settled
+/// with.
 #[test]
 fn a_cube_on_a_slope_slips_where_coulomb_says() {
     for heading in [0.0, FRAC_PI_4] {

@@ -1,7 +1,10 @@
 //! Random actions as torques: `random_torques lift|door|wipe STEPS FILE` writes one line for each of STEPS random
-//! `variable` actions, for another simulator to repeat. Its numbers: the mean torque of each joint of the arm during the
-//! action (Nm), then where the scene was before it, in MuJoCo's order: positions of the joints, of the cube in Lift its position and
-//! quaternion w, x, y, z, then the velocities, of the cube linear (world) and angular (its own axes); SI units.
+//! `variable` actions, for another simulator to repeat.
+//!
+//! Its numbers (SI units): the mean torque of each joint of the arm during the action, then the state of the scene
+//! before it in MuJoCo's order. First positions: joints, in Lift the cube's position and quaternion w, x, y, z. Then
+//! velocities:
+//! joints, in Lift the cube's linear (world axes) and angular velocity (its own axes).
 
 use std::fmt::Write;
 use std::{env, fs, process};
