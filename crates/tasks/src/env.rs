@@ -99,7 +99,8 @@ impl Default for EnvConfig {
 /// A task, an arm and an action space.
 ///
 /// Gymnasium's conventions: call [`Env::reset`], then [`Env::step`] until the episode is
-/// terminated or truncated. An episode is a function of its seed and its actions.
+/// terminated or truncated. An episode is a function of its seed and its actions, to the last bit and whatever instructions
+/// the processor offers. (Jerk-limited set-points are not: their library takes sin, cos and acos from the platform.)
 pub struct Env {
     config: EnvConfig,
     task: Box<dyn Task>,
