@@ -152,16 +152,17 @@ fn a_trained_run_is_evaluated_and_checked() {
     expect(&error(&mut evaluate(), 1), &["actor.safetensors"]);
 }
 
-/// Control at 20 Hz with a stiff arm blows the simulation up: the episode ends, is counted,
-/// and training goes on.
+/// A feed-forward force that overflows counts as a divergence: the episode ends, is counted, and training goes on.
 #[test]
 fn a_diverged_simulation_is_counted() {
     let folder = tempfile::tempdir().unwrap();
     let mut command = train(folder.path());
-    command.args(["--space", "osc", "--set", "env.controller.control_hz=20", "--set", "learner.n_step=1"]);
-    command.args(["--set", "env.space.stiffness.fixed=[30000, 150]"]);
+    command.args(["--space", "aforce-shaped", "--set", "learner.n_step=1"]);
+    for set in ["alpha=1e308", "f_ff_max=1e308", "f_ff_rate_max=1e308", "allow_unstable=true"] {
+        command.args(["--set", &format!("env.space.stiffness.adaptive.{set}")]);
+    }
     command.assert().success();
-    let run = folder.path().join("lift/osc/seed_7");
+    let run = folder.path().join("lift/aforce-shaped/seed_7");
     let table = Columns::read(&run.join("episodes.csv")).unwrap();
     let [step, diverged, total] = ["step", "diverged", "return"].map(|column| table.values(column).unwrap());
     assert!(total.iter().all(|total| total.is_finite()));
