@@ -359,9 +359,10 @@ fn shipped_configurations_are_read() {
     );
     let mut all: Vec<_> = std::fs::read_dir(shipped("")).unwrap().map(|file| file.unwrap().file_name()).collect();
     all.sort();
+    assert_eq!(shipped_sweep("observation.toml").runs.len(), 8);
     for task in TaskName::ALL {
         let cases = disturbances::read(&shipped("disturbances.toml"), task).unwrap();
         assert!(cases.len() > 12 && cases[0].disturbance == Disturbance::default());
     }
-    assert_eq!(all, ["demo.toml", "disturbances.toml", "first-tables", "table-1.toml"]);
+    assert_eq!(all, ["demo.toml", "disturbances.toml", "first-tables", "observation.toml", "table-1.toml"]);
 }
