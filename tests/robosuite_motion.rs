@@ -1,5 +1,5 @@
-//! With robosuite's action spaces to the letter the arm moves as in robosuite 1.4.1: 40 scenarios of 40 actions in free space, recorded by
-//! `scripts/robosuite_motion.py`.
+//! With robosuite's action spaces to the letter the arm moves as in robosuite 1.4.1: 40 scenarios of 40 actions in free
+//! space, recorded by `scripts/robosuite_motion.py`.
 
 use aforce::{ActionSpace, Controller, ControllerConfig, JointVector, Pose, Vector3, pose_error};
 use physics::panda::ParameterSet;

@@ -97,8 +97,8 @@ pub enum Stop {
         /// Nm s/rad or N s/m.
         damping: f64,
     },
-    /// MuJoCo's joint limit, only for the joints of an arm. Under full torque one rests less than 0.004 rad beyond its range;
-    /// with a run-up of 0.2 rad it overshoots by up to 0.05 rad before.
+    /// MuJoCo's joint limit, only for the joints of an arm. Under full torque one rests less than 0.004 rad beyond its
+    /// range; with a run-up of 0.2 rad it overshoots by up to 0.05 rad before.
     Constraint,
 }
 

@@ -1,8 +1,9 @@
 //! What stops the arm's joints at the ends of their travel: MuJoCo's joint limit, with its default parameters.
 //!
-//! MuJoCo 3.2.7, documentation, Computation, "Constraint model" and "Parameters". Beyond its range a joint is to accelerate back with
-//! a = -b v - k r, r being the overshoot. The stop sees to it against whatever else drives the joint, but for a small
-//! part 1 - d of that drive: it is hard at rest and critically damped on impact, on a heavy joint as on a light one.
+//! MuJoCo 3.2.7, documentation, Computation, "Constraint model" and "Parameters". Beyond its range a joint is to
+//! accelerate back with a = -b v - k r, r being the overshoot. The stop sees to it against whatever else drives the
+//! joint, but for a small part 1 - d of that drive: it is hard at rest and critically damped on impact, on a heavy
+//! joint as on a light one.
 
 use aforce::{JointMatrix, JointVector};
 
@@ -42,7 +43,8 @@ impl ArmStops {
         }
     }
 
-    /// Torques (Nm) of the stops on joints at `q` that move with `qd` and are driven by `tau`. They push and never pull.
+    /// Torques (Nm) of the stops on joints at `q` that move with `qd` and are driven by `tau`. They push and never
+    /// pull.
     pub fn torque(&self, model: &Model, q: &JointVector, qd: &JointVector, tau: &JointVector) -> JointVector {
         // Into the range, and the overshoot.
         let beyond: [Option<(f64, f64)>; 7] = std::array::from_fn(|i| match self.range[i] {

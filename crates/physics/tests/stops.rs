@@ -10,8 +10,8 @@ use physics::scene::Role;
 use physics::scenes::lift;
 use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
-/// Overshoot (rad) of a joint that full torque pushes into the lower (0) or upper (1) end of its range from 0.2 rad before it:
-/// the largest, and the last of 2 s. The other joints are held; nothing is touched.
+/// Overshoot (rad) of a joint that full torque pushes into the lower (0) or upper (1) end of its range from 0.2 rad
+/// before it: the largest, and the last of 2 s. The other joints are held; nothing is touched.
 fn push(set: ParameterSet, joint: usize, end: usize, dt: f64) -> [f64; 2] {
     let parameters = set.parameters();
     let (mut scene, gripper) = lift::scene(&parameters, Vector3::repeat(0.021));

@@ -50,8 +50,8 @@ impl Engine {
         moving.iter().map(mover).collect()
     }
 
-    /// Finds where the movers are, and how fast; the engine's own velocities are a step old for bodies on joints. No load is
-    /// on them yet.
+    /// Finds where the movers are, and how fast; the engine's own velocities are a step old for bodies on joints. No
+    /// load is on them yet.
     fn update_movers(&mut self) {
         for i in 0..self.movers.len() {
             let Mover { body, joint, carrier, .. } = self.movers[i];
@@ -80,8 +80,8 @@ impl Engine {
         }
     }
 
-    /// Adds the air at the present velocities to `efforts` on the joints, where it acts on bodies that joints carry, and to the
-    /// forces on free ones.
+    /// Adds the air at the present velocities to `efforts` on the joints, where it acts on bodies that joints carry,
+    /// and to the forces on free ones.
     pub fn add_drag(&mut self, efforts: &mut [f64]) {
         self.update_movers();
         for i in (0..self.movers.len()).rev() {
