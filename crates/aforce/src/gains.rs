@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 use crate::error::{ConfigError, not_negative, positive, within};
 use crate::spatial::Vector6;
 
+/// Largest stiffness of an axis, whatever its unit: thirty times what cobots offer (3000 N/m).
+pub(crate) const MAX_STIFFNESS: f64 = 1e5;
+
 /// Names of the axes in configuration errors and column names: three translations, three rotations.
 pub(crate) const AXES: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
 

@@ -3,13 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
-use crate::gains::Gains;
+use crate::gains::{Gains, MAX_STIFFNESS};
 use crate::operational_space::OperationalSpace;
 use crate::psi::Psi;
 use crate::spatial::{Vector6, Wrench};
-
-/// Largest stiffness of an axis, whatever its unit: thirty times what cobots offer (3000 N/m).
-pub(crate) const MAX_STIFFNESS: f64 = 1e5;
 
 /// What a stiffness number means: 150 1/s^2 are 2 to 6 kN/m along the axes of this arm, not 150 N/m.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

@@ -9,16 +9,7 @@ use std::f64::consts::PI;
 use aforce::{Pose, Vector3};
 use nalgebra::{Matrix3, Point3};
 
-use crate::scene::{Inertial, Scene};
-
-/// A medium at rest.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Air {
-    /// kg/m3
-    pub density: f64,
-    /// Pa s
-    pub viscosity: f64,
-}
+use crate::scene::{Air, Inertial, Scene};
 
 /// How the air resists one body: with -(b + c |v|) v along each of the body's principal axes of inertia, and likewise
 /// against its rotation about each of them.

@@ -11,7 +11,7 @@
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // See clippy.toml.
 
-pub mod air;
+mod air;
 pub mod camera;
 mod contact;
 mod deviation;

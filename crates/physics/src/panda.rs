@@ -4,8 +4,7 @@ use aforce::{JointVector, Pose, TorqueLimits, Vector3};
 use nalgebra::{Matrix3, Rotation3, SVector, UnitQuaternion, Vector3 as V3};
 use serde::{Deserialize, Serialize};
 
-use crate::air::Air;
-use crate::scene::{Actuator, Axis, Body, Geom, Inertial, Joint, Role, Scene, Shape, Stop, at, between, pose};
+use crate::scene::{Actuator, Air, Axis, Body, Geom, Inertial, Joint, Role, Scene, Shape, Stop, at, between, pose};
 
 /// Joint angles at the start of an episode before noise (rad).
 pub const HOME: [f64; 7] = [

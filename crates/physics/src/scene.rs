@@ -1,6 +1,5 @@
 //! What a scene consists of, as plain data: bodies, joints, collision shapes.
 
-use crate::air::Air;
 use aforce::{Pose, Vector3};
 use nalgebra::{Matrix3, Translation3, Unit, UnitQuaternion};
 
@@ -15,6 +14,15 @@ pub struct Scene {
     pub softness: Softness,
     /// What the bodies move through; `None`: nothing.
     pub air: Option<Air>,
+}
+
+/// A medium at rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Air {
+    /// kg/m3
+    pub density: f64,
+    /// Pa s
+    pub viscosity: f64,
 }
 
 /// The spring and damper that push penetrating bodies apart, relative to their masses.

@@ -15,9 +15,8 @@ use crate::interval::Interval;
 use crate::normal::standard_normal;
 use crate::observation::{observe_robot, proprioception_components};
 use crate::observation_options::ObservationOptions;
-use crate::outcome::HELD;
 use crate::penalty::ForcePenalty;
-use crate::task::{REWARD_TERMS, Reward, Task};
+use crate::task::{HELD, REWARD_TERMS, Reward, Task};
 use crate::task_name::TaskName;
 
 /// Overlap at which the engine would throw the arm off instead of starting an episode (m).

@@ -4,9 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::env::Step;
 use crate::interval::AxisGroup;
-
-/// A task counts as held if it stood fulfilled for this long at the end (s).
-pub(crate) const HELD: f64 = 1.0;
+use crate::task::HELD;
 
 /// What an episode ended with and what it cost, in the order of the columns.
 ///

@@ -48,6 +48,9 @@ pub trait Task: Send {
     }
 }
 
+/// A task counts as held once it has stood fulfilled for this long (s).
+pub(crate) const HELD: f64 = 1.0;
+
 /// The most terms a reward has.
 pub const REWARD_TERMS: usize = 4;
 
