@@ -27,6 +27,7 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
+from air_torques import air_torques
 
 ROOT = Path(__file__).resolve().parent.parent
 OUT = ROOT / "crates" / "physics" / "reference"
@@ -202,16 +203,8 @@ def air(scene, xml):
     rng = np.random.default_rng(SEED)
     model = mujoco.MjModel.from_xml_path(str(xml))
     require(model.opt.density == 1.2 and model.opt.viscosity == 2e-5, "no air")
-    data, n = mujoco.MjData(model), 7 if scene == "wipe" else 9
-    centre, half = model.jnt_range[:n].mean(axis=1), np.ptp(model.jnt_range[:n], axis=1) / 2
-    for _ in range(10):
-        q, qd, tau = np.zeros(9), np.zeros(9), np.zeros(9)
-        q[:n] = np.round(centre + 0.9 * half * rng.uniform(-1, 1, n), 6)
-        qd[:n] = np.round(np.where(np.arange(n) < 7, 2.0, 0.1) * rng.uniform(-1, 1, n), 6)
-        data.qpos[:n], data.qvel[:n] = q[:n], qd[:n]
-        mujoco.mj_forward(model, data)
-        tau[:n] = data.qfrc_fluid[:n]
-        yield [scene, *q, *qd, *tau]
+    for row in air_torques(model, mujoco.MjData(model), 7 if scene == "wipe" else 9, rng):
+        yield [scene, *row]
 
 
 def contact_force(model, data, geom):

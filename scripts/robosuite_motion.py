@@ -25,6 +25,7 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import mujoco
 import numpy as np
 import robosuite
+from air_torques import air_torques
 
 ROOT = Path(__file__).resolve().parent.parent
 MOTION = ROOT / "tests" / "reference" / "robosuite_motion.csv"
@@ -151,16 +152,8 @@ def air():
             env = make(task)
             env.reset()
             model, data = env.sim.model._model, env.sim.data._data
-            n = 9 if task == "lift" else 7
-            centre, half = model.jnt_range[:n].mean(axis=1), np.ptp(model.jnt_range[:n], axis=1) / 2
-            for _ in range(10):
-                q, qd, tau = np.zeros(9), np.zeros(9), np.zeros(9)
-                q[:n] = np.round(centre + 0.9 * half * rng.uniform(-1, 1, n), 6)
-                qd[:n] = np.round(np.where(np.arange(n) < 7, 2.0, 0.1) * rng.uniform(-1, 1, n), 6)
-                data.qpos[:n], data.qvel[:n] = q[:n], qd[:n]
-                mujoco.mj_forward(model, data)
-                tau[:n] = data.qfrc_fluid[:n]
-                writer.writerow([task] + [f"{v + 0.0:.10g}" for v in [*q, *qd, *tau]])
+            for row in air_torques(model, data, 9 if task == "lift" else 7, rng):
+                writer.writerow([task] + [f"{v + 0.0:.10g}" for v in row])
 
 
 def stops():

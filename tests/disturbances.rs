@@ -3,22 +3,6 @@
 use aforce::{JointVector, Vector3};
 use tasks::{Disturbance, Draw, Env, EnvConfig, TaskName};
 
-const NONE: Disturbance = Disturbance {
-    friction: None,
-    payload_kg: None,
-    table_height_m: None,
-    cube_mass: None,
-    hinge_damping: None,
-    hinge_spring: None,
-    push_n: None,
-    push_hz: None,
-    torque_delay_s: None,
-    position_noise_rad: None,
-    velocity_noise_rad_per_s: None,
-    force_noise_n: None,
-    force_bias_n: None,
-};
-
 fn fixed(value: f64) -> Option<Draw> {
     Some(Draw::Fixed(value))
 }
@@ -60,12 +44,12 @@ fn what_disturbs_nothing_changes_no_byte() {
         push_hz: Some(Draw::Between([0.2, 5.0])),
         torque_delay_s: fixed(0.0),
         force_noise_n: fixed(0.0),
-        ..NONE
+        ..Disturbance::default()
     };
     for task in TaskName::ALL {
-        assert!(seen(task, neutral) == seen(task, NONE), "{}", task.as_str());
-        let heavier = Disturbance { payload_kg: fixed(0.5), ..NONE };
-        assert!(seen(task, heavier) != seen(task, NONE), "{}", task.as_str());
+        assert!(seen(task, neutral) == seen(task, Disturbance::default()), "{}", task.as_str());
+        let heavier = Disturbance { payload_kg: fixed(0.5), ..Disturbance::default() };
+        assert!(seen(task, heavier) != seen(task, Disturbance::default()), "{}", task.as_str());
     }
 }
 
@@ -80,7 +64,7 @@ fn a_payload_sinks_into_the_spring() {
         env.step(&[0.0; 6]);
         tool(&env).z
     };
-    let sunk = sink(NONE) - sink(Disturbance { payload_kg: fixed(1.0), ..NONE });
+    let sunk = sink(Disturbance::default()) - sink(Disturbance { payload_kg: fixed(1.0), ..Disturbance::default() });
     let expected = 9.81 / 1500.0;
     assert!((0.8..1.05).contains(&(sunk / expected)), "{sunk} m, {expected} m without friction");
 }
@@ -88,7 +72,7 @@ fn a_payload_sinks_into_the_spring() {
 /// A swinging force moves the tool by force / stiffness while it is slow, along one line through where it rests.
 #[test]
 fn a_push_swings_with_its_amplitude_and_frequency() {
-    let push = Disturbance { push_n: fixed(20.0), push_hz: fixed(0.5), ..NONE };
+    let push = Disturbance { push_n: fixed(20.0), push_hz: fixed(0.5), ..Disturbance::default() };
     let mut env = env(TaskName::Wipe, "high", push);
     env.reset(Some(1));
     let still = vec![0.0; env.action_dim()];
@@ -120,8 +104,8 @@ fn torques_come_late() {
         let torques: Vec<JointVector> = (0..15).map(|_| env.step(&action(&env)).interval.mean_torque()).collect();
         (holding, torques)
     };
-    let (_, now) = torques(NONE);
-    let (holding, late) = torques(Disturbance { torque_delay_s: fixed(0.02), ..NONE });
+    let (_, now) = torques(Disturbance::default());
+    let (holding, late) = torques(Disturbance { torque_delay_s: fixed(0.02), ..Disturbance::default() });
     assert!(late[..10].iter().all(|tau| *tau == holding));
     assert_eq!(late[10], now[0], "both are commanded at reset");
     assert!((now[0] - holding).amax() > 0.1);
@@ -135,7 +119,7 @@ fn noise_is_measured_and_nothing_else() {
         velocity_noise_rad_per_s: fixed(0.02),
         force_noise_n: fixed(2.0),
         force_bias_n: fixed(5.0),
-        ..NONE
+        ..Disturbance::default()
     };
     let mut env = env(TaskName::Lift, "mid", noise);
     let still = vec![0.0; env.action_dim()];
@@ -162,7 +146,8 @@ fn noise_is_measured_and_nothing_else() {
 #[test]
 fn the_table_stands_where_the_disturbance_puts_it() {
     let touch = |raised: f64| {
-        let mut env = env(TaskName::Wipe, "mid", Disturbance { table_height_m: fixed(raised), ..NONE });
+        let mut env =
+            env(TaskName::Wipe, "mid", Disturbance { table_height_m: fixed(raised), ..Disturbance::default() });
         let start = env.reset(Some(1))[..8].to_vec();
         while !env.simulation().contact().touching {
             env.step(&[0.0, 0.0, -0.05, 0.0, 0.0, 0.0]);
@@ -178,7 +163,7 @@ fn the_table_stands_where_the_disturbance_puts_it() {
 #[test]
 fn a_range_is_drawn_anew_for_every_episode() {
     let heights = |seed: u64| {
-        let range = Disturbance { table_height_m: Some(Draw::Between([-0.02, 0.02])), ..NONE };
+        let range = Disturbance { table_height_m: Some(Draw::Between([-0.02, 0.02])), ..Disturbance::default() };
         let mut env = env(TaskName::Wipe, "mid", range);
         env.reset(Some(seed));
         let decal = env.task().decals()[0].centre;
@@ -197,14 +182,18 @@ fn what_cannot_be_is_refused_in_one_line() {
         assert!(!error.contains('\n'));
         error
     };
-    let error = refused(TaskName::Wipe, Disturbance { cube_mass: fixed(2.0), ..NONE });
+    let error = refused(TaskName::Wipe, Disturbance { cube_mass: fixed(2.0), ..Disturbance::default() });
     assert_eq!(error, "env.disturbance.cube_mass: lift has it, wipe has not");
-    let error = refused(TaskName::Wipe, Disturbance { payload_kg: fixed(-1.0), ..NONE });
+    let error = refused(TaskName::Wipe, Disturbance { payload_kg: fixed(-1.0), ..Disturbance::default() });
     assert_eq!(error, "env.disturbance.payload_kg = -1 is not allowed; allowed: 0 to 5");
-    let error = refused(TaskName::Lift, Disturbance { friction: Some(Draw::Between([2.0, 0.5])), ..NONE });
+    let error =
+        refused(TaskName::Lift, Disturbance { friction: Some(Draw::Between([2.0, 0.5])), ..Disturbance::default() });
     assert_eq!(error, "env.disturbance.friction: [2.0, 0.5] is upside down: the lower end comes first");
-    let error = refused(TaskName::Wipe, Disturbance { table_height_m: Some(Draw::Between([0.0, 0.19])), ..NONE });
+    let error = refused(
+        TaskName::Wipe,
+        Disturbance { table_height_m: Some(Draw::Between([0.0, 0.19])), ..Disturbance::default() },
+    );
     assert_eq!(error, "env.disturbance.table_height_m: 0.19 m raise the table into the arm at its start; lower it");
-    let error = refused(TaskName::Lift, Disturbance { push_n: fixed(5.0), ..NONE });
+    let error = refused(TaskName::Lift, Disturbance { push_n: fixed(5.0), ..Disturbance::default() });
     assert_eq!(error, "env.disturbance.push_n: push_n and push_hz stand together or not at all");
 }

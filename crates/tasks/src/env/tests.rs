@@ -1,4 +1,6 @@
 use super::*;
+use crate::interval::ForceRecord;
+use crate::penalty::Sensor;
 
 /// A load that no joint can bear ends the episode, even where its horizon would have.
 #[test]
@@ -20,4 +22,48 @@ fn a_divergence_ends_the_episode_and_earns_nothing() {
         // The next episode begins as if nothing had happened.
         assert_eq!(env.reset(Some(1)), start);
     }
+}
+
+/// The script lifts the cube and holds it: the episode ends a second after, and its value goes on.
+#[test]
+fn an_episode_ends_on_success_if_it_is_to() {
+    let mut env = Env::new(EnvConfig { ends_on_success: true, ..EnvConfig::default() }, 1).unwrap();
+    env.reset(Some(1));
+    let mut held = 0;
+    let last = loop {
+        let step = env.step(&env.expert_action());
+        held = if step.success { held + 1 } else { 0 };
+        if step.terminated || step.truncated {
+            break step;
+        }
+    };
+    assert!(last.truncated && !last.terminated && env.elapsed < env.config.horizon);
+    assert_eq!(held, 20, "a second of actions at 20 Hz");
+}
+
+#[test]
+fn motion_costs_its_price_per_joule() {
+    let rewards = |motion_price| {
+        let mut env = Env::new(EnvConfig { motion_price, ..EnvConfig::default() }, 1).unwrap();
+        let action = vec![0.5; env.action_dim()];
+        let step = env.step(&action);
+        (step.reward, step.motion_cost, step.interval.energy.absolute)
+    };
+    let ((free, nothing, _), (priced, cost, energy)) = (rewards(0.0), rewards(0.1));
+    assert_eq!((nothing, cost), (0.0, 0.1 * energy));
+    assert!(energy > 0.01 && (free - priced - cost).abs() < 1e-12);
+}
+
+/// 100 N on the arm of which the hand feels 10.
+#[test]
+fn the_penalty_counts_whom_it_is_told_to() {
+    let force = |max| ForceRecord { max, ..ForceRecord::default() };
+    let interval = Interval { hand: force(10.0), arm: force(100.0), ..Interval::default() };
+    for (of, penalty) in [(Sensor::Arm, 5.0), (Sensor::Hand, 0.0)] {
+        let force_penalty = ForcePenalty { of, ..ForcePenalty::default() };
+        let mut env = Env::new(EnvConfig { force_penalty, ..EnvConfig::default() }, 1).unwrap();
+        let step = env.outcome(interval, false);
+        assert_eq!((step.penalty, step.over_limit), (penalty, penalty > 0.0));
+    }
+    assert_eq!(ForcePenalty::default().of, Sensor::Arm);
 }
