@@ -220,7 +220,7 @@ fn a_run_that_cannot_go_on_stays_finished() {
         (
             "checkpoints/last/state.json",
             |path| change(path, "\"policy_average\": 0.0003,", ""),
-            "policy_average: there absent",
+            "policy_average: there 1.0",
         ),
         ("progress.csv", |path| change(path, "alpha", "alfa"), "only there: alfa; only here: alpha"),
         ("checkpoints/last/replay.bin", |path| std::fs::remove_file(path).unwrap(), "no replay memory"),

@@ -52,6 +52,17 @@ impl Actor {
     ///
     /// If a slice has the wrong length.
     pub fn act(&mut self, observation: &[f32], action: &mut [f32], mode: Act) {
+        self.act_with(observation, action, mode, |_, rng| StandardNormal.sample(rng));
+    }
+
+    /// The same with noise from elsewhere: `noise(i, rng)` is that of entry `i`, standard normal.
+    pub(crate) fn act_with(
+        &mut self,
+        observation: &[f32],
+        action: &mut [f32],
+        mode: Act,
+        mut noise: impl FnMut(usize, &mut ChaCha8Rng) -> f32,
+    ) {
         let n = self.action_dim();
         assert_eq!(observation.len(), self.observation_dim(), "length of observation");
         assert_eq!(action.len(), n, "length of action");
@@ -63,9 +74,7 @@ impl Actor {
         let output: Vec<f32> = Vec::try_from(output.view(-1)).expect("f32");
         for (i, action) in action.iter_mut().enumerate() {
             *action = match mode {
-                Act::Sample => {
-                    self.policy.sample(output[i], output[n + i], StandardNormal.sample(&mut self.rng)).action
-                }
+                Act::Sample => self.policy.sample(output[i], output[n + i], noise(i, &mut self.rng)).action,
                 _ => self.policy.mean(output[i]),
             };
         }

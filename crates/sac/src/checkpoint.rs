@@ -50,7 +50,6 @@ struct State {
     observation_dim: usize,
     action_dim: usize,
     updates: u64,
-    /// As it was written: what is absent there is none of our defaults.
     config: Value,
     acting_rng: ChaCha8Rng,
     batch_rng: ChaCha8Rng,
@@ -217,16 +216,18 @@ fn read_policy(folder: &Path, updates: u64, policy: &mut Networks) -> Result<(),
     file.copy(&policy.entries(), "", &mut policy.values)
 }
 
-/// The settings are those with which a checkpoint was saved, or else the first difference.
+/// The settings are those with which a checkpoint was saved, or else the first difference. A setting that came later was off then.
 fn same_settings(saved: &Value, config: &Config) -> Result<(), String> {
-    let wanted = serde_json::to_value(config).expect("plain data");
-    let keys = |value: &Value| value.as_object().into_iter().flat_map(|o| o.keys().cloned()).collect::<Vec<_>>();
-    let Some(key) = keys(saved).into_iter().chain(keys(&wanted)).find(|key| saved.get(key) != wanted.get(key)) else {
-        return Ok(());
-    };
-    let word = |value: Option<&Value>| value.map_or("absent".into(), Value::to_string);
-    let (there, here) = (word(saved.get(&key)), word(wanted.get(&key)));
-    Err(format!("saved with other settings of the learner ({key}: there {there}, here {here})"))
+    let saved: Config = serde_json::from_value(saved.clone()).map_err(|e| e.to_string())?;
+    let [saved, wanted] = [&saved, config].map(|config| serde_json::to_value(config).expect("plain data"));
+    let wanted = wanted.as_object().expect("a struct");
+    match wanted.iter().find(|(key, here)| saved[key.as_str()] != **here) {
+        None => Ok(()),
+        Some((key, here)) => {
+            let there = &saved[key.as_str()];
+            Err(format!("saved with other settings of the learner ({key}: there {there}, here {here})"))
+        }
+    }
 }
 
 /// What `read` finds in the folder of a checkpoint. A run that saves itself meanwhile renames that folder, so that what is read

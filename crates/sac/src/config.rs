@@ -32,8 +32,24 @@ pub struct Config {
     /// over the last updates plays more evenly than any of them.
     #[serde(default = "no_average")]
     pub policy_average: f64,
+    /// Updates of the critics for one of actor, averaged policy and temperature.
+    #[serde(default = "every_update")]
+    pub actor_period: u64,
+    /// Which value of the twin critics the actor climbs.
+    #[serde(default)]
+    pub actor_value: ActorValue,
+    /// Whether the critics normalise each hidden layer before its ReLU.
+    #[serde(default)]
+    pub layer_norm: bool,
+    /// Whether the noise of an episode's actions is pink: as strong at slow changes as at fast ones, so that it moves the arm instead of
+    /// shaking it. White otherwise.
+    #[serde(default)]
+    pub pink_noise: bool,
     /// Weight of the entropy at the start, in units of reward.
     pub initial_temperature: f64,
+    /// Below which the temperature does not fall.
+    #[serde(default)]
+    pub min_temperature: f64,
     /// Entropy that the temperature steers to, in nat. `None` is minus the number of actions.
     pub target_entropy: Option<f64>,
     /// Smallest log standard deviation of the policy before the squashing.
@@ -47,9 +63,35 @@ pub struct Config {
     pub updates_per_step: f64,
     /// Transitions kept; the oldest make room. One takes 4 (2 observations + actions + 2) bytes.
     pub replay_capacity: usize,
+    /// Episodes that a script plays before the run, and of which half of every batch is drawn; 0 for none. Played by the caller
+    /// ([`Sac::update_with_prior`](crate::Sac::update_with_prior)).
+    #[serde(default)]
+    pub prior_episodes: u32,
     /// Whether the environment hands out observations scaled to about +-1. Applied by the caller; kept here because the learning rates
     /// belong to it.
     pub scaled_observations: bool,
+}
+
+/// Which value of the twin critics the actor climbs.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ActorValue {
+    /// The smaller one: cautious.
+    #[default]
+    Minimum,
+    /// The mean of both. Targets take the smaller one all the same.
+    Mean,
+}
+
+impl ActorValue {
+    /// Shares of the two values.
+    pub(crate) fn weights(self, q1: f32, q2: f32) -> (f32, f32) {
+        match self {
+            ActorValue::Mean => (0.5, 0.5),
+            ActorValue::Minimum if q1 <= q2 => (1.0, 0.0),
+            ActorValue::Minimum => (0.0, 1.0),
+        }
+    }
 }
 
 impl Config {
@@ -97,8 +139,11 @@ impl Config {
         check(self.target_period >= 1, "target_period", &self.target_period, "at least 1")?;
         let average = self.policy_average;
         check(average > 0.0 && average <= 1.0, "policy_average", &average, rate)?;
+        check(self.actor_period >= 1, "actor_period", &self.actor_period, "at least 1")?;
         let temperature = self.initial_temperature;
         check(temperature > 0.0 && temperature.is_finite(), "initial_temperature", &temperature, "above 0, finite")?;
+        let floor = self.min_temperature;
+        check(floor >= 0.0 && floor <= temperature, "min_temperature", &floor, "0 to initial_temperature")?;
         let entropy = self.target_entropy.unwrap_or(-1.0);
         check(entropy.is_finite(), "target_entropy", &entropy, "finite, or absent for minus the number of actions")?;
         check(
@@ -147,6 +192,10 @@ fn no_average() -> f64 {
     1.0
 }
 
+fn every_update() -> u64 {
+    1
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -184,7 +233,9 @@ mod tests {
             (|c| c.tau = 0.0, "tau"),
             (|c| c.target_period = 0, "target_period"),
             (|c| c.policy_average = 1.5, "policy_average"),
+            (|c| c.actor_period = 0, "actor_period"),
             (|c| c.initial_temperature = 0.0, "initial_temperature"),
+            (|c| c.min_temperature = 0.2, "min_temperature"),
             (|c| c.target_entropy = Some(f64::INFINITY), "target_entropy"),
             (|c| c.log_std_min = 3.0, "log_std_min"),
             (|c| c.log_std_max = 11.0, "log_std_max"),

@@ -36,11 +36,13 @@ mod checkpoint;
 mod config;
 mod error;
 mod gaussian;
+mod layer_norm;
 mod losses;
 mod memory;
 mod n_step;
 mod network;
 mod pass;
+mod pink;
 mod preset;
 #[cfg(test)]
 mod pytorch;
@@ -55,9 +57,9 @@ mod threads;
 
 pub use actor::{Act, Actor};
 pub use checkpoint::Checkpoint;
-pub use config::Config;
+pub use config::{ActorValue, Config};
 pub use error::Error;
-pub use losses::Losses;
+pub use losses::{ActorLosses, Losses};
 pub use n_step::Transition;
 pub use preset::Preset;
 pub use replay::Replay;

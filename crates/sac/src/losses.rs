@@ -5,27 +5,33 @@
 pub struct Losses {
     /// Sum of both critics' mean squared errors, in reward^2.
     pub critic_loss: f32,
-    /// mean(alpha log pi - min Q), in reward.
-    pub actor_loss: f32,
-    /// alpha after the update, in reward per nat.
-    pub temperature: f32,
-    /// -mean(log pi), in nat.
-    pub entropy: f32,
-    /// Mean of min Q on the policy's own actions, in reward. Climbing while returns fall means overestimation.
-    pub q_mean: f32,
     /// Euclidean norm of the critics' gradient.
     pub grad_norm_critic: f32,
+    /// alpha after the update, in reward per nat.
+    pub temperature: f32,
+    /// Of the actor's step, if this update made one.
+    pub actor: Option<ActorLosses>,
+}
+
+/// What a step of the actor reports, averaged over its batch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ActorLosses {
+    /// mean(alpha log pi - Q), in reward; which Q, [`Config::actor_value`](crate::Config::actor_value) says.
+    pub loss: f32,
+    /// -mean(log pi), in nat.
+    pub entropy: f32,
+    /// Mean of that Q on the policy's own actions, in reward. Climbing while returns fall means overestimation.
+    pub q_mean: f32,
     /// Euclidean norm of the actor's gradient.
-    pub grad_norm_actor: f32,
+    pub grad_norm: f32,
 }
 
 impl Losses {
     /// Whether every number is finite. If not, learning has diverged and cannot recover.
     pub fn is_finite(&self) -> bool {
-        let Self { critic_loss, actor_loss, temperature, entropy, q_mean, grad_norm_critic, grad_norm_actor } = *self;
-        [critic_loss, actor_loss, temperature, entropy, q_mean, grad_norm_critic, grad_norm_actor]
-            .iter()
-            .all(|x| x.is_finite())
+        let Self { critic_loss, grad_norm_critic, temperature, actor } = *self;
+        let of_actor = actor.map_or([0.0; 4], |a| [a.loss, a.entropy, a.q_mean, a.grad_norm]);
+        [critic_loss, grad_norm_critic, temperature].iter().chain(&of_actor).all(|x| x.is_finite())
     }
 }
 

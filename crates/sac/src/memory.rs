@@ -1,5 +1,7 @@
 //! What one update works on, made once.
 
+use tch::Tensor;
+
 use crate::Config;
 use crate::actor::Actor;
 use crate::buffer::Buffer;
@@ -12,72 +14,99 @@ use crate::replay::Batch;
 #[derive(Debug)]
 pub(crate) struct Memory {
     pub batch: Batch,
-    /// Standard normal, `(2 batch, action)`: first for the next observations, then for the present ones.
-    pub noise: Vec<f32>,
-    /// Samples of the policy, `(2 batch, action)`, in the same order.
-    pub samples: Vec<Sample>,
-    /// log pi, `(2 batch)`, in the same order.
-    pub log_prob: Vec<f32>,
-    /// `(2 batch, observation + action)`, in the same order.
-    pub inputs: Buffer,
+    /// The policy's actions for the next observations.
+    pub next: Drawn,
+    /// The policy's actions for the present observations.
+    pub present: Drawn,
+    /// `(batch, observation + action)`: what was seen and done.
+    pub done: Buffer,
     /// `(batch, action)`.
     pub action_gradient: Buffer,
     pub actor_gradient: Networks,
     pub critic_gradient: Networks,
-    pub actor_pass: Pass,
     pub critic_pass: Pass,
     pub target_pass: Pass,
 }
 
-/// Which half of the rows of [`Memory`].
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Half {
-    Next,
-    Present,
+/// The policy's actions for a batch of observations.
+#[derive(Debug)]
+pub(crate) struct Drawn {
+    observation_dim: usize,
+    /// Standard normal, `(batch, action)`.
+    pub noise: Vec<f32>,
+    /// `(batch, action)`.
+    pub samples: Vec<Sample>,
+    /// log pi, `(batch)`.
+    pub log_prob: Vec<f32>,
+    /// `(batch, observation + action)`: what the critics are asked.
+    input: Buffer,
+    pub pass: Pass,
 }
 
 impl Memory {
     pub fn new(config: &Config, actor: &Actor, critics: &Networks) -> Self {
         let n = config.batch_size;
         let (observations, actions) = (actor.observation_dim(), actor.action_dim());
+        let critic_pass = |back_rows| {
+            let pass = Pass::new(critics, n, back_rows);
+            if config.layer_norm { pass.normalised(critics) } else { pass }
+        };
         Self {
-            batch: Batch::default(),
-            noise: vec![0.0; 2 * n * actions],
-            samples: vec![Sample::default(); 2 * n * actions],
-            log_prob: vec![0.0; 2 * n],
-            inputs: Buffer::zeros(2 * n * (observations + actions)),
+            batch: Batch::zeros(n, observations, actions),
+            next: Drawn::new(actor, n, 0),
+            present: Drawn::new(actor, n, n),
+            done: Buffer::zeros(n * (observations + actions)),
             action_gradient: Buffer::zeros(n * actions),
             actor_gradient: actor.network.clone(),
             critic_gradient: critics.clone(),
-            actor_pass: Pass::new(&actor.network, 2 * n, n),
-            critic_pass: Pass::new(critics, n, n),
-            target_pass: Pass::new(critics, n, 0),
+            critic_pass: critic_pass(n),
+            target_pass: critic_pass(0),
+        }
+    }
+}
+
+impl Drawn {
+    fn new(actor: &Actor, rows: usize, back_rows: usize) -> Self {
+        let (observation_dim, actions) = (actor.observation_dim(), actor.action_dim());
+        Self {
+            observation_dim,
+            noise: vec![0.0; rows * actions],
+            samples: vec![Sample::default(); rows * actions],
+            log_prob: vec![0.0; rows],
+            input: Buffer::zeros(rows * (observation_dim + actions)),
+            pass: Pass::new(&actor.network, rows, back_rows),
         }
     }
 
-    /// Half of the inputs of the critics, `(batch, observation + action)`.
-    pub fn input(&self, half: Half) -> tch::Tensor {
-        let rows = self.log_prob.len() / 2;
-        let length = self.inputs.len() / 2;
-        self.inputs.view(half as usize * length, &[rows, length / rows])
-    }
-
-    /// Puts the policy's actions into that half.
-    pub fn write_actions(&mut self, half: Half) -> tch::Tensor {
-        let rows = self.log_prob.len() / 2;
-        let actions = self.action_gradient.len() / rows;
-        let (length, samples) = (self.inputs.len() / 2, self.samples.len() / 2);
-        let inputs = self.inputs[half as usize * length..].chunks_exact_mut(length / rows).take(rows);
-        for (input, samples) in inputs.zip(self.samples[half as usize * samples..].chunks_exact(actions)) {
-            let at = input.len() - actions;
-            for (x, sample) in input[at..].iter_mut().zip(samples) {
-                *x = sample.action;
+    /// a ~ pi(.|s) and log pi(a|s) for the observations in `rows`, `(batch, observation + action)`, from the noise.
+    pub fn draw(&mut self, actor: &Actor, rows: &[f32]) {
+        self.input.copy_from_slice(rows);
+        self.pass.forward(&actor.network, &self.observations());
+        let actions = actor.action_dim();
+        let outputs = self.pass.result().chunks_exact(2 * actions);
+        let width = self.observation_dim + actions;
+        let drawn =
+            self.samples.chunks_exact_mut(actions).zip(&mut self.log_prob).zip(self.input.chunks_exact_mut(width));
+        for ((output, noise), ((samples, log_prob), input)) in outputs.zip(self.noise.chunks_exact(actions)).zip(drawn)
+        {
+            let (mean, raw_log_std) = output.split_at(actions);
+            *log_prob = 0.0;
+            for i in 0..actions {
+                samples[i] = actor.policy.sample(mean[i], raw_log_std[i], noise[i]);
+                *log_prob += samples[i].log_prob;
+                input[self.observation_dim + i] = samples[i].action;
             }
         }
-        self.input(half)
     }
 
-    pub fn present<'a>(&self, values: &'a [f32]) -> &'a [f32] {
-        &values[values.len() / 2..]
+    /// The observations with the policy's actions, `(batch, observation + action)`.
+    pub fn input(&self) -> Tensor {
+        let rows = self.log_prob.len();
+        self.input.view(0, &[rows, self.input.len() / rows])
+    }
+
+    /// `(batch, observation)`.
+    pub fn observations(&self) -> Tensor {
+        self.input().narrow(1, 0, self.observation_dim as i64)
     }
 }

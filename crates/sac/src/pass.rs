@@ -6,6 +6,7 @@
 use tch::Tensor;
 
 use crate::buffer::Buffer;
+use crate::layer_norm::LayerNorm;
 use crate::network::Networks;
 
 /// Memory for one batch on its way through the networks and back.
@@ -19,8 +20,10 @@ pub(crate) struct Pass {
     widths: Vec<usize>,
     /// Output of each layer, after the ReLU, `(rows, width)`.
     output: Vec<Buffer>,
-    /// Derivative of the loss by what goes into the ReLU of each layer, `(back_rows, width)`.
+    /// Derivative of the loss by the product and bias of each layer, `(back_rows, width)`.
     delta: Vec<Buffer>,
+    /// Between bias and ReLU of each hidden layer; empty without.
+    norms: Vec<LayerNorm>,
 }
 
 impl Pass {
@@ -33,8 +36,16 @@ impl Pass {
             back_rows,
             output: buffers(rows),
             delta: buffers(back_rows),
+            norms: vec![],
             widths,
         }
+    }
+
+    /// The same with layer normalisation in every hidden layer.
+    pub fn normalised(mut self, networks: &Networks) -> Self {
+        let hidden = &networks.sizes[1..networks.sizes.len() - 1];
+        self.norms = hidden.iter().map(|&size| LayerNorm::new(self.rows * self.networks, size)).collect();
+        self
     }
 
     /// Computes the outputs of every network for `input` `(rows, input)`.
@@ -50,10 +61,14 @@ impl Pass {
                 }
             }
             let bias = &networks.values[networks.biases(layer)];
-            if layer + 1 < self.widths.len() {
-                add_bias_relu(&mut self.output[layer], bias)
-            } else {
+            if layer + 1 == self.widths.len() {
                 add_bias(&mut self.output[layer], bias)
+            } else if let Some(norm) = self.norms.get_mut(layer) {
+                add_bias(&mut self.output[layer], bias);
+                norm.forward(&mut self.output[layer]);
+                relu(&mut self.output[layer]);
+            } else {
+                add_bias_relu(&mut self.output[layer], bias)
             }
         }
     }
@@ -78,6 +93,9 @@ impl Pass {
             let output = &self.output[layer - 1];
             let back = output.len() - self.delta[layer - 1].len()..;
             mask_relu(&mut self.delta[layer - 1], &output[back]);
+            if let Some(norm) = self.norms.get(layer - 1) {
+                norm.backward(&mut self.delta[layer - 1]);
+            }
         }
     }
 
@@ -134,6 +152,12 @@ fn add_bias_relu(x: &mut [f32], bias: &[f32]) {
         for (x, b) in row.iter_mut().zip(bias) {
             *x = (*x + b).max(0.0);
         }
+    }
+}
+
+fn relu(x: &mut [f32]) {
+    for x in x {
+        *x = x.max(0.0);
     }
 }
 

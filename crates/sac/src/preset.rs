@@ -8,7 +8,7 @@ use std::fmt::{self, Debug, Formatter};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::Config;
+use crate::{ActorValue, Config};
 
 /// A named set of settings.
 #[derive(Clone, Copy)]
@@ -53,13 +53,19 @@ fn paper() -> Config {
         tau: 0.005,
         target_period: 2,
         policy_average: 1.0,
+        actor_period: 1,
+        actor_value: ActorValue::Minimum,
+        layer_norm: false,
+        pink_noise: false,
         initial_temperature: 0.1,
+        min_temperature: 0.0,
         target_entropy: None,
         log_std_min: -5.0,
         log_std_max: 2.0,
         random_steps: 5000,
         updates_per_step: 1.0,
         replay_capacity: 1_000_000,
+        prior_episodes: 0,
         scaled_observations: false,
     }
 }

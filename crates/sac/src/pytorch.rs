@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use crate::gaussian::SquashedGaussian;
 use crate::network::Networks;
-use crate::{Act, Actor, Checkpoint, Config, Losses, Replay, Sac, Transition};
+use crate::{Act, Actor, ActorLosses, Checkpoint, Config, Replay, Sac, Transition};
 
 const OBSERVATIONS: usize = 5;
 const ACTIONS: usize = 3;
@@ -84,7 +84,7 @@ impl Record {
         // The policy's action belongs in the place of the NaN.
         batch.next_input = rows(get("next_observation"), vec![f32::NAN; get("action").len()]);
         (batch.reward, batch.discount) = (get("reward"), get("discount"));
-        sac.memory.noise = [get("next_noise"), get("noise")].concat();
+        (sac.memory.next.noise, sac.memory.present.noise) = (get("next_noise"), get("noise"));
     }
 }
 
@@ -115,10 +115,9 @@ fn differences(slip: Slip) -> Vec<String> {
                 differences.push(format!("{name} after update {t}: off by {error:.1e}, allowed {tolerance:.1e}"));
             }
         };
-        let Losses { critic_loss, actor_loss, entropy, q_mean, .. } = losses;
-        for (name, value) in
-            [("critic_loss", critic_loss), ("actor_loss", actor_loss), ("entropy", entropy), ("q_mean", q_mean)]
-        {
+        compare("critic_loss", &[losses.critic_loss], OF_STATE);
+        let ActorLosses { loss, entropy, q_mean, .. } = losses.actor.unwrap();
+        for (name, value) in [("actor_loss", loss), ("entropy", entropy), ("q_mean", q_mean)] {
             compare(name, &[value], OF_STATE);
         }
         compare("log_temperature", &[sac.log_temperature], OF_STATE);
@@ -158,9 +157,11 @@ fn any_slip_is_noticed() {
         ("an observation", |sac| sac.memory.batch.input[OBSERVATIONS - 1] += 1e-3),
         ("an action", |sac| sac.memory.batch.input[OBSERVATIONS] += 1e-3),
         ("a next observation", |sac| sac.memory.batch.next_input[0] += 1e-3),
-        ("next noise", |sac| sac.memory.noise[0] += 1e-3),
-        ("present noise", |sac| *sac.memory.noise.last_mut().unwrap() += 1e-3),
-        ("noise the wrong way round", |sac| sac.memory.noise.rotate_right(8 * ACTIONS)),
+        ("next noise", |sac| sac.memory.next.noise[0] += 1e-3),
+        ("present noise", |sac| *sac.memory.present.noise.last_mut().unwrap() += 1e-3),
+        ("noise the wrong way round", |sac| {
+            std::mem::swap(&mut sac.memory.next.noise, &mut sac.memory.present.noise);
+        }),
         ("the temperature", |sac| sac.log_temperature += 1e-4),
         ("a weight of a target", |sac| sac.targets.values[0] += 1e-4),
         ("targets that are the critics", |sac| sac.targets = sac.critics.clone()),

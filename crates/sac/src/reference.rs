@@ -4,18 +4,20 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tch::{Kind, Tensor};
 
+use crate::layer_norm;
 use crate::network::Networks;
-use crate::{Config, Replay, Sac, Transition};
+use crate::{ActorValue, Config, Replay, Sac, Transition};
 
 /// `networks` as a function of one vector of parameters that gradients can be asked for.
 struct Differentiable<'a> {
     networks: &'a Networks,
     parameters: Tensor,
+    layer_norm: bool,
 }
 
 impl<'a> Differentiable<'a> {
-    fn new(networks: &'a Networks) -> Self {
-        Self { networks, parameters: Tensor::from_slice(&networks.values).set_requires_grad(true) }
+    fn new(networks: &'a Networks, layer_norm: bool) -> Self {
+        Self { networks, parameters: Tensor::from_slice(&networks.values).set_requires_grad(true), layer_norm }
     }
 
     /// Outputs `(batch, output)` of the network called `name`, looked up by name to be independent of the order of the flat vector.
@@ -29,13 +31,19 @@ impl<'a> Differentiable<'a> {
                 self.parameters.narrow(0, entry.offset as i64, shape.iter().product()).view(shape.as_slice())
             });
             let y = x.matmul(&weight.tr()) + bias;
-            if layer + 1 < layers { y.relu() } else { y }
+            let normal =
+                |y: Tensor| y.layer_norm::<&Tensor>(&y.size()[1..], None, None, f64::from(layer_norm::EPSILON), false);
+            match layer + 1 == layers {
+                true => y,
+                false if self.layer_norm => normal(y).relu(),
+                false => y.relu(),
+            }
         })
     }
 
-    /// min of both critics, `(batch)`.
-    fn min_q(&self, input: &Tensor) -> Tensor {
-        self.forward("critic_1", input).minimum(&self.forward("critic_2", input)).squeeze_dim(-1)
+    /// Both critics, `(batch)` each.
+    fn twins(&self, input: &Tensor) -> [Tensor; 2] {
+        ["critic_1", "critic_2"].map(|name| self.forward(name, input).squeeze_dim(-1))
     }
 
     fn gradient(&self, loss: &Tensor) -> Vec<f32> {
@@ -93,41 +101,54 @@ fn relative_error(a: &[f32], b: &[f32]) -> f64 {
 /// One update by hand against the same update by libtorch's autograd; f32 rounding leaves errors of about 1e-7.
 #[test]
 fn every_derivative_agrees_with_autograd() {
-    for (hidden, observations, actions) in [(vec![32], 3, 1), (vec![64, 48], 11, 4), (vec![16, 24, 8], 5, 7)] {
-        let config = Config { hidden, batch_size: 64, target_period: 1, ..Config::default() };
+    let plain = Config { batch_size: 64, target_period: 1, ..Config::default() };
+    let normal = Config { layer_norm: true, actor_value: ActorValue::Mean, ..plain.clone() };
+    for (hidden, observations, actions, config) in [
+        (vec![32], 3, 1, plain.clone()),
+        (vec![64, 48], 11, 4, plain.clone()),
+        (vec![16, 24, 8], 5, 7, plain),
+        (vec![64, 48], 11, 4, normal.clone()),
+        (vec![19, 24, 8], 5, 7, normal),
+    ] {
+        let config = Config { hidden, ..config };
         let (mut sac, replay) = learner(&config, observations, actions);
         let (actor, critics, targets) = (sac.actor.network.clone(), sac.critics.clone(), sac.targets.clone());
         let alpha = f64::from(sac.temperature());
         let losses = sac.update(&replay);
 
-        let m = &sac.memory;
-        let (next_noise, noise) = m.noise.split_at(m.noise.len() / 2);
-        let (next_noise, noise) = (tensor(next_noise, actions), tensor(noise, actions));
+        let (m, of_actor) = (&sac.memory, losses.actor.unwrap());
+        let (next_noise, noise) = (tensor(&m.next.noise, actions), tensor(&m.present.noise, actions));
         let present = tensor(&m.batch.input, observations + actions);
         let observation = present.narrow(1, 0, observations as i64);
         let next_observation = tensor(&m.batch.next_input, observations + actions).narrow(1, 0, observations as i64);
         let (reward, discount) = (Tensor::from_slice(&m.batch.reward), Tensor::from_slice(&m.batch.discount));
 
         // Critics: mean (Q_k(s, a) - y)^2, summed over k.
-        let actor = Differentiable::new(&actor);
+        let actor = Differentiable::new(&actor, false);
         let (next_action, next_log_prob) =
             squashed_gaussian(&config, &actor.forward("actor", &next_observation), &next_noise);
         let next_input = Tensor::cat(&[next_observation, next_action], 1);
-        let next_value = Differentiable::new(&targets).min_q(&next_input) - alpha * next_log_prob;
+        let [next_1, next_2] = Differentiable::new(&targets, config.layer_norm).twins(&next_input);
+        let next_value = next_1.minimum(&next_2) - alpha * next_log_prob;
         let y = (reward + discount * next_value).detach();
-        let old_critics = Differentiable::new(&critics);
-        let error = |name| old_critics.forward(name, &present).squeeze_dim(-1) - &y;
-        let loss = error("critic_1").square().mean(Kind::Float) + error("critic_2").square().mean(Kind::Float);
+        let old_critics = Differentiable::new(&critics, config.layer_norm);
+        let [loss_1, loss_2] = old_critics.twins(&present).map(|q| (q - &y).square().mean(Kind::Float));
+        let loss = loss_1 + loss_2;
         approx::assert_relative_eq!(losses.critic_loss, f32::try_from(&loss).unwrap(), max_relative = 1e-5);
         let error = relative_error(&m.critic_gradient.values, &old_critics.gradient(&loss));
         assert!(error < 1e-5, "critics {:?}: {error}", config.hidden);
 
-        // Actor: mean (alpha log pi - min Q), with the critics after their step.
+        // Actor: mean (alpha log pi - Q), with the critics after their step.
         let (action, log_prob) = squashed_gaussian(&config, &actor.forward("actor", &observation), &noise);
-        let q = Differentiable::new(&sac.critics).min_q(&Tensor::cat(&[observation, action], 1));
+        let new_critics = Differentiable::new(&sac.critics, config.layer_norm);
+        let [q_1, q_2] = new_critics.twins(&Tensor::cat(&[observation, action], 1));
+        let q = match config.actor_value {
+            ActorValue::Minimum => q_1.minimum(&q_2),
+            ActorValue::Mean => 0.5 * (q_1 + q_2),
+        };
         let loss = (alpha * &log_prob - &q).mean(Kind::Float);
-        approx::assert_relative_eq!(losses.actor_loss, f32::try_from(&loss).unwrap(), epsilon = 1e-5);
-        approx::assert_relative_eq!(losses.q_mean, f32::try_from(q.mean(Kind::Float)).unwrap(), epsilon = 1e-6);
+        approx::assert_relative_eq!(of_actor.loss, f32::try_from(&loss).unwrap(), epsilon = 1e-5);
+        approx::assert_relative_eq!(of_actor.q_mean, f32::try_from(q.mean(Kind::Float)).unwrap(), epsilon = 1e-6);
         let error = relative_error(&m.actor_gradient.values, &actor.gradient(&loss));
         assert!(error < 1e-5, "actor {:?}: {error}", config.hidden);
 
@@ -137,6 +158,6 @@ fn every_derivative_agrees_with_autograd() {
             approx::assert_relative_eq!(*new, 0.995 * old + 0.005 * critic, epsilon = 1e-6);
         }
         // Temperature: up exactly when the entropy is below its target.
-        assert_eq!(f64::from(losses.temperature) > alpha, losses.entropy < -(actions as f32));
+        assert_eq!(f64::from(losses.temperature) > alpha, of_actor.entropy < -(actions as f32));
     }
 }

@@ -1,5 +1,7 @@
 //! The memory of past transitions, drawn from uniformly.
 
+use std::ops::Range;
+
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
@@ -22,7 +24,7 @@ pub struct Replay {
 }
 
 /// Transitions drawn for one update, laid out for it.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Batch {
     /// `(batch, observation + action)`: what was seen and done.
     pub input: Vec<f32>,
@@ -32,6 +34,14 @@ pub(crate) struct Batch {
     pub reward: Vec<f32>,
     /// `(batch)`.
     pub discount: Vec<f32>,
+}
+
+impl Batch {
+    /// Of `size` transitions, all zero.
+    pub fn zeros(size: usize, observation_dim: usize, action_dim: usize) -> Self {
+        let input = vec![0.0; size * (observation_dim + action_dim)];
+        Self { next_input: input.clone(), input, reward: vec![0.0; size], discount: vec![0.0; size] }
+    }
 }
 
 impl Replay {
@@ -98,15 +108,11 @@ impl Replay {
         Ok(())
     }
 
-    /// Draws `size` transitions, each uniformly and with replacement.
-    pub(crate) fn sample(&self, size: usize, rng: &mut ChaCha8Rng, batch: &mut Batch) {
+    /// Draws transitions, each uniformly and with replacement, into `places` of the batch.
+    pub(crate) fn sample(&self, places: Range<usize>, rng: &mut ChaCha8Rng, batch: &mut Batch) {
         assert!(!self.is_empty(), "an update needs at least one transition in the replay memory");
         let (o, a) = (self.observation_dim, self.action_dim);
-        batch.input.resize(size * (o + a), 0.0);
-        batch.next_input.resize(size * (o + a), 0.0);
-        batch.reward.resize(size, 0.0);
-        batch.discount.resize(size, 0.0);
-        for i in 0..size {
+        for i in places {
             let row = self.row(rng.random_range(0..self.len() as u32) as usize);
             batch.input[i * (o + a)..][..o + a].copy_from_slice(&row[..o + a]);
             batch.next_input[i * (o + a)..][..o].copy_from_slice(&row[o + a..o + a + o]);
@@ -171,8 +177,8 @@ mod tests {
     fn a_batch_holds_whole_rows_and_reaches_all_of_them() {
         let mut replay = replay(10);
         (0..10).for_each(|k| push(&mut replay, k as f32));
-        let mut batch = Batch::default();
-        replay.sample(500, &mut ChaCha8Rng::seed_from_u64(1), &mut batch);
+        let mut batch = Batch::zeros(500, 2, 1);
+        replay.sample(0..500, &mut ChaCha8Rng::seed_from_u64(1), &mut batch);
         let mut seen = [0; 10];
         for i in 0..500 {
             let k = batch.input[3 * i];

@@ -7,9 +7,10 @@ use rand_distr::{Distribution, StandardNormal};
 
 use crate::actor::{Act, Actor};
 use crate::adam::Adam;
-use crate::losses::{Losses, mean, norm};
-use crate::memory::{Half, Memory};
+use crate::losses::{ActorLosses, Losses, mean, norm};
+use crate::memory::Memory;
 use crate::network::Networks;
+use crate::pink::Pink;
 use crate::replay::Replay;
 use crate::{Config, Error};
 
@@ -33,6 +34,8 @@ pub struct Sac {
     pub(crate) updates: u64,
     pub(crate) batch_rng: ChaCha8Rng,
     pub(crate) noise_rng: ChaCha8Rng,
+    /// Noise of the present episode, if it is to be pink. Not saved: checkpoints lie between episodes.
+    pink: Option<Pink>,
     pub(crate) memory: Memory,
 }
 
@@ -85,6 +88,7 @@ impl Sac {
             updates: 0,
             batch_rng: rng.clone(),
             noise_rng: rng,
+            pink: None,
             memory: Memory::new(config, &actor, &critics),
             targets: critics.clone(),
             average: actor.network.clone(),
@@ -94,13 +98,23 @@ impl Sac {
         }
     }
 
+    /// To be called at the start of each episode: draws the past of its noise, where noise has one.
+    pub fn begin_episode(&mut self) {
+        if self.config.pink_noise {
+            self.pink = Some(Pink::new(self.actor.action_dim(), &mut self.actor.rng));
+        }
+    }
+
     /// Writes the action for `observation`, each entry in [-1, 1], into `action`.
     ///
     /// # Panics
     ///
     /// If a slice has the wrong length.
     pub fn act(&mut self, observation: &[f32], action: &mut [f32], mode: Act) {
-        self.actor.act(observation, action, mode);
+        match &mut self.pink {
+            Some(pink) => self.actor.act_with(observation, action, mode, |i, rng| pink.next(i, rng)),
+            None => self.actor.act(observation, action, mode),
+        }
     }
 
     /// The policy as it stands: the running mean of the actor, to be evaluated and kept. Its noise comes from `seed`, so that evaluating
@@ -131,73 +145,68 @@ impl Sac {
     ///
     /// If `replay` is empty or its transitions have other sizes.
     pub fn update(&mut self, replay: &Replay) -> Losses {
-        assert_eq!(replay.observation_dim, self.actor.observation_dim(), "observations in the replay memory");
-        assert_eq!(replay.action_dim, self.actor.action_dim(), "actions in the replay memory");
-        replay.sample(self.config.batch_size, &mut self.batch_rng, &mut self.memory.batch);
+        self.learn_from(&[replay])
+    }
+
+    /// Learns from a batch of which half is drawn from `replay` and half from `prior`, which somebody else has done (RLPD: Ball et al.,
+    /// 2023, arXiv 2302.02948).
+    ///
+    /// # Panics
+    ///
+    /// As [`Sac::update`].
+    pub fn update_with_prior(&mut self, replay: &Replay, prior: &Replay) -> Losses {
+        self.learn_from(&[replay, prior])
+    }
+
+    /// As many transitions from each.
+    fn learn_from(&mut self, memories: &[&Replay]) -> Losses {
+        let n = self.config.batch_size;
+        for (k, replay) in memories.iter().enumerate() {
+            assert_eq!(replay.observation_dim, self.actor.observation_dim(), "observations in the replay memory");
+            assert_eq!(replay.action_dim, self.actor.action_dim(), "actions in the replay memory");
+            let places = k * n / memories.len()..(k + 1) * n / memories.len();
+            replay.sample(places, &mut self.batch_rng, &mut self.memory.batch);
+        }
         let noise_rng = &mut self.noise_rng;
-        self.memory.noise.fill_with(|| StandardNormal.sample(noise_rng));
+        for drawn in [&mut self.memory.next, &mut self.memory.present] {
+            drawn.noise.fill_with(|| StandardNormal.sample(noise_rng));
+        }
         self.learn()
     }
 
     /// One update from the batch and the noise in memory.
     pub(crate) fn learn(&mut self) -> Losses {
         self.updates += 1;
-        self.sample_actions();
         let (critic_loss, grad_norm_critic) = self.critic_step();
-        let (q_mean, grad_norm_actor) = self.actor_step();
-        let entropy = -mean(self.memory.present(&self.memory.log_prob));
-        let actor_loss = -self.temperature() * entropy - q_mean;
-        self.average_step();
-        self.temperature_step(entropy);
+        let actor = self.updates.is_multiple_of(self.config.actor_period).then(|| {
+            let losses = self.actor_step();
+            self.average_step();
+            self.temperature_step(losses.entropy);
+            losses
+        });
         self.target_step();
-        Losses {
-            critic_loss,
-            actor_loss,
-            temperature: self.temperature(),
-            entropy,
-            q_mean,
-            grad_norm_critic,
-            grad_norm_actor,
-        }
+        Losses { critic_loss, grad_norm_critic, temperature: self.temperature(), actor }
     }
 
-    /// a ~ pi(.|s) and log pi(a|s) for the next and the present observations, in one pass.
-    fn sample_actions(&mut self) {
-        let Memory { batch, noise, samples, log_prob, inputs, actor_pass, .. } = &mut self.memory;
-        let half = inputs.len() / 2;
-        inputs[..half].copy_from_slice(&batch.next_input);
-        inputs[half..].copy_from_slice(&batch.input);
-        let (observations, actions) = (self.actor.observation_dim(), self.actor.action_dim());
-        let rows = log_prob.len();
-        let width = observations + actions;
-        actor_pass.forward(&self.actor.network, &inputs.view(0, &[rows, width]).narrow(1, 0, observations as i64));
-
-        let outputs = actor_pass.result().chunks_exact(2 * actions);
-        let rows = outputs.zip(noise.chunks_exact(actions)).zip(samples.chunks_exact_mut(actions)).zip(log_prob);
-        for (((output, noise), samples), log_prob) in rows {
-            let (mean, raw_log_std) = output.split_at(actions);
-            *log_prob = 0.0;
-            for i in 0..actions {
-                samples[i] = self.actor.policy.sample(mean[i], raw_log_std[i], noise[i]);
-                *log_prob += samples[i].log_prob;
-            }
-        }
+    /// Steps of the actor, this one included.
+    fn actor_updates(&self) -> u64 {
+        self.updates / self.config.actor_period
     }
 
     /// Moves both critics towards y = r + discount (min Q_target(s', a') - alpha log pi(a'|s')). Returns loss and norm of the gradient.
     fn critic_step(&mut self) -> (f32, f32) {
         let alpha = self.temperature();
-        let memory = &mut self.memory;
-        let next = memory.write_actions(Half::Next);
-        memory.target_pass.forward(&self.targets, &next);
-        let present = memory.input(Half::Present);
-        memory.critic_pass.forward(&self.critics, &present);
+        let Memory { batch, next, done, critic_pass, target_pass, critic_gradient, .. } = &mut self.memory;
+        next.draw(&self.actor, &batch.next_input);
+        target_pass.forward(&self.targets, &next.input());
+        done.copy_from_slice(&batch.input);
+        let done = done.view(0, &[batch.reward.len(), self.critics.sizes[0]]);
+        critic_pass.forward(&self.critics, &done);
 
-        let Memory { batch, log_prob, critic_pass, target_pass, critic_gradient, .. } = memory;
         let n = batch.reward.len();
         let mut loss = 0.0;
         for (i, [q1, q2]) in target_pass.result().as_chunks::<2>().0.iter().enumerate() {
-            let y = batch.reward[i] + batch.discount[i] * (q1.min(*q2) - alpha * log_prob[i]);
+            let y = batch.reward[i] + batch.discount[i] * (q1.min(*q2) - alpha * next.log_prob[i]);
             for q in 2 * i..2 * i + 2 {
                 let error = critic_pass.result()[q] - y;
                 loss += error * error / n as f32;
@@ -205,63 +214,63 @@ impl Sac {
             }
         }
         critic_pass.backward(&self.critics);
-        critic_pass.parameter_gradient(&present, critic_gradient);
+        critic_pass.parameter_gradient(&done, critic_gradient);
         let gradient = &critic_gradient.values;
         self.critic_adam.step(&mut self.critics.values, gradient, self.config.critic_learning_rate, self.updates);
         (loss, norm(gradient))
     }
 
-    /// Moves the actor down mean(alpha log pi(a|s) - min Q(s, a)), with a = tanh(mean + std noise) differentiable in the actor's
-    /// parameters. Returns mean of min Q and norm of the gradient.
-    fn actor_step(&mut self) -> (f32, f32) {
+    /// Moves the actor down mean(alpha log pi(a|s) - Q(s, a)), with a = tanh(mean + std noise) differentiable in the actor's
+    /// parameters, and Q the smaller of both values or their mean.
+    fn actor_step(&mut self) -> ActorLosses {
         let alpha = self.temperature();
-        let memory = &mut self.memory;
-        let present = memory.write_actions(Half::Present);
-        memory.critic_pass.forward(&self.critics, &present);
+        let Memory { batch, present, critic_pass, actor_gradient, action_gradient, .. } = &mut self.memory;
+        present.draw(&self.actor, &batch.input);
+        critic_pass.forward(&self.critics, &present.input());
 
-        let Memory { samples, critic_pass, actor_pass, actor_gradient, action_gradient, .. } = memory;
         let (observations, actions) = (self.actor.observation_dim(), self.actor.action_dim());
-        let n = self.config.batch_size;
+        let n = self.config.batch_size as f32;
         let mut q_mean = 0.0;
-        for i in 0..n {
+        for i in 0..self.config.batch_size {
             let (q1, q2) = (critic_pass.result()[2 * i], critic_pass.result()[2 * i + 1]);
-            q_mean += q1.min(q2) / n as f32;
-            // Only the smaller value carries the derivative.
-            let (d1, d2) = if q1 <= q2 { (-1.0, 0.0) } else { (0.0, -1.0) };
-            critic_pass.result_gradient()[2 * i] = d1 / n as f32;
-            critic_pass.result_gradient()[2 * i + 1] = d2 / n as f32;
+            let (w1, w2) = self.config.actor_value.weights(q1, q2);
+            q_mean += (w1 * q1 + w2 * q2) / n;
+            critic_pass.result_gradient()[2 * i] = -w1 / n;
+            critic_pass.result_gradient()[2 * i + 1] = -w2 / n;
         }
         critic_pass.backward(&self.critics);
         critic_pass.input_gradient(&self.critics, observations, action_gradient);
 
-        let present_samples = samples[n * actions..].chunks_exact(actions);
-        let gradients = actor_pass.result_gradient().chunks_exact_mut(2 * actions);
-        for ((gradient, samples), by_action) in
-            gradients.zip(present_samples).zip(action_gradient.chunks_exact(actions))
-        {
+        let gradients = present.pass.result_gradient().chunks_exact_mut(2 * actions);
+        let by_action = action_gradient.chunks_exact(actions);
+        for ((gradient, samples), by_action) in gradients.zip(present.samples.chunks_exact(actions)).zip(by_action) {
             for i in 0..actions {
-                (gradient[i], gradient[actions + i]) = samples[i].backward(by_action[i], alpha / n as f32);
+                (gradient[i], gradient[actions + i]) = samples[i].backward(by_action[i], alpha / n);
             }
         }
-        actor_pass.backward(&self.actor.network);
-        actor_pass.parameter_gradient(&present.narrow(1, 0, observations as i64), actor_gradient);
+        present.pass.backward(&self.actor.network);
+        present.pass.parameter_gradient(&present.observations(), actor_gradient);
+        let entropy = -mean(&present.log_prob);
         let gradient = &actor_gradient.values;
-        self.actor_adam.step(&mut self.actor.network.values, gradient, self.config.actor_learning_rate, self.updates);
-        (q_mean, norm(gradient))
+        let t = self.updates / self.config.actor_period;
+        self.actor_adam.step(&mut self.actor.network.values, gradient, self.config.actor_learning_rate, t);
+        ActorLosses { loss: -alpha * entropy - q_mean, entropy, q_mean, grad_norm: norm(gradient) }
     }
 
     /// Moves the policy towards the actor; at first it is the plain mean of all actors so far.
     fn average_step(&mut self) {
-        let share = self.config.policy_average.max(1.0 / self.updates as f64) as f32;
+        let share = self.config.policy_average.max(1.0 / self.actor_updates() as f64) as f32;
         blend(&mut self.average.values, &self.actor.network.values, share);
     }
 
-    /// Moves log alpha down mean(alpha (-log pi - target entropy)): up if the entropy is below its target.
+    /// Moves log alpha down mean(alpha (-log pi - target entropy)): up if the entropy is below its target; never below its floor.
     fn temperature_step(&mut self, entropy: f32) {
         let target = self.config.target_entropy.unwrap_or(-(self.actor.action_dim() as f64));
         let gradient = self.temperature() * (entropy - target as f32);
+        let t = self.actor_updates();
         let log_temperature = std::slice::from_mut(&mut self.log_temperature);
-        self.temperature_adam.step(log_temperature, &[gradient], self.config.temperature_learning_rate, self.updates);
+        self.temperature_adam.step(log_temperature, &[gradient], self.config.temperature_learning_rate, t);
+        self.log_temperature = self.log_temperature.max(self.config.min_temperature.ln() as f32);
     }
 
     /// Moves the targets a fraction tau towards the critics.
@@ -284,24 +293,34 @@ mod tests {
     use super::*;
     use crate::Transition;
 
-    #[test]
-    fn the_policy_is_a_running_mean_of_the_actor() {
-        let config = Config { hidden: vec![8], batch_size: 4, policy_average: 0.3, ..Config::default() };
-        let mut sac = Sac::new(&config, 2, 1, 3).unwrap();
-        let mut replay = Replay::new(&config, 2, 1);
+    fn small() -> Config {
+        Config { hidden: vec![8], batch_size: 4, ..Config::default() }
+    }
+
+    /// Ten steps of which each earns `reward`.
+    fn replay(config: &Config, reward: f32) -> Replay {
+        let mut replay = Replay::new(config, 2, 1);
         for k in 0..10 {
             let observe = |k: u8| [f32::from(k).sin(), f32::from(k).cos()];
             replay
                 .push(&Transition {
                     observation: &observe(k),
                     action: &[0.5],
-                    reward: observe(k)[0],
+                    reward,
                     next_observation: &observe(k + 1),
                     terminated: k == 9,
                     truncated: false,
                 })
                 .unwrap();
         }
+        replay
+    }
+
+    #[test]
+    fn the_policy_is_a_running_mean_of_the_actor() {
+        let config = Config { policy_average: 0.3, ..small() };
+        let mut sac = Sac::new(&config, 2, 1, 3).unwrap();
+        let replay = replay(&config, 1.0);
         let weights = |sac: &mut Sac| {
             sac.update(&replay);
             sac.actor.network.values.to_vec()
@@ -313,5 +332,71 @@ mod tests {
             assert!((average - (0.7 * mean + 0.3 * actors[3][i])).abs() < 1e-6, "{i}: {average}");
         }
         assert_ne!(sac.average.values[0], sac.actor.network.values[0]);
+    }
+
+    #[test]
+    fn actor_average_and_temperature_wait_for_their_turn() {
+        let config = Config { actor_period: 3, ..small() };
+        let mut sac = Sac::new(&config, 2, 1, 3).unwrap();
+        let replay = replay(&config, 1.0);
+        for k in 1..=6 {
+            let all =
+                |sac: &Sac| [sac.actor.network.values.to_vec(), sac.average.values.to_vec(), vec![sac.temperature()]];
+            let (before, critics) = (all(&sac), sac.critics.values.to_vec());
+            let losses = sac.update(&replay);
+            let due = k % 3 == 0;
+            assert_eq!((losses.actor.is_some(), losses.is_finite()), (due, true));
+            for (before, after) in before.iter().zip(&all(&sac)) {
+                assert_eq!(before != after, due, "update {k}");
+            }
+            assert_ne!(critics, sac.critics.values.to_vec());
+        }
+        // Adam's first step is as long as its learning rate, so its count began with the actor's first turn.
+        let first = Sac::new(&config, 2, 1, 3).unwrap();
+        let mut third = Sac::new(&config, 2, 1, 3).unwrap();
+        for _ in 0..3 {
+            third.update(&replay);
+        }
+        let steps =
+            first.actor.network.values.iter().zip(third.actor.network.values.iter()).map(|(a, b)| (a - b).abs());
+        approx::assert_relative_eq!(steps.fold(0.0, f32::max), 5e-4, max_relative = 1e-3);
+    }
+
+    #[test]
+    fn the_temperature_stops_at_its_floor() {
+        let config = Config { min_temperature: 0.0999, target_entropy: Some(-9.0), ..small() };
+        let mut sac = Sac::new(&config, 2, 1, 3).unwrap();
+        let replay = replay(&config, 1.0);
+        let temperatures: Vec<f32> = (0..9).map(|_| sac.update(&replay).temperature).collect();
+        assert!(temperatures[0] < 0.1, "it falls: {temperatures:?}");
+        approx::assert_relative_eq!(temperatures[8], 0.0999, max_relative = 1e-6);
+    }
+
+    #[test]
+    fn half_of_a_batch_is_prior_data() {
+        let mut sac = Sac::new(&small(), 2, 1, 3).unwrap();
+        let (own, prior) = (replay(&small(), 1.0), replay(&small(), 2.0));
+        sac.update_with_prior(&own, &prior);
+        // Of three steps, or of as many as were left.
+        let unit = |reward: f32| [1.0, 1.97, 2.9109].iter().any(|sum| (reward - sum).abs() < 1e-5);
+        let rewards = &sac.memory.batch.reward;
+        assert!(rewards[..2].iter().all(|&r| unit(r)) && rewards[2..].iter().all(|&r| unit(r / 2.0)), "{rewards:?}");
+    }
+
+    #[test]
+    fn pink_noise_belongs_to_an_episode_and_to_nothing_that_is_saved() {
+        let actions = |pink_noise| {
+            let mut sac = Sac::new(&Config { pink_noise, ..small() }, 2, 1, 3).unwrap();
+            sac.begin_episode();
+            let mut action = [0.0];
+            let draw = |_| {
+                sac.act(&[0.0, 0.0], &mut action, Act::Sample);
+                action[0].atanh()
+            };
+            let actions: Vec<f32> = (0..400).map(draw).collect();
+            let products = actions.windows(2).map(|pair| pair[0] * pair[1]).sum::<f32>();
+            products / actions.iter().map(|a| a * a).sum::<f32>()
+        };
+        assert!(actions(false).abs() < 0.15 && actions(true) > 0.4, "{} {}", actions(false), actions(true));
     }
 }

@@ -173,7 +173,7 @@ fn a_checkpoint_goes_on_with_the_settings_it_was_saved_with() {
     let mut state: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
     state["config"].as_object_mut().unwrap().remove("policy_average").unwrap();
     fs::write(&path, state.to_string()).unwrap();
-    assert!(refused(&config()).ends_with("(policy_average: there absent, here 0.0003)"), "{}", refused(&config()));
+    assert!(refused(&config()).ends_with("(policy_average: there 1.0, here 0.0003)"), "{}", refused(&config()));
     Actor::load(folder.path(), OBSERVATIONS, ACTIONS, 0).unwrap();
 }
 

@@ -250,6 +250,7 @@ impl Env {
             let qd = (before + self.simulation.joints().1) / 2.0;
             let penalty = &self.config.force_penalty;
             interval.add(&tau, &qd, self.simulation.contact(), &self.controller, penalty, self.plant.dt);
+            interval.overlap = interval.overlap.max(self.simulation.deepest_penetration());
         }
         self.elapsed += 1;
         self.outcome(interval, diverged)

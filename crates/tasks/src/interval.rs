@@ -32,6 +32,8 @@ pub struct Interval {
     pub link_contact_time: f64,
     /// Time with contact between two parts of the arm (s).
     pub self_contact_time: f64,
+    /// Deepest overlap of any two bodies (m): contact is hard, so millimetres would be a defect of the simulation.
+    pub overlap: f64,
     /// Sum over samples of the mean translational stiffness, in the action space's own unit (1/s2 or N/m).
     pub sum_own_stiffness: f64,
     /// The impedance of the translational axes and of the rotational ones.

@@ -74,6 +74,7 @@ struct Row {
     penalty: f64,
     saturated_fraction: f64,
     diverged_episodes: usize,
+    deepest_overlap_mm: f64,
     commit: String,
 }
 
@@ -110,12 +111,13 @@ fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
     let mut env = Env::new(config.env.clone(), 0)?;
     let rule = config.env.force_penalty;
     let mut policy = if who == Who::Expert { Policy::Expert } else { Policy::random(config.seed) };
-    let (mut net_absolute, mut excess, mut over_at_the_end) = (0.0, 0.0, 0);
+    let (mut net_absolute, mut excess, mut over_at_the_end, mut overlap) = (0.0, 0.0, 0, 0.0f64);
     let outcomes: Vec<Outcome> = (0..episodes)
         .map(|index| {
             let on_step = |_: &Env, step: &Step| {
                 net_absolute += step.interval.energy.net_absolute;
                 excess += (step.interval.force(rule.of).max - rule.limit).max(0.0);
+                overlap = overlap.max(step.interval.overlap);
                 over_at_the_end += usize::from(step.interval.hand.last > rule.limit);
                 ControlFlow::Continue(())
             };
@@ -133,7 +135,7 @@ fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
     let penalised = sum(|o| o.penalised_steps as f64);
     let returns: Vec<f64> = outcomes.iter().map(|o| o.total).collect();
     Ok(Row {
-        schema: 2,
+        schema: 3,
         task: config.env.task.as_str(),
         space: config.env.space.name.clone(),
         policy: policy.name(),
@@ -158,6 +160,7 @@ fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
         penalty: mean(|o| o.penalty),
         saturated_fraction: mean(|o| o.saturated_fraction),
         diverged_episodes: outcomes.iter().filter(|o| o.diverged).count(),
+        deepest_overlap_mm: 1000.0 * overlap,
         commit: output::commit(),
     })
 }

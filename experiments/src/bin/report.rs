@@ -14,12 +14,14 @@ use experiments::report::markdown;
 use experiments::report::scatter;
 use experiments::report::summary::{RunSummary, find_runs};
 use experiments::report::text;
+use experiments::report::tournament::TournamentRow;
 use experiments::run::folder::RunFolder;
 use output::{file, plot, program};
 
 /// Summarise all runs below a folder.
 ///
 /// Writes runs.csv (a row per run), summary.csv (each metric over seeds), comparison.csv (every space against aforce),
+/// tournament.csv (what each run reached after 3, 6, 12 and 24 minutes of CPU time, where its tables tell that time),
 /// and, in the folder of each experiment, tables_TASK.md (the paper's table, beside what others published), curves_TASK
 /// (learning curves with every seed) and energy_return (a dot per run); and NAME from every NAME.j2 in these folders: text
 /// that people wrote, with figures from the tables. Runs are compared within the folder that holds their tasks: an
@@ -71,6 +73,11 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     file::write_table(&out.join("runs.csv"), &rows)?;
     file::write_table(&out.join("summary.csv"), &summary(&groups))?;
     file::write_table(&out.join("comparison.csv"), &comparison)?;
+    let timed = runs.iter().zip(&rows).map(|(run, row)| TournamentRow::of(run, row)).collect::<Result<Vec<_>>>()?;
+    let timed: Vec<_> = timed.into_iter().flatten().collect();
+    if !timed.is_empty() {
+        file::write_table(&out.join("tournament.csv"), &timed)?;
+    }
 
     let sections = sections(&groups);
     for section in &sections {

@@ -23,12 +23,14 @@ impl Columns {
         CsvTable::read(path).map(Columns)
     }
 
-    /// The evaluations of a run but for a last one that is under way or was cut short.
+    /// The evaluations of a run with `policy`, `mean` or `sampled`, but for a last one that is under way or was cut short. Tables
+    /// before schema 5 have mean actions only.
     ///
     /// # Errors
     /// If they, or the run's configuration, cannot be read.
-    pub fn evaluations(run: &RunFolder) -> Result<Self> {
+    pub fn evaluations(run: &RunFolder, policy: &str) -> Result<Self> {
         let mut table = CsvTable::read(&run.eval())?;
+        table.keep("policy", policy)?;
         let steps = table.steps()?;
         let of_last = steps.iter().rev().take_while(|&step| Some(step) == steps.last()).count();
         let config = RunConfig::resolve(Some(&run.config()), &[])?;
@@ -36,6 +38,11 @@ impl Columns {
             table.rows.truncate(steps.len() - of_last);
         }
         Ok(Columns(table))
+    }
+
+    /// Whether there is no row.
+    pub fn is_empty(&self) -> bool {
+        self.0.rows.is_empty()
     }
 
     /// The values of a column, from the top; NaN where it is a column of ours that the table is too old to have.

@@ -33,14 +33,14 @@ const FORCE: [&str; 3] = ["Contact force that 99 % of the actions stay below", "
 /// If a table cannot be read or a picture not written.
 pub fn draw(folder: &RunFolder) -> Result<()> {
     let training = Columns::read(&folder.episodes())?;
-    let eval = Columns::evaluations(folder)?;
+    let policies = ["mean", "sampled"];
+    let evaluations = policies.iter().map(|policy| Columns::evaluations(folder, policy)).collect::<Result<Vec<_>>>()?;
     let panels = PANELS.iter().chain([&STIFFNESS]).map(|&[title, unit, column]| {
         let training = in_thousands(training.running_mean(column, WINDOW)?);
-        let eval = in_thousands(eval.mean_by_step(column)?);
-        let series = vec![
-            Series::new(format!("training, mean of {WINDOW} episodes"), training),
-            Series::new("evaluation, mean action", eval),
-        ];
+        let mut series = vec![Series::new(format!("training, mean of {WINDOW} episodes"), training)];
+        for (policy, table) in policies.iter().zip(&evaluations) {
+            series.push(Series::new(format!("evaluation, {policy} action"), in_thousands(table.mean_by_step(column)?)));
+        }
         Ok(panel(title, unit, series))
     });
     plot::write(&panels.collect::<Result<Vec<_>>>()?, &folder.curves())
@@ -60,7 +60,7 @@ pub fn of_runs(runs: &[(&RunFolder, &RunSummary)]) -> Result<Vec<Panel>> {
             labels.push(run.label());
         }
     }
-    let tables = runs.iter().map(|(folder, _)| Columns::evaluations(folder)).collect::<Result<Vec<_>>>()?;
+    let tables = runs.iter().map(|(folder, _)| Columns::evaluations(folder, "mean")).collect::<Result<Vec<_>>>()?;
     let drawn = |&[title, unit, column]: &[&str; 3]| {
         let of_group = |label: &String| {
             let seeds = runs.iter().zip(&tables).filter(|((_, run), _)| run.label() == *label);

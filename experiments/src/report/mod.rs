@@ -8,3 +8,4 @@ pub mod published;
 pub mod scatter;
 pub mod summary;
 pub mod text;
+pub mod tournament;

@@ -40,6 +40,7 @@ pub struct RunSummary {
     pub sampled_energy_per_action_j: f64,
     pub steps_to_450: Option<u64>,
     pub wall_min_to_450: Option<f64>,
+    pub cpu_min_to_450: Option<f64>,
     pub energy_per_action_j: f64,
     pub final_energy_per_action_j: f64,
     pub energy_positive_per_action_j: f64,
@@ -78,6 +79,7 @@ pub struct RunSummary {
     pub sampled_arm_max_contact_force_n: Option<f64>,
     pub sampled_self_contact_time_s: Option<f64>,
     pub wall_s: f64,
+    pub cpu_s: Option<f64>,
     pub commit: String,
 }
 
@@ -118,24 +120,34 @@ impl RunSummary {
     pub fn of(run: &RunFolder, root: &Path) -> Result<Self> {
         let config = RunConfig::resolve(Some(&run.config()), &[])?;
         let manifest = run.manifest()?;
-        let (training, eval) = (Columns::read(&run.episodes())?, Columns::evaluations(run)?);
+        let (training, eval) = (Columns::read(&run.episodes())?, Columns::evaluations(run, "mean")?);
+        let sampled_eval = Columns::evaluations(run, "sampled")?;
         let lengths = training.values("length")?;
         ensure!(!lengths.is_empty(), "{}: no training episode", run.path().display());
         let returns = eval.mean_by_step("return")?;
         let last = returns.last().with_context(|| format!("{}: no evaluation", run.path().display()))?;
-        let at_end = |column: &str| -> Result<f64> {
-            let values: Vec<f64> = eval.mean_by_step(column)?.iter().rev().take(LAST).map(|p| p.1).collect();
+        let last_of = |table: &Columns, column: &str| -> Result<f64> {
+            let values: Vec<f64> = table.mean_by_step(column)?.iter().rev().take(LAST).map(|p| p.1).collect();
             Ok(mean(&values))
         };
+        let at_end = |column: &str| last_of(&eval, column);
         let first_late = returns.len().checked_sub(LAST + 1).map_or(0.0, |i| returns[i].0);
         let sampled = |column: &str| -> Result<f64> {
+            if !sampled_eval.is_empty() {
+                return last_of(&sampled_eval, column);
+            }
+            // Tables before schema 5: by what the actor earned while it learned, which is not averaged.
             let points = training.points(column)?;
             let late: Vec<f64> = points.iter().filter(|p| p.0 > first_late).map(|p| p.1).collect();
             // Very long episodes: none may have ended since.
             Ok(if late.is_empty() { mean_of(&points, |p| p.1) } else { mean(&late) })
         };
         let solved = returns.iter().find(|p| p.1 >= SOLVED).map(|p| p.0);
-        let clock = Columns::read(&run.progress())?.points("wall_s")?;
+        let progress = Columns::read(&run.progress())?;
+        let minutes_to_450 = |clock: &str| {
+            let clock = progress.points(clock)?;
+            Ok::<_, Error>(solved.and_then(|at| clock.iter().find(|p| p.0 >= at)).map(|p| p.1 / 60.0))
+        };
         let actions: f64 = lengths.iter().sum();
         let per_action = |column: &str| Ok::<_, Error>(training.values(column)?.iter().sum::<f64>() / actions);
         let with = |column: &str| {
@@ -166,7 +178,8 @@ impl RunSummary {
             sampled_success: sampled("success")?,
             sampled_energy_per_action_j: sampled("energy_per_action_j")?,
             steps_to_450: solved.map(|step| step as u64),
-            wall_min_to_450: solved.and_then(|at| clock.iter().find(|p| p.0 >= at)).map(|p| p.1 / 60.0),
+            wall_min_to_450: minutes_to_450("wall_s")?,
+            cpu_min_to_450: minutes_to_450("cpu_s")?,
             energy_per_action_j: per_action("energy_j")?,
             final_energy_per_action_j: at_end("energy_per_action_j")?,
             energy_positive_per_action_j: per_action("energy_positive_j")?,
@@ -204,7 +217,8 @@ impl RunSummary {
             sampled_fulfilled_max_force_n: known(sampled("fulfilled_max_force_n")?),
             sampled_arm_max_contact_force_n: known(sampled("arm_max_contact_force_n")?),
             sampled_self_contact_time_s: known(sampled("self_contact_time_s")?),
-            wall_s: manifest.wall_s,
+            wall_s: manifest.spent.wall_s,
+            cpu_s: (manifest.spent.cpu_s > 0.0).then_some(manifest.spent.cpu_s),
             commit: manifest.commits(),
         })
     }
@@ -239,10 +253,10 @@ mod tests {
         let eval = (1..=8).flat_map(|k| {
             // Two episodes, one better than the other.
             [-5.0, 5.0].map(|d| {
-                format!("2,{},{},{},true,1,{}", 10_000 * k, 10.0 * f64::from(k) + d + offset, k % 2 == 0, energy)
+                format!("2,{},mean,{},{},true,1,{}", 10_000 * k, 10.0 * f64::from(k) + d + offset, k % 2 == 0, energy)
             })
         });
-        write("eval.csv", &format!("schema,step,{columns}"), eval.collect());
+        write("eval.csv", &format!("schema,step,policy,{columns}"), eval.collect());
         let training = (1..=16).map(|k| {
             let long = if k == 1 { 1 } else { 5000 };
             let total = energy * f64::from(long);
@@ -331,7 +345,7 @@ mod tests {
         let path = "lift/osc/seed_1";
         let before = run(root.path(), path, 2.0, 0.0);
         let folder = RunFolder::at(&root.path().join(path));
-        let one_of_two = "2,90000,460,true,true,1,2\n";
+        let one_of_two = "2,90000,mean,460,true,true,1,2\n";
         let table = fs_err::read_to_string(folder.eval()).unwrap();
         fs_err::write(folder.eval(), table.clone() + one_of_two).unwrap();
         assert_eq!(RunSummary::of(&folder, root.path()).unwrap(), before);

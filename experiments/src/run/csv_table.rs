@@ -49,6 +49,16 @@ impl CsvTable {
         Ok(self.rows.iter().map(|row| &row[at]).collect())
     }
 
+    /// Leaves the rows that have `value` in `column`; does nothing to a table in which nothing has been written yet.
+    ///
+    /// # Errors
+    /// If there is no such column.
+    pub fn keep(&mut self, column: &str, value: &str) -> Result<()> {
+        let mut fits = self.column(column)?.into_iter().map(|cell| cell == value).collect::<Vec<_>>().into_iter();
+        self.rows.retain(|_| fits.next() == Some(true));
+        Ok(())
+    }
+
     /// The `step` of every row.
     ///
     /// # Errors

@@ -4,40 +4,40 @@ use std::time::Instant;
 
 use sac::Losses;
 
+use crate::run::clock::Spent;
 use crate::run::rows::{ProgressRow, SCHEMA};
 
 /// Means of the learner's numbers since the last row.
 pub(crate) struct LearnerLog {
-    sums: [f64; 7],
-    count: u64,
+    critics: Means<3>,
+    actor: Means<4>,
     since: Instant,
     since_step: u64,
 }
 
 impl LearnerLog {
     pub(crate) fn new(step: u64) -> Self {
-        LearnerLog { sums: [0.0; 7], count: 0, since: Instant::now(), since_step: step }
+        LearnerLog { critics: Means::default(), actor: Means::default(), since: Instant::now(), since_step: step }
     }
 
     pub(crate) fn add(&mut self, l: &Losses) {
-        let values =
-            [l.critic_loss, l.actor_loss, l.temperature, l.entropy, l.q_mean, l.grad_norm_critic, l.grad_norm_actor];
-        for (sum, value) in self.sums.iter_mut().zip(values) {
-            *sum += f64::from(value);
+        self.critics.add([l.critic_loss, l.temperature, l.grad_norm_critic]);
+        if let Some(a) = &l.actor {
+            self.actor.add([a.loss, a.entropy, a.q_mean, a.grad_norm]);
         }
-        self.count += 1;
     }
 
-    pub(crate) fn row(&mut self, step: u64, updates: u64, replay_size: usize, wall_s: f64) -> ProgressRow {
-        let mean = |sum| (self.count > 0).then(|| sum / self.count as f64);
-        let [critic_loss, actor_loss, alpha, entropy, q_mean, grad_norm_critic, grad_norm_actor] = self.sums.map(mean);
+    pub(crate) fn row(&mut self, step: u64, updates: u64, replay_size: usize, spent: Spent) -> ProgressRow {
+        let [critic_loss, alpha, grad_norm_critic] = self.critics.means();
+        let [actor_loss, entropy, q_mean, grad_norm_actor] = self.actor.means();
         let env_steps_per_s = (step - self.since_step) as f64 / self.since.elapsed().as_secs_f64();
         *self = LearnerLog::new(step);
         ProgressRow {
             schema: SCHEMA,
             step,
             updates,
-            wall_s,
+            wall_s: spent.wall_s,
+            cpu_s: spent.cpu_s,
             env_steps_per_s,
             critic_loss,
             actor_loss,
@@ -48,5 +48,31 @@ impl LearnerLog {
             grad_norm_actor,
             replay_size,
         }
+    }
+}
+
+/// Means of what is added together.
+struct Means<const N: usize> {
+    sums: [f64; N],
+    count: u64,
+}
+
+impl<const N: usize> Default for Means<N> {
+    fn default() -> Self {
+        Means { sums: [0.0; N], count: 0 }
+    }
+}
+
+impl<const N: usize> Means<N> {
+    fn add(&mut self, values: [f32; N]) {
+        for (sum, value) in self.sums.iter_mut().zip(values) {
+            *sum += f64::from(value);
+        }
+        self.count += 1;
+    }
+
+    /// None of nothing.
+    fn means(&self) -> [Option<f64>; N] {
+        self.sums.map(|sum| (self.count > 0).then(|| sum / self.count as f64))
     }
 }

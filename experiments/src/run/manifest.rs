@@ -5,6 +5,7 @@ use output::file;
 use serde::{Deserialize, Serialize};
 
 use crate::config::RunConfig;
+use crate::run::clock::Spent;
 use crate::run::folder::RunFolder;
 
 /// What took a run on.
@@ -42,8 +43,9 @@ pub struct Manifest {
     pub started_unix_s: u64,
     /// `running`, `stopped`, `failed` or `done`; a run that was killed stays `running`.
     pub status: String,
-    /// Time spent in this and earlier parts of the run (s).
-    pub wall_s: f64,
+    /// In this and earlier parts of the run.
+    #[serde(flatten)]
+    pub spent: Spent,
 }
 
 impl RunFolder {
@@ -110,7 +112,7 @@ impl Manifest {
             version: env!("CARGO_PKG_VERSION").into(),
             started_unix_s: since_1970.map_or(0, |t| t.as_secs()),
             status: "running".into(),
-            wall_s: 0.0,
+            spent: Spent::default(),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Runs: training and playing, and the folder of tables and checkpoints that they leave.
 
 pub mod checkpoint_record;
+pub mod clock;
 pub mod csv_table;
 pub mod csv_writer;
 pub mod disturbances;

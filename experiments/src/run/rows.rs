@@ -9,7 +9,7 @@ use tasks::Outcome;
 use crate::run::csv_table::header;
 
 /// Version of the columns below.
-pub const SCHEMA: u32 = 4;
+pub const SCHEMA: u32 = 5;
 
 /// Columns before the outcome in `episodes.csv`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -53,6 +53,7 @@ pub struct ProgressRow {
     pub step: u64,
     pub updates: u64,
     pub wall_s: f64,
+    pub cpu_s: f64,
     pub env_steps_per_s: f64,
     pub critic_loss: Option<f64>,
     pub actor_loss: Option<f64>,

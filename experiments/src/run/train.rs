@@ -8,10 +8,11 @@ use output::statistics::mean_of;
 use rand_chacha::ChaCha8Rng;
 use sac::{Act, Checkpoint, Replay, Sac, Transition};
 use serde::{Deserialize, Serialize};
-use tasks::{Env, Episode, Outcome};
+use tasks::{Env, Episode, Outcome, Step};
 
 use crate::config::{RunConfig, RunId, setup};
 use crate::run::checkpoint_record::CheckpointRecord;
+use crate::run::clock::{Clock, Spent};
 use crate::run::csv_writer::{CsvWriter, cut_after, last_step, takes};
 use crate::run::folder::{RunFolder, State};
 use crate::run::learner_log::LearnerLog;
@@ -56,7 +57,8 @@ struct Counters {
     episode: u64,
     best_return: Option<f64>,
     episode_stream: ChaCha8Rng,
-    wall_s: f64,
+    #[serde(flatten)]
+    spent: Spent,
 }
 
 /// What the last checkpoint says of itself.
@@ -85,13 +87,15 @@ struct Run<'a> {
     evaluation_env: Env,
     sac: Sac,
     replay: Replay,
+    prior: Option<Replay>,
     counters: Counters,
     saved_step: u64,
     tables: Tables,
     board: Option<TensorBoard>,
     log: LearnerLog,
+    clock: Clock,
     /// When it began, went on or was saved last.
-    started: Instant,
+    saved: Instant,
 }
 
 struct Tables {
@@ -148,7 +152,7 @@ pub fn train(
         Err(_) => "failed",
     }
     .into();
-    manifest.wall_s = run.wall_s();
+    manifest.spent = run.clock.spent();
     let written = folder.write_manifest(&manifest);
     let ending = ending.with_context(|| format!("{}", folder.path().display()))?;
     written.map(|()| ending)
@@ -172,8 +176,13 @@ impl<'a> Run<'a> {
             env.set_episode_stream(counters.episode_stream.clone());
             (saved.sac, replay, counters)
         } else {
-            let counters =
-                Counters { step: 0, episode: 0, best_return: None, episode_stream: env.episode_stream(), wall_s: 0.0 };
+            let counters = Counters {
+                step: 0,
+                episode: 0,
+                best_return: None,
+                episode_stream: env.episode_stream(),
+                spent: Spent::default(),
+            };
             let sac = Sac::new(&config.learner, observations, actions, seed("learner"))?;
             (sac, Replay::new(&config.learner, observations, actions), counters)
         };
@@ -199,6 +208,7 @@ impl<'a> Run<'a> {
             config,
             folder,
             id: RunId::of(config),
+            prior: (config.learner.prior_episodes > 0).then(|| prior(config)).transpose()?,
             env,
             evaluation_env,
             sac,
@@ -206,13 +216,14 @@ impl<'a> Run<'a> {
             saved_step: counters.step,
             log: LearnerLog::new(counters.step),
             board: tensorboard.then(|| TensorBoard::create(folder.path(), counters.step)).transpose()?,
+            clock: Clock::going_on(counters.spent),
             counters,
             tables: Tables {
                 episodes: CsvWriter::append(&folder.episodes())?,
                 eval: CsvWriter::append(&folder.eval())?,
                 progress: CsvWriter::append(&folder.progress())?,
             },
-            started: Instant::now(),
+            saved: Instant::now(),
         })
     }
 
@@ -225,27 +236,20 @@ impl<'a> Run<'a> {
             let mut episode = Episode::default();
             let began = Instant::now();
             self.env.reset(None);
+            self.sac.begin_episode();
             let mut observation = learner_view(&self.env, scaled);
             loop {
                 let act = if self.counters.step < config.learner.random_steps { Act::Random } else { Act::Sample };
                 self.sac.act(&observation, &mut action, act);
-                let wide: Vec<f64> = action.iter().map(|&a| f64::from(a)).collect();
-                let step = self.env.step(&wide);
-                let next = learner_view(&self.env, scaled);
-                self.replay.push(&Transition {
-                    observation: &observation,
-                    action: &action,
-                    reward: step.reward as f32,
-                    next_observation: &next,
-                    terminated: step.terminated,
-                    truncated: step.truncated,
-                })?;
-                observation = next;
+                let step = step_and_store(&mut self.env, &mut observation, &action, &mut self.replay, scaled)?;
                 self.counters.step += 1;
                 episode.add(step);
 
                 for _ in 0..config.learner.updates_after(self.counters.step) {
-                    let losses = self.sac.update(&self.replay);
+                    let losses = match &self.prior {
+                        Some(prior) => self.sac.update_with_prior(&self.replay, prior),
+                        None => self.sac.update(&self.replay),
+                    };
                     ensure!(losses.is_finite(), "the learner diverged at action {}: {losses:?}", self.counters.step);
                     self.log.add(&losses);
                 }
@@ -303,19 +307,24 @@ impl<'a> Run<'a> {
         self.tables.episodes.write((key, outcome))
     }
 
+    /// Plays the same starts with mean and with sampled actions of the averaged policy, so that the two can be compared.
     fn evaluate(&mut self, progress: &mut RunProgress) -> Result<()> {
-        let mut policy = Policy::Actor {
-            // A mean action needs no noise, hence no seed of its own.
-            actor: Box::new(self.sac.policy(0)),
-            act: Act::Mean,
-            scaled: self.config.learner.scaled_observations,
-        };
         let step = self.counters.step;
         let evaluation = step / self.config.evaluate_every;
-        let starts = (0..self.config.evaluation_episodes).map(|index| training_evaluation_seed(evaluation, index));
-        let table = &mut self.tables.eval;
-        let write = |key, outcome: &Outcome| table.write((key, outcome));
-        let outcomes = evaluate(&mut self.evaluation_env, &mut policy, starts, step, &self.id, write)?;
+        let mut play = |act| {
+            let noise = sub_seed(self.config.seed, "evaluation-noise", evaluation);
+            let mut policy = Policy::Actor {
+                actor: Box::new(self.sac.policy(noise)),
+                act,
+                scaled: self.config.learner.scaled_observations,
+            };
+            let starts = (0..self.config.evaluation_episodes).map(|index| training_evaluation_seed(evaluation, index));
+            let table = &mut self.tables.eval;
+            let write = |key, outcome: &Outcome| table.write((key, outcome));
+            evaluate(&mut self.evaluation_env, &mut policy, starts, step, &self.id, write)
+        };
+        let outcomes = play(Act::Mean)?;
+        play(Act::Sample)?;
         let score = mean_of(&outcomes, |o| o.total);
         progress.evaluation(step, &outcomes);
         if let Some(board) = &mut self.board {
@@ -334,7 +343,7 @@ impl<'a> Run<'a> {
     /// Whether to save now, at the end of an episode that took so long, as the next end may be too late.
     fn is_time_to_save(&self, episode: Duration) -> bool {
         self.counters.step - self.saved_step >= self.config.checkpoint_every
-            || (self.started.elapsed() + episode).as_secs_f64() > 60.0 * self.config.checkpoint_minutes
+            || (self.saved.elapsed() + episode).as_secs_f64() > 60.0 * self.config.checkpoint_minutes
     }
 
     fn save(&mut self) -> Result<()> {
@@ -342,9 +351,8 @@ impl<'a> Run<'a> {
         let Tables { episodes, eval, progress } = &self.tables;
         [episodes, eval, progress].into_iter().try_for_each(CsvWriter::sync)?;
         self.counters.episode_stream = self.env.episode_stream();
-        let wall_s = self.wall_s();
-        self.started = Instant::now();
-        self.counters.wall_s = wall_s;
+        self.counters.spent = self.clock.spent();
+        self.saved = Instant::now();
         let record = LastRecord { run: &self.id, counters: &self.counters };
         let record = serde_json::to_value(record).context("record of the last checkpoint")?;
         Checkpoint::save(&self.folder.checkpoint(), &self.sac, Some(&self.replay), record)?;
@@ -352,15 +360,53 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    fn wall_s(&self) -> f64 {
-        self.counters.wall_s + self.started.elapsed().as_secs_f64()
-    }
-
     fn write_progress(&mut self) -> Result<()> {
-        let row = self.log.row(self.counters.step, self.sac.updates(), self.replay.len(), self.wall_s());
+        let row = self.log.row(self.counters.step, self.sac.updates(), self.replay.len(), self.clock.spent());
         if let Some(board) = &mut self.board {
             board.progress(&row)?;
         }
         self.tables.progress.write(row)
     }
+}
+
+/// One step of `env`, kept in `replay`; `observation` becomes the next one.
+fn step_and_store(
+    env: &mut Env,
+    observation: &mut Vec<f32>,
+    action: &[f32],
+    replay: &mut Replay,
+    scaled: bool,
+) -> Result<Step> {
+    let wide: Vec<f64> = action.iter().map(|&a| f64::from(a)).collect();
+    let step = env.step(&wide);
+    let next = learner_view(env, scaled);
+    replay.push(&Transition {
+        observation,
+        action,
+        reward: step.reward as f32,
+        next_observation: &next,
+        terminated: step.terminated,
+        truncated: step.truncated,
+    })?;
+    *observation = next;
+    Ok(step)
+}
+
+/// Episodes of the script, from starts of their own. The same each time, so that no checkpoint needs them.
+fn prior(config: &RunConfig) -> Result<Replay> {
+    let mut env = Env::new(config.env.clone(), sub_seed(config.seed, "prior", 0))?;
+    let mut replay = Replay::new(&config.learner, env.observation_components().len(), env.action_dim());
+    for _ in 0..config.learner.prior_episodes {
+        env.reset(None);
+        let mut observation = learner_view(&env, config.learner.scaled_observations);
+        loop {
+            let action: Vec<f32> = env.expert_action().iter().map(|&a| a as f32).collect();
+            let step =
+                step_and_store(&mut env, &mut observation, &action, &mut replay, config.learner.scaled_observations)?;
+            if step.terminated || step.truncated {
+                break;
+            }
+        }
+    }
+    Ok(replay)
 }

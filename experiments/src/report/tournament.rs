@@ -1,0 +1,63 @@
+//! What learners reach in equal times: a row per run.
+
+use anyhow::Result;
+use serde::Serialize;
+
+use crate::report::columns::Columns;
+use crate::report::summary::RunSummary;
+use crate::run::folder::RunFolder;
+
+/// A row of `tournament.csv`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs, reason = "documented once, in results/README.md")]
+pub struct TournamentRow {
+    pub experiment: String,
+    pub variant: String,
+    pub preset: String,
+    pub task: String,
+    pub space: String,
+    pub seed: u64,
+    pub actions: u64,
+    pub cpu_min: f64,
+    pub return_3min: Option<f64>,
+    pub return_6min: Option<f64>,
+    pub return_12min: Option<f64>,
+    pub return_24min: Option<f64>,
+    pub success_end: f64,
+    pub cpu_min_to_450: Option<f64>,
+}
+
+impl TournamentRow {
+    /// Of a run, if its tables tell CPU time.
+    ///
+    /// # Errors
+    /// If a table cannot be read.
+    pub fn of(run: &RunFolder, summary: &RunSummary) -> Result<Option<Self>> {
+        let minutes: Vec<(f64, f64)> =
+            Columns::read(&run.progress())?.points("cpu_s")?.into_iter().map(|(step, s)| (step, s / 60.0)).collect();
+        let Some(&(_, cpu_min)) = minutes.last() else { return Ok(None) };
+        let returns = Columns::evaluations(run, "mean")?.mean_by_step("return")?;
+        // The last evaluation that began by then; of a run that had not ended by then.
+        let at = |limit: f64| {
+            let step = minutes.iter().take_while(|(_, time)| *time <= limit).last()?.0;
+            let made = returns.iter().take_while(|(evaluated, _)| *evaluated <= step).last();
+            made.filter(|_| cpu_min >= limit).map(|(_, value)| *value)
+        };
+        Ok(Some(TournamentRow {
+            experiment: summary.experiment.clone(),
+            variant: summary.variant.clone(),
+            preset: summary.preset.clone(),
+            task: summary.task.clone(),
+            space: summary.space.clone(),
+            seed: summary.seed,
+            actions: summary.env_steps,
+            cpu_min,
+            return_3min: at(3.0),
+            return_6min: at(6.0),
+            return_12min: at(12.0),
+            return_24min: at(24.0),
+            success_end: summary.final_success,
+            cpu_min_to_450: summary.cpu_min_to_450,
+        }))
+    }
+}

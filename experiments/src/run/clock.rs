@@ -1,0 +1,44 @@
+//! What a run costs, over all the processes that had a part in it.
+
+use std::time::{Duration, Instant};
+
+use rustix::time::{ClockId, clock_gettime};
+use serde::{Deserialize, Serialize};
+
+/// Time that a run has taken.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Spent {
+    /// By the clock on the wall (s).
+    pub wall_s: f64,
+    /// Of the processor (s): other programs at work beside it count little. Runs begun by earlier programs lack the first part.
+    #[serde(default)]
+    pub cpu_s: f64,
+}
+
+/// Goes on from what earlier processes spent.
+pub struct Clock {
+    before: Spent,
+    started: Instant,
+    cpu_at_start: f64,
+}
+
+impl Clock {
+    /// Starts now.
+    pub fn going_on(before: Spent) -> Self {
+        Clock { before, started: Instant::now(), cpu_at_start: cpu_s() }
+    }
+
+    /// Until now.
+    pub fn spent(&self) -> Spent {
+        Spent {
+            wall_s: self.before.wall_s + self.started.elapsed().as_secs_f64(),
+            cpu_s: self.before.cpu_s + cpu_s() - self.cpu_at_start,
+        }
+    }
+}
+
+/// CPU time of this process so far (s).
+fn cpu_s() -> f64 {
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    Duration::new(time.tv_sec as u64, time.tv_nsec as u32).as_secs_f64()
+}
