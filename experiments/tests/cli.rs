@@ -50,6 +50,94 @@ fn bad_input_is_named() {
     assert!(!out.join("lift").exists(), "a refused run leaves nothing behind");
 }
 
+/// What people do to files and flags, each answered in one line.
+#[test]
+fn what_was_tampered_with_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path();
+    expect(&error(program("train").args(["--seed", "18446744073709551616"]), 2), &["--seed", "0 to 4294967295"]);
+    expect(&error(program("train").args(["--set", "seed=4294967296"]), 2), &["seed = 4294967296", "0 to 4294967295"]);
+    expect(&error(train(out).args(["--set", "learner.gamma=0.9\nseed=5"]), 2), &["one line"]);
+    expect(&error(train(out).arg("--config").arg(out), 1), &["TOML file", &out.display().to_string()]);
+    let sweep = out.join("sweep.toml");
+    std::fs::write(&sweep, few(600)).unwrap();
+    expect(&error(train(out).arg("--config").arg(&sweep), 2), &["sweep.toml", "give it to `sweep`"]);
+    let episodes = ["expert", "--episodes", "4294967295", "--out", "table.csv"];
+    expect(&error(program("baselines").args(episodes), 2), &["--episodes", "1000000"]);
+    let occupied = out.join("occupied");
+    std::fs::write(&occupied, "").unwrap();
+    expect(&error(program("sweep").arg(&sweep).arg("--out").arg(&occupied), 1), &["occupied"]);
+
+    let runs = out.join("runs");
+    train_for(1500, &runs).args(["--set", "checkpoint_every=1000"]).assert().success();
+    let run = run_folder(&runs);
+    let report = |folder: &Path| {
+        let mut command = program("report");
+        command.arg(folder).arg("--out").arg(out.join("report"));
+        command
+    };
+    // A folder that holds itself: every run once.
+    std::os::unix::fs::symlink(&runs, runs.join("again")).unwrap();
+    report(&runs).assert().success();
+    assert_eq!(std::fs::read_to_string(out.join("report/runs.csv")).unwrap().lines().count(), 2);
+    std::fs::remove_file(runs.join("again")).unwrap();
+    std::fs::write(out.join("report/summary.csv"), "date,price\n").unwrap();
+    expect(&error(&mut report(&runs), 1), &["summary.csv", "not a table of ours", "nothing was overwritten"]);
+    std::fs::remove_dir_all(out.join("report")).unwrap();
+
+    let whole = std::fs::read_to_string(run.join("episodes.csv")).unwrap();
+    let row = whole.lines().nth(1).unwrap();
+    let with_length = |length: &str| {
+        let mut cells: Vec<&str> = row.split(',').collect();
+        cells[7] = length;
+        cells.join(",")
+    };
+    for (edited, words) in [
+        (with_length("maybe"), ["episodes.csv, line 2", "\"maybe\""]),
+        (row.replacen("5,", "99,", 1), ["episodes.csv, line 2", "schema \"99\""]),
+    ] {
+        std::fs::write(run.join("episodes.csv"), whole.replacen(row, &edited, 1)).unwrap();
+        let output = report(&runs).output().unwrap();
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && words.iter().all(|word| told.contains(word)), "{told}");
+    }
+    // A row taken out of the middle.
+    std::fs::write(run.join("episodes.csv"), whole.replacen(&format!("{row}\n"), "", 1)).unwrap();
+    expect(&error(train_for(2000, &runs).arg("--resume"), 1), &["episodes.csv", "rows were taken out or added"]);
+    std::fs::write(run.join("episodes.csv"), whole).unwrap();
+
+    // Weights that are none, and weights of the same sizes from elsewhere.
+    let best = run.join("checkpoints/best/actor.safetensors");
+    let evaluate = || {
+        let mut command = program("evaluate");
+        command.args(["--episodes", "1", "--run"]).arg(&run);
+        command
+    };
+    let weights = std::fs::read(&best).unwrap();
+    let mut damaged = weights.clone();
+    damaged[2000..2400].fill(0xff);
+    std::fs::write(&best, &damaged).unwrap();
+    expect(&error(&mut evaluate(), 1), &["actor.safetensors", "NaN", "damaged"]);
+    let mut foreign = weights.clone();
+    let last = foreign.len() - 4;
+    foreign[last..].copy_from_slice(&0.5f32.to_le_bytes());
+    std::fs::write(&best, &foreign).unwrap();
+    expect(&error(&mut evaluate(), 1), &["actor.safetensors", "not the policy"]);
+    std::fs::write(&best, &weights).unwrap();
+    evaluate().assert().success();
+}
+
+/// A folder whose name is no Unicode is one like any other.
+#[cfg(unix)]
+#[test]
+fn a_name_that_is_no_unicode_is_taken() {
+    use std::os::unix::ffi::OsStrExt;
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join(std::ffi::OsStr::from_bytes(b"runs\xff"));
+    train_for(600, &out).assert().success();
+    assert!(run_folder(&out).join("DONE").exists());
+}
+
 /// Killed long after its last checkpoint: what it did since then is undone and done again.
 #[test]
 fn a_killed_run_goes_on_to_the_same_bytes() {

@@ -11,10 +11,14 @@ use serde::Serialize;
 /// Writes a file; whoever looks meanwhile sees the old one, and so does who looks after a power loss.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
     ensure!(!path.is_dir(), "{} is a folder", path.display());
-    let mut file = fs::File::create(unfinished(path))?;
-    file.write_all(bytes)?;
-    file.sync_all()?;
-    fs::rename(unfinished(path), path)?;
+    let write = || {
+        let mut file = fs::File::create(unfinished(path))?;
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        fs::rename(unfinished(path), path)
+    };
+    // A full disk keeps the old file, and nothing of the new one.
+    write().inspect_err(|_| drop(fs::remove_file(unfinished(path))))?;
     Ok(())
 }
 

@@ -24,7 +24,8 @@ pub fn commit() -> String {
 
 /// The command line with the program's bare name, as it would be typed elsewhere.
 pub fn command() -> Vec<String> {
-    let mut command: Vec<String> = std::env::args().collect();
+    // A name that is no Unicode is told as nearly as text can.
+    let mut command: Vec<String> = std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
     if let Some(program) = command.first_mut() {
         *program = Path::new(&*program).file_name().unwrap_or_default().to_string_lossy().into_owned();
     }

@@ -25,6 +25,8 @@ use crate::{Actor, Config, Error, Replay, Sac, replay_file};
 
 /// Version of the layout above.
 const FORMAT: u32 = 1;
+/// The file of the policy.
+const POLICY: &str = "actor.safetensors";
 /// The file that is not of tensors.
 const STATE: &str = "state.json";
 /// Key of the policy's file under which it says which checkpoint it belongs to.
@@ -54,6 +56,9 @@ struct State {
     acting_rng: ChaCha8Rng,
     batch_rng: ChaCha8Rng,
     noise_rng: ChaCha8Rng,
+    /// BLAKE3 of the policy's file, so that another policy of the same sizes is not taken for it. Earlier checkpoints lack it.
+    #[serde(default)]
+    policy_hash: Option<String>,
     caller: Value,
 }
 
@@ -75,7 +80,8 @@ impl Checkpoint {
             }
         }
         fs::create_dir_all(&new)?;
-        write(&new, sac, replay, caller)?;
+        // A full disk keeps the old checkpoint, and nothing of the new one.
+        write(&new, sac, replay, caller).inspect_err(|_| drop(fs::remove_dir_all(&new)))?;
         if folder.exists() {
             fs::rename(folder, &old)?;
         }
@@ -111,7 +117,7 @@ impl Checkpoint {
         (sac.actor.rng, sac.batch_rng, sac.noise_rng) = (state.acting_rng, state.batch_rng, state.noise_rng);
 
         let (actor, critics) = (sac.actor.network.entries(), sac.critics.entries());
-        read_policy(folder, state.updates, &mut sac.average)?;
+        read_policy(folder, state.updates, state.policy_hash.as_deref(), &mut sac.average)?;
         Tensors::read(folder.join("online_actor.safetensors"))?.copy(&actor, "", &mut sac.actor.network.values)?;
         Tensors::read(folder.join("critic.safetensors"))?.copy(&critics, "", &mut sac.critics.values)?;
         Tensors::read(folder.join("target.safetensors"))?.copy(&critics, "", &mut sac.targets.values)?;
@@ -149,7 +155,7 @@ impl Actor {
             let config: Config = serde_json::from_value(state.config).map_err(|e| at(&e))?;
             config.validate().map_err(|e| at(&e))?;
             let mut actor = Self::zeros(&config, observation_dim, action_dim, ChaCha8Rng::seed_from_u64(seed));
-            read_policy(folder, state.updates, &mut actor.network)?;
+            read_policy(folder, state.updates, state.policy_hash.as_deref(), &mut actor.network)?;
             Ok((actor, state.caller))
         })
     }
@@ -158,7 +164,7 @@ impl Actor {
 fn write(folder: &Path, sac: &Sac, replay: Option<&Replay>, caller: Value) -> Result<(), Error> {
     let (actor, critics, temperature) = (sac.actor.network.entries(), sac.critics.entries(), log_temperature());
     let of_checkpoint = Some((UPDATES, sac.updates.to_string()));
-    write_tensors(&folder.join("actor.safetensors"), &[(&actor, "", &sac.average.values)], of_checkpoint)?;
+    write_tensors(&folder.join(POLICY), &[(&actor, "", &sac.average.values)], of_checkpoint)?;
     write_tensors(&folder.join("online_actor.safetensors"), &[(&actor, "", &sac.actor.network.values)], None)?;
     write_tensors(&folder.join("critic.safetensors"), &[(&critics, "", &sac.critics.values)], None)?;
     write_tensors(&folder.join("target.safetensors"), &[(&critics, "", &sac.targets.values)], None)?;
@@ -184,6 +190,7 @@ fn write(folder: &Path, sac: &Sac, replay: Option<&Replay>, caller: Value) -> Re
         acting_rng: sac.actor.rng.clone(),
         batch_rng: sac.batch_rng.clone(),
         noise_rng: sac.noise_rng.clone(),
+        policy_hash: Some(hash(&folder.join(POLICY))?),
         caller,
     };
     let text = serde_json::to_string_pretty(&state).expect("plain data");
@@ -206,14 +213,26 @@ fn read_state(folder: &Path, observation_dim: usize, action_dim: usize) -> Resul
     Ok(state)
 }
 
-/// Reads the policy that has seen `updates`, if its file says how many it has seen: those of older checkpoints do not.
-fn read_policy(folder: &Path, updates: u64, policy: &mut Networks) -> Result<(), Error> {
-    let file = Tensors::read(folder.join("actor.safetensors"))?;
+/// Reads the policy that has seen `updates` and has this hash, if there is one, and if its file says how many it has seen: those of older
+/// checkpoints do not.
+fn read_policy(folder: &Path, updates: u64, expected: Option<&str>, policy: &mut Networks) -> Result<(), Error> {
+    let path = folder.join(POLICY);
+    let file = Tensors::read(path.clone())?;
     if let Some(other) = file.metadata(UPDATES)?.filter(|other| *other != updates.to_string()) {
         let problem = format!("has seen {other} updates, {STATE} beside it {updates}");
-        return Err(Error::checkpoint(&folder.join("actor.safetensors"), problem));
+        return Err(Error::checkpoint(&path, problem));
     }
-    file.copy(&policy.entries(), "", &mut policy.values)
+    file.copy(&policy.entries(), "", &mut policy.values)?;
+    match expected {
+        Some(expected) if hash(&path)? != expected => {
+            Err(Error::checkpoint(&path, format!("not the policy that {STATE} beside it belongs to")))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn hash(path: &Path) -> Result<String, Error> {
+    Ok(blake3::hash(&fs::read(path)?).to_hex().to_string())
 }
 
 /// The settings are those with which a checkpoint was saved, or else the first difference. A setting that came later was off then.

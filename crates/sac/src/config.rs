@@ -41,6 +41,12 @@ pub struct Config {
     /// Whether the critics normalise each hidden layer before its ReLU.
     #[serde(default)]
     pub layer_norm: bool,
+    /// Bins of the histogram that a critic says its value with (HL-Gauss); 0: it says a number.
+    #[serde(default)]
+    pub value_bins: usize,
+    /// Least and largest value of that histogram, in reward.
+    #[serde(default = "value_range")]
+    pub value_range: [f64; 2],
     /// Whether the noise of an episode's actions is pink: as strong at slow changes as at fast ones, so that it moves the arm instead of
     /// shaking it. White otherwise.
     #[serde(default)]
@@ -140,6 +146,11 @@ impl Config {
         let average = self.policy_average;
         check(average > 0.0 && average <= 1.0, "policy_average", &average, rate)?;
         check(self.actor_period >= 1, "actor_period", &self.actor_period, "at least 1")?;
+        let bins = self.value_bins;
+        check(bins == 0 || (2..=1001).contains(&bins), "value_bins", &bins, "0 (none), or 2 to 1001")?;
+        let [low, high] = self.value_range;
+        let range = low < high && low.is_finite() && high.is_finite();
+        check(range, "value_range", &format!("{:?}", self.value_range), "two finite numbers, the smaller first")?;
         let temperature = self.initial_temperature;
         check(temperature > 0.0 && temperature.is_finite(), "initial_temperature", &temperature, "above 0, finite")?;
         let floor = self.min_temperature;
@@ -192,6 +203,11 @@ fn no_average() -> f64 {
     1.0
 }
 
+/// Of tasks that pay up to 1 per action.
+pub(crate) fn value_range() -> [f64; 2] {
+    [-50.0, 50.0]
+}
+
 fn every_update() -> u64 {
     1
 }
@@ -236,6 +252,8 @@ mod tests {
             (|c| c.actor_period = 0, "actor_period"),
             (|c| c.initial_temperature = 0.0, "initial_temperature"),
             (|c| c.min_temperature = 0.2, "min_temperature"),
+            (|c| c.value_bins = 1, "value_bins"),
+            (|c| c.value_range = [1.0, 1.0], "value_range"),
             (|c| c.target_entropy = Some(f64::INFINITY), "target_entropy"),
             (|c| c.log_std_min = 3.0, "log_std_min"),
             (|c| c.log_std_max = 11.0, "log_std_max"),

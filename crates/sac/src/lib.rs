@@ -54,6 +54,7 @@ mod sac;
 mod synced_file;
 mod tensor_file;
 mod threads;
+mod value;
 
 pub use actor::{Act, Actor};
 pub use checkpoint::Checkpoint;

@@ -78,9 +78,12 @@ impl Pass {
         self.output.last().expect("at least one layer")
     }
 
-    /// Where the derivative of the loss by the last `back_rows` rows of [`Pass::result`] is to be written before [`Pass::backward`].
-    pub fn result_gradient(&mut self) -> &mut [f32] {
-        self.delta.last_mut().expect("at least one layer")
+    /// The last `back_rows` rows of [`Pass::result`], and where the derivative of the loss by them is to be written before
+    /// [`Pass::backward`].
+    pub fn result_and_gradient(&mut self) -> (&[f32], &mut [f32]) {
+        let (result, gradient) = (self.output.last(), self.delta.last_mut());
+        let (result, gradient) = (result.expect("at least one layer"), gradient.expect("at least one layer"));
+        (&result[result.len() - gradient.len()..], gradient)
     }
 
     /// Carries the derivative of the loss from the result back to the first layer.

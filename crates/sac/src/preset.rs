@@ -8,6 +8,7 @@ use std::fmt::{self, Debug, Formatter};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use crate::config::value_range;
 use crate::{ActorValue, Config};
 
 /// A named set of settings.
@@ -56,6 +57,8 @@ fn paper() -> Config {
         actor_period: 1,
         actor_value: ActorValue::Minimum,
         layer_norm: false,
+        value_bins: 0,
+        value_range: value_range(),
         pink_noise: false,
         initial_temperature: 0.1,
         min_temperature: 0.0,

@@ -12,6 +12,7 @@ use crate::memory::Memory;
 use crate::network::Networks;
 use crate::pink::Pink;
 use crate::replay::Replay;
+use crate::value::Value;
 use crate::{Config, Error};
 
 /// The learner: an actor and its running mean, twin critics, their targets, a temperature, and the optimisers' state.
@@ -25,6 +26,8 @@ pub struct Sac {
     /// `[observation | action] -> value`, twice.
     pub(crate) critics: Networks,
     pub(crate) targets: Networks,
+    /// How a critic's outputs are read.
+    pub(crate) value: Value,
     /// log alpha: alpha stays positive whatever the step.
     pub(crate) log_temperature: f32,
     pub(crate) actor_adam: Adam,
@@ -78,7 +81,8 @@ impl Sac {
         crate::threads::use_one();
         let rng = ChaCha8Rng::seed_from_u64(0);
         let actor = Actor::zeros(config, observation_dim, action_dim, rng.clone());
-        let sizes = [&[observation_dim + action_dim], config.hidden.as_slice(), &[1]].concat();
+        let value = Value::new(config);
+        let sizes = [&[observation_dim + action_dim], config.hidden.as_slice(), &[value.outputs()]].concat();
         let critics = Networks::zeros(&["critic_1", "critic_2"], &sizes);
         Self {
             log_temperature: config.initial_temperature.ln() as f32,
@@ -90,6 +94,7 @@ impl Sac {
             noise_rng: rng,
             pink: None,
             memory: Memory::new(config, &actor, &critics),
+            value,
             targets: critics.clone(),
             average: actor.network.clone(),
             config: config.clone(),
@@ -203,14 +208,15 @@ impl Sac {
         let done = done.view(0, &[batch.reward.len(), self.critics.sizes[0]]);
         critic_pass.forward(&self.critics, &done);
 
-        let n = batch.reward.len();
+        let (share, size) = (1.0 / batch.reward.len() as f32, self.value.outputs());
         let mut loss = 0.0;
-        for (i, [q1, q2]) in target_pass.result().as_chunks::<2>().0.iter().enumerate() {
-            let y = batch.reward[i] + batch.discount[i] * (q1.min(*q2) - alpha * next.log_prob[i]);
-            for q in 2 * i..2 * i + 2 {
-                let error = critic_pass.result()[q] - y;
-                loss += error * error / n as f32;
-                critic_pass.result_gradient()[q] = 2.0 * error / n as f32;
+        let (outputs, gradient) = critic_pass.result_and_gradient();
+        let rows = outputs.chunks_exact(2 * size).zip(gradient.chunks_exact_mut(2 * size));
+        for (i, (targets, (outputs, gradient))) in target_pass.result().chunks_exact(2 * size).zip(rows).enumerate() {
+            let next_value = self.value.read(&targets[..size]).min(self.value.read(&targets[size..]));
+            let y = batch.reward[i] + batch.discount[i] * (next_value - alpha * next.log_prob[i]);
+            for (outputs, gradient) in outputs.chunks_exact(size).zip(gradient.chunks_exact_mut(size)) {
+                loss += share * self.value.teach(outputs, y, share, gradient);
             }
         }
         critic_pass.backward(&self.critics);
@@ -229,23 +235,25 @@ impl Sac {
         critic_pass.forward(&self.critics, &present.input());
 
         let (observations, actions) = (self.actor.observation_dim(), self.actor.action_dim());
-        let n = self.config.batch_size as f32;
+        let (share, size) = (1.0 / self.config.batch_size as f32, self.value.outputs());
         let mut q_mean = 0.0;
-        for i in 0..self.config.batch_size {
-            let (q1, q2) = (critic_pass.result()[2 * i], critic_pass.result()[2 * i + 1]);
+        let (outputs, gradient) = critic_pass.result_and_gradient();
+        for (outputs, gradient) in outputs.chunks_exact(2 * size).zip(gradient.chunks_exact_mut(2 * size)) {
+            let (outputs, gradient) = (outputs.split_at(size), gradient.split_at_mut(size));
+            let (q1, q2) = (self.value.read(outputs.0), self.value.read(outputs.1));
             let (w1, w2) = self.config.actor_value.weights(q1, q2);
-            q_mean += (w1 * q1 + w2 * q2) / n;
-            critic_pass.result_gradient()[2 * i] = -w1 / n;
-            critic_pass.result_gradient()[2 * i + 1] = -w2 / n;
+            q_mean += share * (w1 * q1 + w2 * q2);
+            self.value.differentiate(outputs.0, -share * w1, gradient.0);
+            self.value.differentiate(outputs.1, -share * w2, gradient.1);
         }
         critic_pass.backward(&self.critics);
         critic_pass.input_gradient(&self.critics, observations, action_gradient);
 
-        let gradients = present.pass.result_gradient().chunks_exact_mut(2 * actions);
+        let gradients = present.pass.result_and_gradient().1.chunks_exact_mut(2 * actions);
         let by_action = action_gradient.chunks_exact(actions);
         for ((gradient, samples), by_action) in gradients.zip(present.samples.chunks_exact(actions)).zip(by_action) {
             for i in 0..actions {
-                (gradient[i], gradient[actions + i]) = samples[i].backward(by_action[i], alpha / n);
+                (gradient[i], gradient[actions + i]) = samples[i].backward(by_action[i], alpha * share);
             }
         }
         present.pass.backward(&self.actor.network);

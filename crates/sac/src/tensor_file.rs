@@ -62,6 +62,9 @@ impl Tensors {
             for (value, bytes) in values[entry.range()].iter_mut().zip(tensor.data().as_chunks().0) {
                 *value = f32::from_le_bytes(*bytes);
             }
+            if let Some(index) = values[entry.range()].iter().position(|value| !value.is_finite()) {
+                return Err(error(format!("{name} holds {} at {index}: damaged", values[entry.range()][index])));
+            }
         }
         Ok(())
     }

@@ -35,7 +35,7 @@ struct Arguments {
     #[arg(long, value_delimiter = ',', value_name = "NAME|FILE", value_parser = cli::parse_space)]
     spaces: Vec<ActionSpace>,
     /// Episodes per action space
-    #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     episodes: u32,
     #[command(flatten)]
     settings: SettingArgs,

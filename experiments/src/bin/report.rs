@@ -1,7 +1,7 @@
 //! Run folders to tables and pictures.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Result, bail, ensure};
@@ -69,14 +69,17 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     ensure!(!rows.is_empty(), "{}: no run has been evaluated yet", arguments.runs.display());
     comparable(&runs, &rows)?;
     let groups = groups(&rows);
-    let comparison = comparison(&groups);
-    file::write_table(&out.join("runs.csv"), &rows)?;
-    file::write_table(&out.join("summary.csv"), &summary(&groups))?;
-    file::write_table(&out.join("comparison.csv"), &comparison)?;
+    let (summary, comparison) = (summary(&groups), comparison(&groups));
     let timed = runs.iter().zip(&rows).map(|(run, row)| TournamentRow::of(run, row)).collect::<Result<Vec<_>>>()?;
     let timed: Vec<_> = timed.into_iter().flatten().collect();
+    let tables = ["runs.csv", "summary.csv", "comparison.csv", "tournament.csv"].map(|name| out.join(name));
+    tables.iter().try_for_each(|table| is_ours(table))?;
+    let [runs_table, summary_table, comparison_table, tournament_table] = tables;
+    file::write_table(&runs_table, &rows)?;
+    file::write_table(&summary_table, &summary)?;
+    file::write_table(&comparison_table, &comparison)?;
     if !timed.is_empty() {
-        file::write_table(&out.join("tournament.csv"), &timed)?;
+        file::write_table(&tournament_table, &timed)?;
     }
 
     let sections = sections(&groups);
@@ -104,6 +107,15 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         file::replace(&filled, text::fill(&template, &rows, &comparison)?.as_bytes())?;
     }
     Ok(ending)
+}
+
+/// An earlier report is replaced, somebody else's table is not.
+fn is_ours(table: &Path) -> Result<()> {
+    let text = if table.exists() { fs_err::read_to_string(table)? } else { String::new() };
+    let columns: Vec<&str> = text.lines().next().unwrap_or_default().split(',').collect();
+    let ours = text.is_empty() || columns.contains(&"task") && columns.contains(&"space");
+    ensure!(ours, "{}: not a table of ours; nothing was overwritten: give another folder with --out", table.display());
+    Ok(())
 }
 
 /// Runs of a group stand for each other: they have to differ in their seed and in nothing else. Groups are compared: their

@@ -53,6 +53,8 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.list {
         return list(&runs, &out);
     }
+    // What is wrong for all runs is told once.
+    fs_err::create_dir_all(&out)?;
     if let Some(index) = arguments.index {
         let last = runs.len() - 1;
         let run = runs.get(index).ok_or_else(|| bad(format!("--index {index}: the list goes from 0 to {last}")))?;
@@ -74,6 +76,11 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let jobs = jobs.filter(|(_, run, folder)| match folder.state(run) {
         State::Done => {
             done += 1;
+            if let Some(steps) = RunConfig::resolve(Some(&folder.config()), &[]).ok().map(|stored| stored.steps)
+                && steps > run.steps
+            {
+                println!("{}: done with {steps} actions, not {}", RunId::of(run), run.steps);
+            }
             false
         }
         State::Running => {

@@ -52,8 +52,8 @@ pub struct EnvArgs {
 pub struct RunArgs {
     #[command(flatten)]
     env: EnvArgs,
-    /// Seed of the run
-    #[arg(long)]
+    /// Seed of the run, 0 to 4294967295
+    #[arg(long, value_parser = parse_seed)]
     seed: Option<u32>,
     /// Learner's defaults
     #[arg(long, value_parser = preset_parser())]
@@ -138,6 +138,10 @@ fn preset_parser() -> impl TypedValueParser<Value = String> {
     PossibleValuesParser::new(
         sac::Preset::ALL.iter().map(|preset| PossibleValue::new(preset.name).help(preset.summary)),
     )
+}
+
+fn parse_seed(text: &str) -> Result<u32, String> {
+    text.parse().map_err(|_| format!("{text}: must be a whole number, 0 to {}", u32::MAX))
 }
 
 fn parse_steps(text: &str) -> Result<u64, String> {

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use aforce::overlay;
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use output::program::bad;
 use serde::{Deserialize, Serialize};
 use tasks::EnvConfig;
@@ -69,9 +69,13 @@ impl RunConfig {
     pub fn resolve(file: Option<&Path>, overrides: &[(String, Value)]) -> Result<Self> {
         let mut layers = vec![];
         if let Some(path) = file {
-            let text = fs_err::read_to_string(path)?;
+            let wanted = "a TOML file is wanted, such as a run's config.toml";
+            let text = fs_err::read_to_string(path).with_context(|| wanted)?;
             let name = path.display().to_string();
-            let mut table = parse(&text).map_err(|problem| bad(format!("{name}: {problem}")))?;
+            let mut table: Table = parse(&text).map_err(|problem| bad(format!("{name}: {problem}; {wanted}")))?;
+            if table.contains_key("group") {
+                return Err(bad(format!("{name}: the file of a sweep: give it to `sweep`")));
+            }
             let folder = path.parent().unwrap_or(Path::new(""));
             spaces::work_out(&mut table, folder).map_err(|problem| bad(format!("{name}: {problem:#}")))?;
             layers.push((name, table));
@@ -131,6 +135,7 @@ impl RunConfig {
         for (name, value) in counts {
             ensure!(value > 0, "{name} = 0: must be at least 1");
         }
+        ensure!(u32::try_from(self.seed).is_ok(), "seed = {}: must be 0 to {}", self.seed, u32::MAX);
         let minutes = self.checkpoint_minutes;
         ensure!(minutes > 0.0, "checkpoint_minutes = {minutes}: must be above 0");
         let fits = self.variant.chars().all(|c| c == ',' || is_name_character(c));
@@ -183,9 +188,12 @@ fn first_difference(a: &Table, b: &Table) -> Option<(String, Option<Value>, Opti
 /// Parses `key=value` as given to `--set`; a value that is not TOML is a string.
 ///
 /// # Errors
-/// If there is no `=`.
+/// If there is no `=`, or more than one line.
 pub fn parse_override(text: &str) -> Result<(String, Value), String> {
     let (key, value) = text.split_once('=').ok_or("expected KEY=VALUE, for example learner.gamma=0.99")?;
+    if text.contains(['\n', '\r']) {
+        return Err("one line, please: give --set once for each key".into());
+    }
     let table: Result<Table, _> = format!("value = {value}").parse();
     let value = table.ok().and_then(|mut t| t.remove("value")).unwrap_or_else(|| Value::String(value.into()));
     Ok((key.trim().into(), value))

@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use anyhow::Result;
+use anyhow::{Result, bail, ensure};
 use output::statistics::mean_of;
 
 use crate::config::RunConfig;
 use crate::run::csv_table::CsvTable;
 use crate::run::folder::RunFolder;
-use crate::run::rows::COLUMNS;
+use crate::run::rows::{COLUMNS, SCHEMA};
 
-/// A table as named columns of numbers; booleans are 0 and 1, text and empty cells are NaN.
+/// A table as named columns of numbers; booleans are 0 and 1, empty cells are NaN.
 pub struct Columns(CsvTable);
 
 impl Columns {
@@ -20,7 +20,7 @@ impl Columns {
     /// # Errors
     /// If it is missing or not a table.
     pub fn read(path: &Path) -> Result<Self> {
-        CsvTable::read(path).map(Columns)
+        known(CsvTable::read(path)?).map(Columns)
     }
 
     /// The evaluations of a run with `policy`, `mean` or `sampled`, but for a last one that is under way or was cut short. Tables
@@ -29,7 +29,7 @@ impl Columns {
     /// # Errors
     /// If they, or the run's configuration, cannot be read.
     pub fn evaluations(run: &RunFolder, policy: &str) -> Result<Self> {
-        let mut table = CsvTable::read(&run.eval())?;
+        let mut table = known(CsvTable::read(&run.eval())?)?;
         table.keep("policy", policy)?;
         let steps = table.steps()?;
         let of_last = steps.iter().rev().take_while(|&step| Some(step) == steps.last()).count();
@@ -48,17 +48,22 @@ impl Columns {
     /// The values of a column, from the top; NaN where it is a column of ours that the table is too old to have.
     ///
     /// # Errors
-    /// If no table has such a column; so for every method.
+    /// If no table has such a column, or a cell of it is no finite number; so for every method.
     pub fn values(&self, column: &str) -> Result<Vec<f64>> {
-        let number = |cell: &str| match cell {
-            "true" => 1.0,
-            "false" => 0.0,
-            other => other.parse().unwrap_or(f64::NAN),
+        let number = |(row, cell): (usize, &str)| match cell {
+            "true" => Ok(1.0),
+            "false" => Ok(0.0),
+            "" => Ok(f64::NAN),
+            other => match other.parse() {
+                Ok(value) if f64::is_finite(value) => Ok(value),
+                // The header is line 1.
+                _ => bail!("{}, line {}: {column} is {other:?}, not a number", self.0.path().display(), row + 2),
+            },
         };
         if self.0.position(column).is_none() && COLUMNS.iter().flatten().any(|known| known == column) {
             return Ok(vec![f64::NAN; self.0.rows.len()]);
         }
-        Ok(self.0.column(column)?.into_iter().map(number).collect())
+        self.0.column(column)?.into_iter().enumerate().map(number).collect()
     }
 
     /// Pairs of step and value, where there is one.
@@ -84,4 +89,15 @@ impl Columns {
         }
         Ok(by_step.into_iter().map(|(step, (sum, n))| (step as f64, sum / n)).collect())
     }
+}
+
+/// The table, if its columns mean what this program knows: early tables do not tell their schema.
+fn known(table: CsvTable) -> Result<CsvTable> {
+    let Some(at) = table.position("schema") else { return Ok(table) };
+    for (row, cells) in table.rows.iter().enumerate() {
+        let known = cells[at].parse().is_ok_and(|schema: u32| (1..=SCHEMA).contains(&schema));
+        let (path, line, schema) = (table.path().display(), row + 2, &cells[at]);
+        ensure!(known, "{path}, line {line}: schema {schema:?}; this program reads 1 to {SCHEMA}");
+    }
+    Ok(table)
 }

@@ -1,5 +1,6 @@
 //! One row per run: what it ended with and what it cost.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Error, Result, ensure};
@@ -83,11 +84,19 @@ pub struct RunSummary {
     pub commit: String,
 }
 
-/// All folders below `root` in which a run has left something, sorted by path.
+/// All folders below `root` in which a run has left something, sorted by path, each once however many links lead there.
 ///
 /// # Errors
 /// If a folder cannot be read.
 pub fn find_runs(root: &Path) -> Result<Vec<RunFolder>> {
+    find_new_runs(root, &mut HashSet::new())
+}
+
+/// Those below `root` but not below a folder that was looked into already.
+fn find_new_runs(root: &Path, seen: &mut HashSet<PathBuf>) -> Result<Vec<RunFolder>> {
+    if !seen.insert(fs_err::canonicalize(root)?) {
+        return Ok(vec![]);
+    }
     let mut paths: Vec<PathBuf> = fs_err::read_dir(root)?.map(|entry| Ok(entry?.path())).collect::<Result<_>>()?;
     paths.sort();
     let folder = RunFolder::at(root);
@@ -96,7 +105,7 @@ pub fn find_runs(root: &Path) -> Result<Vec<RunFolder>> {
     }
     let mut runs = vec![];
     for path in paths.into_iter().filter(|path| path.is_dir()) {
-        runs.extend(find_runs(&path)?);
+        runs.extend(find_new_runs(&path, seen)?);
     }
     Ok(runs)
 }

@@ -31,6 +31,11 @@ impl CsvTable {
         Ok(CsvTable { path: path.into(), headers, rows: reader.into_records().collect::<csv::Result<_>>()? })
     }
 
+    /// Where it was read.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// The place of a column, if there is one of this name.
     pub fn position(&self, column: &str) -> Option<usize> {
         self.headers.iter().position(|header| header == column)

@@ -13,6 +13,7 @@ use tasks::{Env, Episode, Outcome, Step};
 use crate::config::{RunConfig, RunId, setup};
 use crate::run::checkpoint_record::CheckpointRecord;
 use crate::run::clock::{Clock, Spent};
+use crate::run::csv_table::CsvTable;
 use crate::run::csv_writer::{CsvWriter, cut_after, last_step, takes};
 use crate::run::folder::{RunFolder, State};
 use crate::run::learner_log::LearnerLog;
@@ -204,6 +205,14 @@ impl<'a> Run<'a> {
         {
             cut_after(&path, step)?;
         }
+        let there = if folder.episodes().exists() { CsvTable::read(&folder.episodes())?.rows.len() as u64 } else { 0 };
+        ensure!(
+            there == counters.episode,
+            "{}: {there} rows up to action {}, the checkpoint has seen {} episodes: rows were taken out or added",
+            folder.episodes().display(),
+            counters.step,
+            counters.episode
+        );
         Ok(Run {
             config,
             folder,
