@@ -67,6 +67,10 @@ pub struct Config {
     /// Updates per environment step after that; 0.5 is one every second step. More learns more from each step until the critics
     /// overestimate.
     pub updates_per_step: f64,
+    /// Updates after which every network begins anew, with the memory that has been gathered (Nikishin et al., 2022, arXiv 2205.07802);
+    /// 0: never.
+    #[serde(default)]
+    pub reset_period: u64,
     /// Transitions kept; the oldest make room. One takes 4 (2 observations + actions + 2) bytes.
     pub replay_capacity: usize,
     /// Episodes that a script plays before the run, and of which half of every batch is drawn; 0 for none. Played by the caller

@@ -67,6 +67,7 @@ fn paper() -> Config {
         log_std_max: 2.0,
         random_steps: 5000,
         updates_per_step: 1.0,
+        reset_period: 0,
         replay_capacity: 1_000_000,
         prior_episodes: 0,
         scaled_observations: false,

@@ -65,11 +65,7 @@ impl Sac {
             rng
         };
         let mut sac = Self::zeros(config, observation_dim, action_dim);
-        let rng = &mut stream(Stream::Initialisation);
-        sac.actor.network.initialise(rng);
-        sac.average.values.copy_from_slice(&sac.actor.network.values);
-        sac.critics.initialise(rng);
-        sac.targets.values.copy_from_slice(&sac.critics.values);
+        sac.initialise(&mut stream(Stream::Initialisation));
         sac.actor.rng = stream(Stream::Acting);
         sac.batch_rng = stream(Stream::Batches);
         sac.noise_rng = stream(Stream::Noise);
@@ -108,6 +104,16 @@ impl Sac {
         if self.config.pink_noise {
             self.pink = Some(Pink::new(self.actor.action_dim(), &mut self.actor.rng));
         }
+    }
+
+    /// Fresh weights, and optimisers without a past.
+    fn initialise(&mut self, rng: &mut ChaCha8Rng) {
+        self.actor.network.initialise(rng);
+        self.average.values.copy_from_slice(&self.actor.network.values);
+        self.critics.initialise(rng);
+        self.targets.values.copy_from_slice(&self.critics.values);
+        self.actor_adam = Adam::new(self.actor.network.values.len());
+        self.critic_adam = Adam::new(self.critics.values.len());
     }
 
     /// Writes the action for `observation`, each entry in [-1, 1], into `action`.
@@ -181,6 +187,12 @@ impl Sac {
 
     /// One update from the batch and the noise in memory.
     pub(crate) fn learn(&mut self) -> Losses {
+        if self.config.reset_period > 0 && self.updates > 0 && self.updates.is_multiple_of(self.config.reset_period) {
+            // Its place in the stream is saved with the learner: a run that goes on draws the same weights.
+            let mut rng = self.noise_rng.clone();
+            self.initialise(&mut rng);
+            self.noise_rng = rng;
+        }
         self.updates += 1;
         let (critic_loss, grad_norm_critic) = self.critic_step();
         let actor = self.updates.is_multiple_of(self.config.actor_period).then(|| {
@@ -193,14 +205,22 @@ impl Sac {
         Losses { critic_loss, grad_norm_critic, temperature: self.temperature(), actor }
     }
 
-    /// Steps of the actor, this one included.
-    fn actor_updates(&self) -> u64 {
-        self.updates / self.config.actor_period
+    /// Updates since the networks began, this one included.
+    fn age(&self) -> u64 {
+        match self.config.reset_period {
+            0 => self.updates,
+            period => (self.updates - 1) % period + 1,
+        }
+    }
+
+    /// Steps of the actor since then, this one included.
+    fn actor_age(&self) -> u64 {
+        (self.age() / self.config.actor_period).max(1)
     }
 
     /// Moves both critics towards y = r + discount (min Q_target(s', a') - alpha log pi(a'|s')). Returns loss and norm of the gradient.
     fn critic_step(&mut self) -> (f32, f32) {
-        let alpha = self.temperature();
+        let (alpha, t) = (self.temperature(), self.age());
         let Memory { batch, next, done, critic_pass, target_pass, critic_gradient, .. } = &mut self.memory;
         next.draw(&self.actor, &batch.next_input);
         target_pass.forward(&self.targets, &next.input());
@@ -222,14 +242,14 @@ impl Sac {
         critic_pass.backward(&self.critics);
         critic_pass.parameter_gradient(&done, critic_gradient);
         let gradient = &critic_gradient.values;
-        self.critic_adam.step(&mut self.critics.values, gradient, self.config.critic_learning_rate, self.updates);
+        self.critic_adam.step(&mut self.critics.values, gradient, self.config.critic_learning_rate, t);
         (loss, norm(gradient))
     }
 
     /// Moves the actor down mean(alpha log pi(a|s) - Q(s, a)), with a = tanh(mean + std noise) differentiable in the actor's
     /// parameters, and Q the smaller of both values or their mean.
     fn actor_step(&mut self) -> ActorLosses {
-        let alpha = self.temperature();
+        let (alpha, t) = (self.temperature(), self.actor_age());
         let Memory { batch, present, critic_pass, actor_gradient, action_gradient, .. } = &mut self.memory;
         present.draw(&self.actor, &batch.input);
         critic_pass.forward(&self.critics, &present.input());
@@ -260,14 +280,13 @@ impl Sac {
         present.pass.parameter_gradient(&present.observations(), actor_gradient);
         let entropy = -mean(&present.log_prob);
         let gradient = &actor_gradient.values;
-        let t = self.updates / self.config.actor_period;
         self.actor_adam.step(&mut self.actor.network.values, gradient, self.config.actor_learning_rate, t);
         ActorLosses { loss: -alpha * entropy - q_mean, entropy, q_mean, grad_norm: norm(gradient) }
     }
 
     /// Moves the policy towards the actor; at first it is the plain mean of all actors so far.
     fn average_step(&mut self) {
-        let share = self.config.policy_average.max(1.0 / self.actor_updates() as f64) as f32;
+        let share = self.config.policy_average.max(1.0 / self.actor_age() as f64) as f32;
         blend(&mut self.average.values, &self.actor.network.values, share);
     }
 
@@ -275,7 +294,7 @@ impl Sac {
     fn temperature_step(&mut self, entropy: f32) {
         let target = self.config.target_entropy.unwrap_or(-(self.actor.action_dim() as f64));
         let gradient = self.temperature() * (entropy - target as f32);
-        let t = self.actor_updates();
+        let t = self.updates / self.config.actor_period;
         let log_temperature = std::slice::from_mut(&mut self.log_temperature);
         self.temperature_adam.step(log_temperature, &[gradient], self.config.temperature_learning_rate, t);
         self.log_temperature = self.log_temperature.max(self.config.min_temperature.ln() as f32);
@@ -389,6 +408,23 @@ mod tests {
         let unit = |reward: f32| [1.0, 1.97, 2.9109].iter().any(|sum| (reward - sum).abs() < 1e-5);
         let rewards = &sac.memory.batch.reward;
         assert!(rewards[..2].iter().all(|&r| unit(r)) && rewards[2..].iter().all(|&r| unit(r / 2.0)), "{rewards:?}");
+    }
+
+    #[test]
+    fn networks_begin_anew_and_memory_and_temperature_go_on() {
+        let config = Config { reset_period: 5, ..small() };
+        let mut sac = Sac::new(&config, 2, 1, 3).unwrap();
+        let replay = replay(&config, 1.0);
+        (0..5).for_each(|_| assert!(sac.update(&replay).is_finite()));
+        let (old, temperature) = (sac.actor.network.values.to_vec(), sac.temperature());
+        sac.update(&replay);
+        let new = &sac.actor.network.values;
+        // Adam moves a weight by 5e-4 at most in its first step, and draws have a size of one.
+        let far = old.iter().zip(new.iter()).filter(|(a, b)| (**a - **b).abs() > 0.01).count();
+        assert!(far > old.len() / 3, "{far} of {} weights", old.len());
+        let average = sac.average.values.iter().zip(new.iter()).all(|(a, b)| a == b);
+        assert!(average, "the mean of one actor");
+        assert!((sac.temperature() - temperature).abs() < 1e-3 && sac.updates() == 6);
     }
 
     #[test]

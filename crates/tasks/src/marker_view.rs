@@ -15,9 +15,9 @@ const MIDDLE: [f64; 3] = [TABLE_CENTRE[0], TABLE_CENTRE[1], TABLE_HEIGHT];
 #[serde(rename_all = "lowercase")]
 pub enum MarkerView {
     /// Share of the wiped ones; centroid and radius of the others: robosuite's default. Where the line lies is hidden.
-    #[default]
     Condensed,
-    /// That, and where the nearest and the farthest of the others lie, seen from the tool.
+    /// That, and where the nearest and the farthest of the others lie, seen from the tool: the default here.
+    #[default]
     Ends,
     /// Every marker's place, whether it is wiped, and where it lies seen from the tool: robosuite's form without
     /// condensation.

@@ -25,6 +25,9 @@ pub struct TournamentRow {
     pub return_24min: Option<f64>,
     pub success_end: f64,
     pub cpu_min_to_450: Option<f64>,
+    pub cpu_ms_per_action: f64,
+    pub sampled_success_end: f64,
+    pub commit: String,
 }
 
 impl TournamentRow {
@@ -35,7 +38,7 @@ impl TournamentRow {
     pub fn of(run: &RunFolder, summary: &RunSummary) -> Result<Option<Self>> {
         let minutes: Vec<(f64, f64)> =
             Columns::read(&run.progress())?.points("cpu_s")?.into_iter().map(|(step, s)| (step, s / 60.0)).collect();
-        let Some(&(_, cpu_min)) = minutes.last() else { return Ok(None) };
+        let Some(&(step, cpu_min)) = minutes.last() else { return Ok(None) };
         let returns = Columns::evaluations(run, "mean")?.mean_by_step("return")?;
         // The last evaluation that began by then; of a run that had not ended by then.
         let at = |limit: f64| {
@@ -58,6 +61,9 @@ impl TournamentRow {
             return_24min: at(24.0),
             success_end: summary.final_success,
             cpu_min_to_450: summary.cpu_min_to_450,
+            cpu_ms_per_action: 60e3 * cpu_min / step,
+            sampled_success_end: summary.sampled_success,
+            commit: summary.commit.clone(),
         }))
     }
 }
