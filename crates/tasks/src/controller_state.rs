@@ -13,10 +13,18 @@ pub fn controller_components() -> Vec<Component> {
         .collect()
 }
 
+/// The largest stiffness that is told (N/m, Nm/rad): a space in 1/s2 has any near a singularity, where the arm's apparent inertia has no
+/// bound, and one number of millions drowns all others.
+const MOST_STIFFNESS: [f64; 2] = [10_000.0, 1_000.0];
+
 /// Appends the goal's pose less the measured one, K as it acts, F_ff as it acts, F_d. Zeros where a space has none.
 pub fn observe_controller(controller: &Controller, y: &Measurement, out: &mut Vec<f32>) {
     let missing = -pose_error(&y.pose, controller.goal());
-    for six in [&missing, &controller.stiffness(), controller.feedforward()] {
+    let mut stiffness = controller.stiffness();
+    for (axis, k) in stiffness.iter_mut().enumerate() {
+        *k = k.min(MOST_STIFFNESS[axis / 3]);
+    }
+    for six in [&missing, &stiffness, controller.feedforward()] {
         out.extend(six.iter().map(|&v| v as f32));
     }
     out.push(controller.desired_force() as f32);
