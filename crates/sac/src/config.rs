@@ -47,8 +47,8 @@ pub struct Config {
     /// Least and largest value of that histogram, in reward.
     #[serde(default = "value_range")]
     pub value_range: [f64; 2],
-    /// Whether the noise of an episode's actions, and its random actions, are pink: as strong at slow changes as at fast ones, so that
-    /// they move the arm instead of shaking it. White otherwise.
+    /// Whether the noise of an episode's sampled actions is pink: as strong at slow changes as at fast ones, so that it moves the arm
+    /// instead of shaking it. White otherwise. Random actions at the start stay white: pink ones fling the arm to the ends of its reach.
     #[serde(default)]
     pub pink_noise: bool,
     /// Weight of the entropy at the start, in units of reward.

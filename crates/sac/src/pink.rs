@@ -33,11 +33,6 @@ impl Pink {
         }
         self.processes[index].iter().sum::<f32>() / (OCTAVES as f32).sqrt()
     }
-
-    /// The same as a number uniform in [-1, 1]: the share of normal numbers below it, spread over that range.
-    pub fn next_uniform(&mut self, index: usize, rng: &mut ChaCha8Rng) -> f32 {
-        libm::erff(self.next(index, rng) / std::f32::consts::SQRT_2)
-    }
 }
 
 #[cfg(test)]
@@ -57,17 +52,6 @@ mod tests {
             sum += means.map(|m| m * m).sum::<f32>() / (512 / window) as f32;
         }
         sum / 400.0
-    }
-
-    #[test]
-    fn uniform_numbers_are_uniform() {
-        let mut rng = ChaCha8Rng::seed_from_u64(1);
-        let numbers: Vec<f32> = (0..4000).map(|_| Pink::new(1, &mut rng).next_uniform(0, &mut rng)).collect();
-        for quarter in [-1.0, -0.5, 0.0, 0.5] {
-            let share = numbers.iter().filter(|x| (quarter..quarter + 0.5).contains(*x)).count();
-            // 1000 expected, standard deviation 27.
-            assert!((890..=1110).contains(&share), "{share} from {quarter}");
-        }
     }
 
     #[test]

@@ -35,6 +35,9 @@ struct File {
     /// Any part of a run's configuration.
     #[serde(default)]
     run: Table,
+    /// By name, settings on top of those of a group: every group is there with each of them.
+    #[serde(default)]
+    variants: Table,
     #[serde(default)]
     group: Vec<Group>,
 }
@@ -67,18 +70,19 @@ pub fn read(path: &Path) -> Result<Sweep> {
     let file = File::read(path, &mut vec![])?;
     file.name.as_deref().map_or(Ok(()), is_name).map_err(&wrong)?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let name = file.name.unwrap_or_else(|| stem.into());
+    let name = file.name.clone().unwrap_or_else(|| stem.into());
     no_identity(&file.run).map_err(&wrong)?;
     let mut runs = vec![];
     let mut records = HashMap::new();
-    for group in &file.group {
+    let variants = file.variants().map_err(&wrong)?;
+    for (variant, group) in variants.iter().flat_map(|variant| file.group.iter().map(move |group| (variant, group))) {
         no_identity(&group.run).map_err(&wrong)?;
         for space in &group.spaces {
             if records.insert(space["name"].clone().to_string(), space).is_some_and(|other| other != space) {
                 return Err(wrong(format!("spaces: the name {} is used twice, for different spaces", space["name"])));
             }
         }
-        for choice in group.choices().map_err(&wrong)? {
+        for choice in group.choices(&variant.name).map_err(&wrong)? {
             for &task in &group.tasks {
                 for &seed in &group.seeds {
                     for space in &group.spaces {
@@ -92,7 +96,7 @@ pub fn read(path: &Path) -> Result<Sweep> {
                             overlay(&mut own, nested(key, value));
                         }
                         // The space comes first: settings may change it.
-                        let layers = [&own, &file.run, &group.run, &choice.settings];
+                        let layers = [&own, &file.run, &group.run, &variant.settings, &choice.settings];
                         runs.push(RunConfig::from_layers(layers.map(|layer| (source.clone(), layer.clone())).into())?);
                     }
                 }
@@ -131,8 +135,31 @@ impl File {
         let mut run = base.run;
         overlay(&mut run, file.run);
         let group = if file.group.is_empty() { base.group } else { file.group };
-        Ok(File { run, group, ..file })
+        let variants = if file.variants.is_empty() { base.variants } else { file.variants };
+        Ok(File { run, group, variants, ..file })
     }
+
+    /// Those of the file in its order; one without a name if there are none.
+    fn variants(&self) -> Result<Vec<Variant>, String> {
+        if self.variants.is_empty() {
+            return Ok(vec![Variant::default()]);
+        }
+        let variant = |(name, settings): (&String, &Value)| {
+            is_name(name)?;
+            let settings =
+                settings.as_table().ok_or_else(|| format!("variants.{name}: a table of settings is needed"))?;
+            no_identity(settings)?;
+            Ok(Variant { name: name.clone(), settings: settings.clone() })
+        };
+        self.variants.iter().map(variant).collect()
+    }
+}
+
+/// A name and the settings that it stands for.
+#[derive(Clone, Default)]
+struct Variant {
+    name: String,
+    settings: Table,
 }
 
 /// One value of everything that a group varies.
@@ -143,10 +170,11 @@ struct Choice {
 }
 
 impl Group {
-    /// Every combination of varied values, the last key changing first.
-    fn choices(&self) -> Result<Vec<Choice>, String> {
+    /// Every combination of varied values, the last key changing first, as a part of `variant`.
+    fn choices(&self, variant: &str) -> Result<Vec<Choice>, String> {
         self.name.as_deref().map_or(Ok(()), is_name)?;
-        let variant = self.name.clone().unwrap_or_default();
+        let names = [Some(variant), self.name.as_deref()].into_iter().flatten().filter(|name| !name.is_empty());
+        let variant = names.collect::<Vec<_>>().join(",");
         let mut choices = vec![Choice { variant, settings: Table::new() }];
         for (key, values) in &self.vary {
             let of_key = || format!("vary.{key:?}");
@@ -297,6 +325,39 @@ mod tests {
         assert_eq!((of(&runs[2]), of(&runs[4])), ((1, 0.05, 0.9), (5, 0.02, 0.9)));
         assert_eq!(runs[8].env.space.stiffness, Stiffness::Fixed(Gains::all(45.0)));
         assert_eq!(runs[9].learner.hidden, [8, 8]);
+    }
+
+    /// A sweep that is broken off has every group of its first variants.
+    #[test]
+    fn every_group_is_there_with_each_variant() {
+        let runs = sweep(
+            "[run]\nlearner = { gamma = 0.9 }\n\
+             [variants]\nbase = {}\nwide = { learner.hidden = [8, 8] }\n\
+             [[group]]\ntasks = [\"lift\"]\nspaces = [\"osc\"]\nseeds = [1]\nrun.learner = { gamma = 0.8, hidden = [4] }\n\
+             [[group]]\nname = \"own\"\ntasks = [\"door\"]\nspaces = [\"osc\"]\nseeds = [1]\nvary = { \"learner.n_step\" = [1, 5] }",
+        )
+        .unwrap();
+        let expected = [
+            "osc,base",
+            "osc,base,own,n_step=1",
+            "osc,base,own,n_step=5",
+            "osc,wide",
+            "osc,wide,own,n_step=1",
+            "osc,wide,own,n_step=5",
+        ];
+        assert_eq!(labels(&runs), expected);
+        assert_eq!(
+            (runs[0].learner.hidden.as_slice(), runs[3].learner.hidden.as_slice()),
+            ([4].as_slice(), [8, 8].as_slice())
+        );
+        assert_eq!((runs[3].learner.gamma, runs[5].learner.gamma), (0.8, 0.9));
+        let group = "[[group]]\ntasks = [\"lift\"]\nspaces = [\"osc\"]\nseeds = [1]\n";
+        for (variants, word) in
+            [("a = 1", "variants.a: a table"), ("'a/b' = {}", "a/b"), ("a = { seed = 2 }", "run.seed")]
+        {
+            let error = sweep(&format!("[variants]\n{variants}\n{group}")).unwrap_err().to_string();
+            assert!(error.contains(word), "{error}");
+        }
     }
 
     /// As many parts of a key as tell it from the others.
