@@ -64,8 +64,13 @@ fn the_best_checkpoint_plays_its_evaluation_again() {
     train(folder.path()).args(often).assert().success();
     let run = run_folder(folder.path());
 
-    let means = Columns::read(&run.join("eval.csv")).unwrap().mean_by_step("return").unwrap();
-    assert_eq!(means.len(), 5);
+    // Whatever was best: played with mean actions. Sampled ones are played from the same starts.
+    let of = |policy| Columns::evaluations(&RunFolder::open(&run).unwrap(), policy).unwrap();
+    let [means, sampled] = ["mean", "sampled"].map(|policy| of(policy).mean_by_step("return").unwrap());
+    assert_eq!((means.len(), sampled.len()), (5, 5));
+    assert!(means.iter().zip(&sampled).all(|(mean, sampled)| mean.1 != sampled.1));
+    let [starts, again] = ["mean", "sampled"].map(|policy| of(policy).values("episode_seed").unwrap());
+    assert_eq!(starts, again);
     // The first of the best.
     let (at, best) = means.into_iter().rev().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
     let note = note(&run.join("checkpoints/best")).unwrap();
@@ -257,7 +262,7 @@ fn a_short_run_is_evaluated_once() {
     train_for(300, folder.path()).assert().success();
     let run = run_folder(folder.path());
     let steps = Columns::read(&run.join("eval.csv")).unwrap().values("step").unwrap();
-    assert_eq!(steps, [300.0]);
+    assert_eq!(steps, [300.0, 300.0], "with a mean and with a sampled action");
     program("report").arg(folder.path()).assert().success();
     let mut evaluate = program("evaluate");
     evaluate.args(["--episodes", "1", "--run"]).arg(&run).assert().success();
@@ -360,9 +365,13 @@ fn shipped_configurations_are_read() {
     let mut all: Vec<_> = std::fs::read_dir(shipped("")).unwrap().map(|file| file.unwrap().file_name()).collect();
     all.sort();
     assert_eq!(shipped_sweep("observation.toml").runs.len(), 8);
+    assert_eq!(shipped_sweep("tournament.toml").runs.len(), 51);
     for task in TaskName::ALL {
         let cases = disturbances::read(&shipped("disturbances.toml"), task).unwrap();
         assert!(cases.len() > 12 && cases[0].disturbance == Disturbance::default());
     }
-    assert_eq!(all, ["demo.toml", "disturbances.toml", "first-tables", "observation.toml", "table-1.toml"]);
+    assert_eq!(
+        all,
+        ["demo.toml", "disturbances.toml", "first-tables", "observation.toml", "table-1.toml", "tournament.toml"]
+    );
 }
