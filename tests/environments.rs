@@ -6,7 +6,7 @@ use approx::assert_relative_eq;
 use physics::panda::{ParameterSet, RANGE};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use tasks::{Env, EnvConfig, ForcePenalty, REWARD_TERMS, Sensor, Step, TaskName};
+use tasks::{Env, EnvConfig, ForcePenalty, MarkerView, ObservationOptions, REWARD_TERMS, Sensor, Step, TaskName};
 
 fn space(name: &str) -> ActionSpace {
     name.parse().unwrap()
@@ -201,12 +201,15 @@ fn a_newton_above_the_limit_costs_the_same_in_door_and_wipe() {
     }
 }
 
-/// robosuite's flat observations: object, then robot.
+/// robosuite's flat observations: object, then robot; and by default the ends of Wipe's markers.
 #[test]
 fn observations_have_robosuites_size() {
     for (task, size) in [(TaskName::Lift, 42), (TaskName::Door, 46), (TaskName::Wipe, 37)] {
-        assert_eq!(env(task, space("osc")).observation().len(), size, "{}", task.as_str());
+        let observation = ObservationOptions { markers: MarkerView::Condensed, ..ObservationOptions::default() };
+        let config = EnvConfig { task, space: space("osc"), observation, ..EnvConfig::default() };
+        assert_eq!(Env::new(config, 1).unwrap().observation().len(), size, "{}", task.as_str());
     }
+    assert_eq!(env(TaskName::Wipe, space("osc")).observation().len(), 37 + 6);
 }
 
 #[test]
