@@ -365,7 +365,7 @@ fn shipped_configurations_are_read() {
     let mut all: Vec<_> = std::fs::read_dir(shipped("")).unwrap().map(|file| file.unwrap().file_name()).collect();
     all.sort();
     assert_eq!(shipped_sweep("observation.toml").runs.len(), 8);
-    assert_eq!(shipped_sweep("tournament.toml").runs.len(), 51);
+    assert_eq!(shipped_sweep("tournament.toml").runs.len(), 54);
     for task in TaskName::ALL {
         let cases = disturbances::read(&shipped("disturbances.toml"), task).unwrap();
         assert!(cases.len() > 12 && cases[0].disturbance == Disturbance::default());
