@@ -71,6 +71,7 @@ impl Networks {
 
     /// Orthogonal weights, biases zero (as in pytorch_sac).
     pub fn initialise(&mut self, rng: &mut ChaCha8Rng) {
+        self.values.fill(0.0);
         for entry in self.entries() {
             if let [rows, columns] = entry.shape[..] {
                 self.values[entry.range()].copy_from_slice(&orthogonal(rows, columns, rng));

@@ -424,6 +424,8 @@ mod tests {
         assert!(far > old.len() / 3, "{far} of {} weights", old.len());
         let average = sac.average.values.iter().zip(new.iter()).all(|(a, b)| a == b);
         assert!(average, "the mean of one actor");
+        let biases = &sac.critics.values[sac.critics.biases(0)];
+        assert!(biases.iter().all(|b| b.abs() <= 5.1e-4), "one step from zero: {biases:?}");
         assert!((sac.temperature() - temperature).abs() < 1e-3 && sac.updates() == 6);
     }
 
