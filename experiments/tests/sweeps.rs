@@ -3,6 +3,7 @@
 mod common;
 
 use common::{few, note, program, states};
+use experiments::config::RunConfig;
 use experiments::run::csv_table::CsvTable;
 
 #[test]
@@ -45,4 +46,41 @@ fn settings_are_swept_like_spaces() {
     let row = |label: &str| tables.lines().filter(|line| line.starts_with(&format!("| `{label}` |"))).count();
     // Return, energy, comparison, safety.
     assert_eq!((row("osc"), row("osc,n_step=1,horizon=50"), row("aforce")), (4, 4, 3), "{tables}");
+}
+
+/// Four candidates, two after 300 actions, one after 600; the same command again finds all done and writes the same table.
+#[test]
+fn the_better_half_of_a_search_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("tuned.toml");
+    let draws = "draws = { count = 4, seed = 3, ranges.'env.space.stiffness.fixed' = { low = 20, high = 300, scale = 'log' } }\n";
+    let text = few(900).replace("\"aforce\", ", "") + draws;
+    std::fs::write(&file, "halving = [300, 600]\n".to_string() + &text).unwrap();
+
+    let search = || {
+        let output = program("sweep").current_dir(folder.path()).arg("tuned.toml").output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let out = folder.path().join("runs/tuned");
+    let table = || std::fs::read(out.join("search.csv")).unwrap();
+    search();
+    let ranked = CsvTable::read(&out.join("search.csv")).unwrap();
+    assert_eq!(ranked.column("actions").unwrap(), ["300", "300", "300", "300", "600", "600", "900"]);
+    assert_eq!(ranked.column("rank").unwrap(), ["1", "2", "3", "4", "1", "2", "1"]);
+    let variants = ranked.column("variant").unwrap();
+    assert!(variants[..2].contains(&variants[4]) && variants[4] == variants[6], "{variants:?}");
+    let steps = |variant: &str| {
+        let config = out.join(format!("lift/osc,{variant}/seed_1/config.toml"));
+        RunConfig::resolve(Some(&config), &[]).unwrap().steps
+    };
+    assert_eq!([variants[6], variants[5], variants[3]].map(steps), [900, 600, 300]);
+
+    let first = table();
+    assert_eq!(search().matches("done before").count(), 3);
+    assert_eq!(table(), first);
+    // What a kill in the middle of the last round leaves.
+    std::fs::remove_file(out.join(format!("lift/osc,{}/seed_1/DONE", variants[6]))).unwrap();
+    search();
+    assert_eq!(table(), first);
 }

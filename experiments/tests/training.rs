@@ -321,7 +321,7 @@ fn shipped_sweep(name: &str) -> Sweep {
 
 #[test]
 fn the_shipped_table_has_the_papers_steps_and_units() {
-    let Sweep { name, runs } = shipped_sweep("table-1.toml");
+    let Sweep { name, runs, .. } = shipped_sweep("table-1.toml");
     let wipe = |run: &&RunConfig| run.env.task == TaskName::Wipe;
     assert_eq!((name.as_str(), runs.len(), runs.iter().filter(wipe).count()), ("table-1", 55, 25));
     for RunConfig { env, .. } in &runs {

@@ -6,6 +6,7 @@ use crate::entry::clip;
 use crate::error::ConfigError;
 use crate::gains::Gains;
 use crate::psi::Psi;
+use crate::stiffness::Scale;
 
 /// Which parameters of psi are entries of an action, and for how long a choice holds.
 ///
@@ -99,7 +100,7 @@ impl CommandedPsi {
         for (range, pair) in self.ranges.iter().zip(entries.as_chunks::<2>().0) {
             for axis in 0..6 {
                 let share = 0.5 * (clip(pair[axis / 3], 0.0) + 1.0);
-                let value = range.low[axis] * libm::pow(range.high[axis] / range.low[axis], share);
+                let value = Scale::Log.between(range.low[axis], range.high[axis], share);
                 range.parameter.set(psi, axis, value);
             }
         }

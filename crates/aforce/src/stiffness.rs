@@ -98,8 +98,15 @@ impl StiffnessRange {
     /// K of an axis that an entry in [-1, 1] commands.
     #[must_use]
     pub fn at(&self, axis: usize, entry: f64) -> f64 {
-        let (low, high, share) = (self.low[axis], self.high[axis], 0.5 * (entry + 1.0));
-        match self.scale {
+        self.scale.between(self.low[axis], self.high[axis], 0.5 * (entry + 1.0))
+    }
+}
+
+impl Scale {
+    /// What lies `share` of the way, 0 to 1, from `low` to `high`.
+    #[must_use]
+    pub fn between(self, low: f64, high: f64, share: f64) -> f64 {
+        match self {
             Scale::Linear => low + share * (high - low),
             Scale::Log => low * libm::pow(high / low, share),
         }

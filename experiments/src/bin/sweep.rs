@@ -1,7 +1,7 @@
 //! Many runs from one file: `sweep experiments/configs/table-1.toml`.
 
 use std::os::unix::process::CommandExt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use anyhow::{Context, Result};
@@ -9,10 +9,12 @@ use clap::Parser;
 use experiments::config::sweep::{self, Sweep};
 use experiments::config::{RunConfig, RunId, cli};
 use experiments::report::curves;
+use experiments::report::search::{self, Candidate};
 use experiments::run::folder::{Busy, RunFolder, State};
 use experiments::run::pool::{self, Ended, Job};
 use experiments::run::stop::Stop;
 use experiments::run::train::RunOptions;
+use output::file;
 use output::program::{self, bad};
 
 /// Train every run of a sweep, several at a time, each a process with one thread.
@@ -21,6 +23,9 @@ use output::program::{self, bad};
 /// hides no other: it is named at the end, and the exit code is 3. Ctrl-C or SIGTERM lets running ones save themselves
 /// and exits with 75. The same command continues. Runs at which another process is at work are left to it; the exit code
 /// is 75 then.
+///
+/// A file with `halving` is a search: after each of those numbers of actions the better half of the candidates of each task
+/// and action space goes on. Their ranks are written to search.csv.
 #[derive(Parser)]
 #[command(version)]
 struct Arguments {
@@ -35,6 +40,9 @@ struct Arguments {
     /// Train only this run of the list, in this process: what a scheduler calls; 75 if another process is at work on it
     #[arg(long, value_name = "N")]
     index: Option<usize>,
+    /// With --index: train so many actions instead of those of the file, as a search does that halves its candidates
+    #[arg(long, value_name = "N", requires = "index")]
+    steps: Option<u64>,
     /// Runs at the same time (default: one per processor core)
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
@@ -48,39 +56,79 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<ExitCode> {
-    let Sweep { name, runs } = sweep::read(&arguments.file)?;
+    let Sweep { name, mut runs, halving } = sweep::read(&arguments.file)?;
     let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(name));
     if arguments.list {
         return list(&runs, &out);
     }
     // What is wrong for all runs is told once.
     fs_err::create_dir_all(&out)?;
+    if let Some(steps) = arguments.steps {
+        runs.iter_mut().for_each(|run| run.steps = steps);
+    }
     if let Some(index) = arguments.index {
-        let last = runs.len() - 1;
-        let run = runs.get(index).ok_or_else(|| bad(format!("--index {index}: the list goes from 0 to {last}")))?;
-        let options = RunOptions { resume: true, tensorboard: arguments.tensorboard, quiet: false };
-        let trained = curves::train_and_draw(run, &out, options);
-        return match trained {
-            // No failure: it is left to that process, as in a sweep of many.
-            Err(error) if error.is::<Busy>() => {
-                eprintln!("{error}");
-                Ok(ExitCode::from(cli::STOPPED))
-            }
-            other => other,
-        };
+        return train_one(arguments, &runs, index, &out);
     }
 
+    for run in &runs {
+        let stored = RunConfig::resolve(Some(&RunFolder::below(&out, run).config()), &[]);
+        if let Some(steps) = stored.ok().map(|stored| stored.steps).filter(|&steps| steps > run.steps) {
+            println!("{}: has {steps} actions, not {}", RunId::of(run), run.steps);
+        }
+    }
+    let mut runs: Vec<(usize, RunConfig)> = runs.into_iter().enumerate().collect();
+    let mut ranked = vec![];
+    for round in halving {
+        let shorter: Vec<_> = runs.iter().cloned().map(|(at, run)| (at, RunConfig { steps: round, ..run })).collect();
+        println!("until {round} actions:");
+        let ending = train_all(arguments, &shorter, &out)?;
+        if ending != ExitCode::SUCCESS {
+            return Ok(ending);
+        }
+        let of_round = rank(&runs, &out, round)?;
+        runs.retain(|(_, run)| search::goes_on(run, &of_round));
+        ranked.extend(of_round);
+        file::write_table(&out.join("search.csv"), &ranked)?;
+    }
+    let ending = train_all(arguments, &runs, &out)?;
+    if !ranked.is_empty() && ending == ExitCode::SUCCESS {
+        ranked.extend(rank(&runs, &out, runs[0].1.steps)?);
+        file::write_table(&out.join("search.csv"), &ranked)?;
+        println!("candidates, ranked: {}", out.join("search.csv").display());
+    }
+    Ok(ending)
+}
+
+fn rank(runs: &[(usize, RunConfig)], out: &Path, actions: u64) -> Result<Vec<Candidate>> {
+    search::rank(&runs.iter().map(|(_, run)| run).collect::<Vec<_>>(), out, actions)
+}
+
+fn train_one(arguments: &Arguments, runs: &[RunConfig], index: usize, out: &Path) -> Result<ExitCode> {
+    let last = runs.len() - 1;
+    let run = runs.get(index).ok_or_else(|| bad(format!("--index {index}: the list goes from 0 to {last}")))?;
+    let options = RunOptions { resume: true, tensorboard: arguments.tensorboard, quiet: false };
+    match curves::train_and_draw(run, out, options) {
+        // No failure: it is left to that process, as in a sweep of many.
+        Err(error) if error.is::<Busy>() => {
+            eprintln!("{error}");
+            Ok(ExitCode::from(cli::STOPPED))
+        }
+        other => other,
+    }
+}
+
+/// Trains what is not done yet, several at a time; the exit code of a sweep that ends with it.
+fn train_all(arguments: &Arguments, runs: &[(usize, RunConfig)], out: &Path) -> Result<ExitCode> {
     let program = std::env::current_exe().context("the path of this program")?;
-    let jobs = runs.iter().enumerate().map(|(index, run)| (index, run, RunFolder::below(&out, run)));
+    let jobs = runs.iter().map(|(index, run)| (*index, run, RunFolder::below(out, run)));
     let (mut done, mut elsewhere) = (0, 0);
     let jobs = jobs.filter(|(_, run, folder)| match folder.state(run) {
         State::Done => {
             done += 1;
-            if let Some(steps) = RunConfig::resolve(Some(&folder.config()), &[]).ok().map(|stored| stored.steps)
-                && steps > run.steps
-            {
-                println!("{}: done with {steps} actions, not {}", RunId::of(run), run.steps);
-            }
+            false
+        }
+        _ if folder.has_come_past(run) => {
+            done += 1;
             false
         }
         State::Running => {
@@ -92,7 +140,8 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let jobs = jobs.map(|(index, run, folder)| {
         // This very program: a build in the meantime changes the file, not this sweep.
         let mut command = Command::new("/proc/self/exe");
-        command.arg0(&program).arg(&arguments.file).arg("--out").arg(&out).args(["--index", &index.to_string()]);
+        command.arg0(&program).arg(&arguments.file).arg("--out").arg(out);
+        command.args(["--index", &index.to_string(), "--steps", &run.steps.to_string()]);
         if arguments.tensorboard {
             command.arg("--tensorboard");
         }
@@ -124,7 +173,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     })
 }
 
-fn list(runs: &[RunConfig], out: &std::path::Path) -> Result<ExitCode> {
+fn list(runs: &[RunConfig], out: &Path) -> Result<ExitCode> {
     let ids: Vec<RunId> = runs.iter().map(RunId::of).collect();
     let width = ids.iter().map(|id| id.label().len()).max().unwrap_or(0).max("space".len());
     println!("{:>5} {:<5} {:<width$} {:>5} {:<8} folder", "index", "task", "space", "seed", "state");

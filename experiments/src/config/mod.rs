@@ -1,6 +1,7 @@
 //! What a run is to be: its settings, from files and flags, its identity, and sweeps of many runs.
 
 pub mod cli;
+mod draws;
 mod run_config;
 mod run_id;
 pub mod setup;

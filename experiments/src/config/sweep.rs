@@ -11,6 +11,7 @@ use tasks::TaskName;
 use toml::{Table, Value};
 
 use crate::config::cli::record;
+use crate::config::draws::Draws;
 use crate::config::run_config::nested;
 use crate::config::run_id::{NAME_CHARACTERS, is_name_character};
 use crate::config::{RunConfig, RunId, parse, spaces};
@@ -22,6 +23,8 @@ pub struct Sweep {
     pub name: String,
     /// In the order of the file. Neighbours differ in their action space, so that a sweep broken off half-way has all spaces.
     pub runs: Vec<RunConfig>,
+    /// Actions after which the better half of each task and action space goes on, the others stop; mostly empty.
+    pub halving: Vec<u64>,
 }
 
 /// The file: groups of runs, and settings that all of them share.
@@ -38,6 +41,8 @@ struct File {
     /// By name, settings on top of those of a group: every group is there with each of them.
     #[serde(default)]
     variants: Table,
+    #[serde(default)]
+    halving: Vec<u64>,
     #[serde(default)]
     group: Vec<Group>,
 }
@@ -58,6 +63,8 @@ struct Group {
     /// Dotted keys, each with the values that it takes in turn; on top of `run`.
     #[serde(default)]
     vary: Table,
+    /// On top of that, settings drawn at random: the candidates of a search.
+    draws: Option<Draws>,
 }
 
 /// Reads a sweep.
@@ -83,21 +90,16 @@ pub fn read(path: &Path) -> Result<Sweep> {
             }
         }
         for choice in group.choices(&variant.name).map_err(&wrong)? {
-            for &task in &group.tasks {
-                for &seed in &group.seeds {
-                    for space in &group.spaces {
-                        let mut own = Table::new();
-                        for (key, value) in [
-                            ("env.space", space.clone()),
-                            ("env.task", Value::String(task.as_str().into())),
-                            ("seed", Value::Integer(seed.into())),
-                            ("variant", Value::String(choice.variant.clone())),
-                        ] {
-                            overlay(&mut own, nested(key, value));
-                        }
-                        // The space comes first: settings may change it.
-                        let layers = [&own, &file.run, &group.run, &variant.settings, &choice.settings];
-                        runs.push(RunConfig::from_layers(layers.map(|layer| (source.clone(), layer.clone())).into())?);
+            let of = |choice: &Choice| group.runs(choice, &[&file.run, &group.run, &variant.settings], &source);
+            let accepts = |settings: &Table| {
+                of(&choice.with("draw", settings)).map(|_| ()).map_err(|problem| format!("{problem:#}"))
+            };
+            let candidates = group.draws.as_ref().map(|draws| draws.candidates(accepts)).transpose().map_err(&wrong)?;
+            match candidates {
+                None => runs.extend(of(&choice)?),
+                Some(candidates) => {
+                    for (name, settings) in &candidates {
+                        runs.extend(of(&choice.with(name, settings))?);
                     }
                 }
             }
@@ -109,10 +111,12 @@ pub fn read(path: &Path) -> Result<Sweep> {
             return Err(wrong(format!("{id} stands there twice")));
         }
     }
-    if runs.is_empty() {
-        return Err(wrong("no run: a group needs tasks, spaces and seeds".into()));
+    let fewest = runs.iter().map(|run| run.steps).min();
+    let steps = fewest.ok_or_else(|| wrong("no run: a group needs tasks, spaces and seeds".into()))?;
+    if !file.halving.is_sorted_by(|a, b| a < b) || file.halving.iter().any(|&round| round == 0 || round >= steps) {
+        return Err(wrong(format!("halving = {:?}: rising numbers of actions below steps, {steps}", file.halving)));
     }
-    Ok(Sweep { name, runs })
+    Ok(Sweep { name, runs, halving: file.halving })
 }
 
 impl File {
@@ -136,7 +140,8 @@ impl File {
         overlay(&mut run, file.run);
         let group = if file.group.is_empty() { base.group } else { file.group };
         let variants = if file.variants.is_empty() { base.variants } else { file.variants };
-        Ok(File { run, group, variants, ..file })
+        let halving = if file.halving.is_empty() { base.halving } else { file.halving };
+        Ok(File { run, group, variants, halving, ..file })
     }
 
     /// Those of the file in its order; one without a name if there are none.
@@ -169,7 +174,41 @@ struct Choice {
     settings: Table,
 }
 
+impl Choice {
+    /// With a further name and what it stands for.
+    fn with(&self, name: &str, more: &Table) -> Choice {
+        let names = [self.variant.as_str(), name].into_iter().filter(|name| !name.is_empty());
+        let mut settings = self.settings.clone();
+        overlay(&mut settings, more.clone());
+        Choice { variant: names.collect::<Vec<_>>().join(","), settings }
+    }
+}
+
 impl Group {
+    /// Its runs with one choice, on top of the `shared` settings.
+    fn runs(&self, choice: &Choice, shared: &[&Table], source: &str) -> Result<Vec<RunConfig>> {
+        let mut runs = vec![];
+        for &task in &self.tasks {
+            for &seed in &self.seeds {
+                for space in &self.spaces {
+                    let mut own = Table::new();
+                    for (key, value) in [
+                        ("env.space", space.clone()),
+                        ("env.task", Value::String(task.as_str().into())),
+                        ("seed", Value::Integer(seed.into())),
+                        ("variant", Value::String(choice.variant.clone())),
+                    ] {
+                        overlay(&mut own, nested(key, value));
+                    }
+                    // The space comes first: settings may change it.
+                    let layers = [&own].into_iter().chain(shared.iter().copied()).chain([&choice.settings]);
+                    runs.push(RunConfig::from_layers(layers.map(|layer| (source.into(), layer.clone())).collect())?);
+                }
+            }
+        }
+        Ok(runs)
+    }
+
     /// Every combination of varied values, the last key changing first, as a part of `variant`.
     fn choices(&self, variant: &str) -> Result<Vec<Choice>, String> {
         self.name.as_deref().map_or(Ok(()), is_name)?;
@@ -187,13 +226,7 @@ impl Group {
             }
             let label = self.shortest(key);
             let with = |choice: &Choice, value: &Value| {
-                let Choice { mut variant, mut settings } = choice.clone();
-                if !variant.is_empty() {
-                    variant.push(',');
-                }
-                variant.push_str(&format!("{label}={}", spelt(value)));
-                overlay(&mut settings, nested(key, value.clone()));
-                Choice { variant, settings }
+                choice.with(&format!("{label}={}", spelt(value)), &nested(key, value.clone()))
             };
             let pairs = choices.iter().flat_map(|choice| values.iter().map(move |value| (choice, value)));
             choices = pairs.map(|(choice, value)| with(choice, value)).collect();
@@ -327,6 +360,34 @@ mod tests {
         assert_eq!(runs[9].learner.hidden, [8, 8]);
     }
 
+    /// Every candidate is there with every task, space and seed; the first is the group itself.
+    #[test]
+    fn a_group_draws_candidates_that_can_run() {
+        let of = |halving: &str, range: &str| {
+            let group = "[[group]]\ntasks = ['lift', 'door']\nspaces = ['aforce']\nseeds = [1]\n";
+            format!("{halving}\nrun.steps = 900\n{group}draws = {{ count = 9, seed = 2, ranges = {{ {range} }} }}\n")
+        };
+        // Below its lower bound of 300 N/m a ceiling is refused.
+        let range = "'env.space.stiffness.adaptive.k_max' = { low = [100, 20], high = [6000, 400], scale = 'log' }";
+        let runs = sweep(&of("", range)).unwrap();
+        assert_eq!(labels(&runs)[..3], ["aforce,draw-0", "aforce,draw-0", "aforce,draw-1"]);
+        let k_max = |run: &RunConfig| run.env.space.psi().unwrap().k_max;
+        assert!(runs.len() == 18 && k_max(&runs[0])[0] == 3000.0);
+        for pair in runs.as_chunks::<2>().0 {
+            assert_eq!(k_max(&pair[0]), k_max(&pair[1]));
+            assert!(k_max(&pair[0])[0] >= 500.0, "k_0 lies between the bounds");
+        }
+        for (text, word) in [
+            (of("", &range.replace("k_max", "k_mx")), "did you mean"),
+            (of("", &range.replace("6000, 400", "200, 30")), "none of 200 candidates can run"),
+            (of("halving = [300, 200]", range), "rising numbers of actions below steps, 900"),
+            (of("halving = [900]", range), "below steps, 900"),
+        ] {
+            let error = sweep(&text).unwrap_err().to_string();
+            assert!(error.contains(word) && error.contains("sweep.toml"), "{error}");
+        }
+    }
+
     /// A sweep that is broken off has every group of its first variants.
     #[test]
     fn every_group_is_there_with_each_variant() {
@@ -420,10 +481,10 @@ mod tests {
         let own = "name = \"mine\"\nextends = \"plain.toml\"\n".to_string() + &group("aforce");
         let own = write("below/own.toml", &own);
 
-        let Sweep { name, runs } = read(&plain).unwrap();
+        let Sweep { name, runs, .. } = read(&plain).unwrap();
         assert_eq!((name.as_str(), labels(&runs)), ("plain", vec!["osc".to_string()]));
         assert_eq!((runs[0].steps, runs[0].evaluate_every), (2000, 500));
-        let Sweep { name, runs } = read(&own).unwrap();
+        let Sweep { name, runs, .. } = read(&own).unwrap();
         assert_eq!((name.as_str(), labels(&runs), runs[0].steps), ("mine", vec!["aforce".to_string()], 2000));
 
         let error = |path: &Path| format!("{:#}", read(path).unwrap_err());

@@ -6,6 +6,7 @@ pub mod groups;
 pub mod markdown;
 pub mod published;
 pub mod scatter;
+pub mod search;
 pub mod summary;
 pub mod text;
 pub mod tournament;

@@ -140,6 +140,13 @@ impl RunFolder {
             && stored.is_ok_and(|stored| stored.steps >= config.steps && stored.hash() == config.hash())
     }
 
+    /// Whether this run was taken on to more steps than those of `config`, though it may not have come there yet.
+    pub fn has_come_past(&self, config: &RunConfig) -> bool {
+        let stored = RunConfig::resolve(Some(&self.config()), &[]);
+        stored.is_ok_and(|stored| stored.steps > config.steps && stored.hash() == config.hash())
+            && last_step(&self.eval()).is_ok_and(|step| step + config.evaluate_every > config.steps)
+    }
+
     /// A run is taken on from its checkpoint. Without one it would begin anew and cut off its tables: only what was killed
     /// before its first checkpoint may do that, not a folder out of which the checkpoint was taken.
     fn can_go_on(&self, config: &RunConfig) -> Result<()> {

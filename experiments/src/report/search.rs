@@ -1,0 +1,108 @@
+//! Candidates of a search, ranked by what they have earned so far: successive halving (Karnin et al., 2013).
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use output::statistics::mean;
+use serde::Serialize;
+
+use crate::config::{RunConfig, RunId};
+use crate::report::columns::Columns;
+use crate::run::folder::RunFolder;
+
+/// A candidate after a round: a row of `search.csv`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Candidate {
+    /// Task.
+    pub task: String,
+    /// Action space.
+    pub space: String,
+    /// Variant of its runs.
+    pub variant: String,
+    /// Runs, one for each seed.
+    pub seeds: usize,
+    /// Actions of the round, of each run.
+    pub actions: u64,
+    /// Mean return of the evaluations in the last quarter of these actions, mean and sampled actions alike, over the seeds.
+    pub score: f64,
+    /// 1 is the best of its task and space in this round.
+    pub rank: usize,
+}
+
+/// The candidates of `runs` below `out` after so many actions, the better one of a task and space first.
+///
+/// # Errors
+/// If a run has not been evaluated by then.
+pub fn rank(runs: &[&RunConfig], out: &Path, actions: u64) -> Result<Vec<Candidate>> {
+    let mut scores: BTreeMap<(String, String, String), Vec<f64>> = BTreeMap::new();
+    for run in runs {
+        let RunId { task, space, variant, .. } = RunId::of(run);
+        scores.entry((task, space, variant)).or_default().push(score(&RunFolder::below(out, run), actions)?);
+    }
+    let mut candidates: Vec<Candidate> = scores
+        .into_iter()
+        .map(|((task, space, variant), scores)| Candidate {
+            task,
+            space,
+            variant,
+            seeds: scores.len(),
+            actions,
+            score: mean(&scores),
+            rank: 0,
+        })
+        .collect();
+    let of = |candidate: &Candidate| (candidate.task.clone(), candidate.space.clone());
+    candidates.sort_by(|a, b| of(a).cmp(&of(b)).then(b.score.total_cmp(&a.score)));
+    for group in candidates.chunk_by_mut(|a, b| of(a) == of(b)) {
+        group.iter_mut().zip(1..).for_each(|(candidate, rank)| candidate.rank = rank);
+    }
+    Ok(candidates)
+}
+
+/// Whether the candidate of this run is in the better half of its task and space.
+pub fn goes_on(run: &RunConfig, ranked: &[Candidate]) -> bool {
+    let id = RunId::of(run);
+    let rivals = ranked.iter().filter(|other| other.task == id.task && other.space == id.space);
+    let half = rivals.clone().count().div_ceil(2);
+    rivals.take(half).any(|candidate| candidate.variant == id.variant)
+}
+
+fn score(run: &RunFolder, actions: u64) -> Result<f64> {
+    let mut returns = vec![];
+    for policy in ["mean", "sampled"] {
+        let points = Columns::evaluations(run, policy)?.mean_by_step("return")?;
+        let late = |step: f64| 4.0 * step > 3.0 * actions as f64 && step <= actions as f64;
+        returns.extend(points.iter().filter(|point| late(point.0)).map(|point| point.1));
+    }
+    let none = || format!("{}: no evaluation in the last quarter of {actions} actions", run.path().display());
+    (!returns.is_empty()).then(|| mean(&returns)).with_context(none)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn candidate(space: &str, variant: &str, score: f64) -> Candidate {
+        let [task, space, variant] = ["lift", space, variant].map(String::from);
+        Candidate { task, space, variant, seeds: 1, actions: 10, score, rank: 0 }
+    }
+
+    #[test]
+    fn the_better_half_of_each_space_goes_on() {
+        let ranked = [
+            candidate("aforce", "b", 3.0),
+            candidate("aforce", "a", 2.0),
+            candidate("aforce", "c", 1.0),
+            candidate("osc", "c", 0.5),
+        ];
+        let goes_on = |space: &str, variant: &str| {
+            let mut run = RunConfig::resolve(None, &[]).unwrap();
+            run.env.space = space.parse().unwrap();
+            run.variant = variant.into();
+            goes_on(&run, &ranked)
+        };
+        assert_eq!(["a", "b", "c"].map(|variant| goes_on("aforce", variant)), [true, true, false]);
+        assert!(goes_on("osc", "c") && !goes_on("osc", "a"));
+    }
+}
