@@ -10,6 +10,7 @@ pub mod parallel;
 pub mod picture;
 pub mod plot;
 pub mod program;
+pub mod rank_test;
 pub mod statistics;
 
 use std::path::Path;

@@ -15,6 +15,7 @@ use experiments::report::scatter;
 use experiments::report::summary::{RunSummary, find_runs};
 use experiments::report::text;
 use experiments::report::tournament::TournamentRow;
+use experiments::report::verdicts::judge;
 use experiments::run::folder::RunFolder;
 use output::{file, plot, program};
 
@@ -35,6 +36,9 @@ struct Arguments {
     /// Where to write (default: the same folder)
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// What was expected before the runs: writes verdicts.csv
+    #[arg(long, value_name = "FILE")]
+    hypotheses: Option<PathBuf>,
 }
 
 fn main() -> ExitCode {
@@ -72,14 +76,19 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let (summary, comparison) = (summary(&groups), comparison(&groups));
     let timed = runs.iter().zip(&rows).map(|(run, row)| TournamentRow::of(run, row)).collect::<Result<Vec<_>>>()?;
     let timed: Vec<_> = timed.into_iter().flatten().collect();
-    let tables = ["runs.csv", "summary.csv", "comparison.csv", "tournament.csv"].map(|name| out.join(name));
+    let verdicts = arguments.hypotheses.as_ref().map(|file| judge(file, &rows)).transpose()?;
+    let tables = ["runs.csv", "summary.csv", "comparison.csv", "tournament.csv", "verdicts.csv"];
+    let tables = tables.map(|name| out.join(name));
     tables.iter().try_for_each(|table| is_ours(table))?;
-    let [runs_table, summary_table, comparison_table, tournament_table] = tables;
+    let [runs_table, summary_table, comparison_table, tournament_table, verdicts_table] = tables;
     file::write_table(&runs_table, &rows)?;
     file::write_table(&summary_table, &summary)?;
     file::write_table(&comparison_table, &comparison)?;
     if !timed.is_empty() {
         file::write_table(&tournament_table, &timed)?;
+    }
+    if let Some(verdicts) = verdicts {
+        file::write_table(&verdicts_table, &verdicts)?;
     }
 
     let sections = sections(&groups);

@@ -10,3 +10,4 @@ pub mod search;
 pub mod summary;
 pub mod text;
 pub mod tournament;
+pub mod verdicts;

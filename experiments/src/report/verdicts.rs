@@ -1,0 +1,250 @@
+//! What was expected before any run, held against the runs: a row per hypothesis, by one rule.
+
+use std::collections::HashSet;
+use std::path::Path;
+
+use anyhow::Result;
+use output::program::bad;
+use output::rank_test::{holm, p_value, smallest_detectable};
+use output::statistics::{FEWEST_FOR_INTERVAL, interval, mean, probability_of_improvement};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use tasks::TaskName;
+
+use crate::config::{label, parse};
+use crate::report::summary::RunSummary;
+
+/// Probability of calling one difference of a task real though there is none, over all its hypotheses.
+const LEVEL: f64 = 0.05;
+
+/// The file: written, and committed, before the first run that it is about.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    hypothesis: Vec<Hypothesis>,
+}
+
+/// One action space is expected to have more, or less, of something than another.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Hypothesis {
+    /// What is expected, in words.
+    name: String,
+    /// On each of them it is a hypothesis of its own.
+    tasks: Vec<TaskName>,
+    /// Folder of the experiment whose runs are meant, if several have these groups.
+    experiment: Option<String>,
+    /// A column of `runs.csv`. A run without it, that never succeeded for example, has the worst of all values.
+    metric: String,
+    /// Whether the space is expected above or below the other.
+    expected: Expected,
+    /// Space, or space and variant, and what it is compared with.
+    space: String,
+    against: String,
+    /// Differences of means below this do not matter.
+    margin: Option<f64>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Expected {
+    Above,
+    Below,
+}
+
+/// A row of `verdicts.csv`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs, reason = "documented once, in results/README.md")]
+pub struct VerdictRow {
+    pub task: String,
+    pub hypothesis: String,
+    pub metric: String,
+    pub space: String,
+    pub against: String,
+    pub n_space: usize,
+    pub n_against: usize,
+    pub mean_space: Option<f64>,
+    pub mean_against: Option<f64>,
+    pub difference: Option<f64>,
+    pub ci_low: Option<f64>,
+    pub ci_high: Option<f64>,
+    pub ratio: Option<f64>,
+    pub above: Option<f64>,
+    pub p: Option<f64>,
+    pub p_holm: Option<f64>,
+    pub smallest_detectable: Option<f64>,
+    pub margin: Option<f64>,
+    pub verdict: &'static str,
+}
+
+/// Judges the hypotheses of `file` by `runs`.
+///
+/// The exact two-sided rank test over seeds, corrected by Holm's method within a task for those that have runs: below 0.05 a
+/// hypothesis is `as expected` or `the other way round`. Else the two are `equal` if the 95 % interval of the difference of
+/// their means lies within the margin, and `not decided` if not.
+///
+/// # Errors
+/// If the file is not one of hypotheses, or names a metric that runs do not have.
+pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
+    let wrong = |problem: String| bad(format!("{}: {problem}", file.display()));
+    let File { hypothesis: hypotheses } = parse(&fs_err::read_to_string(file)?).map_err(wrong)?;
+    let numbers: Vec<Value> = runs.iter().map(|run| serde_json::to_value(run).expect("a row")).collect();
+    let mut rows: Vec<VerdictRow> = vec![];
+    for hypothesis in &hypotheses {
+        let metric = hypothesis.metric.as_str();
+        if numbers.iter().any(|run| run.get(metric).is_none_or(|value| !value.is_number() && !value.is_null())) {
+            return Err(wrong(format!("{:?}: metric {metric:?} is no column of numbers in runs.csv", hypothesis.name)));
+        }
+        for task in &hypothesis.tasks {
+            let worst = if hypothesis.expected == Expected::Above { f64::NEG_INFINITY } else { f64::INFINITY };
+            let of = |space: &str| -> Result<Vec<f64>> {
+                let (mut seeds, mut values) = (HashSet::new(), vec![]);
+                for (run, numbers) in runs.iter().zip(&numbers) {
+                    let elsewhere = hypothesis.experiment.as_ref().is_some_and(|named| *named != run.experiment);
+                    if run.task != task.as_str() || label(&run.space, &run.variant) != space || elsewhere {
+                        continue;
+                    }
+                    if !seeds.insert(run.seed) {
+                        let (name, task, seed) = (&hypothesis.name, task.as_str(), run.seed);
+                        return Err(wrong(format!("{name:?}: two runs of {task} {space} {seed}: name the experiment")));
+                    }
+                    values.push(numbers[metric].as_f64().unwrap_or(worst));
+                }
+                Ok(values)
+            };
+            rows.push(row(hypothesis, task.as_str(), &of(&hypothesis.space)?, &of(&hypothesis.against)?));
+        }
+    }
+    for task in TaskName::ALL {
+        let mut of_task: Vec<&mut VerdictRow> =
+            rows.iter_mut().filter(|row| row.task == task.as_str() && row.p.is_some()).collect();
+        let corrected = holm(&of_task.iter().filter_map(|row| row.p).collect::<Vec<_>>());
+        of_task.iter_mut().zip(corrected).for_each(|(row, p)| row.p_holm = Some(p));
+    }
+    let expected = hypotheses.iter().flat_map(|hypothesis| hypothesis.tasks.iter().map(|_| hypothesis.expected));
+    rows.iter_mut().zip(expected).for_each(|(row, expected)| row.verdict = verdict(row, expected));
+    Ok(rows)
+}
+
+/// All but what depends on the other hypotheses.
+fn row(hypothesis: &Hypothesis, task: &str, a: &[f64], b: &[f64]) -> VerdictRow {
+    let finite = |sample: &[f64]| Some(mean(sample)).filter(|mean| mean.is_finite());
+    let (mean_a, mean_b) = (finite(a), finite(b));
+    let enough = mean_a.is_some() && mean_b.is_some() && a.len().min(b.len()) >= FEWEST_FOR_INTERVAL;
+    let ci = enough.then(|| interval(&[a, b], |sample| mean(&sample[0]) - mean(&sample[1])));
+    let both = !a.is_empty() && !b.is_empty();
+    VerdictRow {
+        task: task.into(),
+        hypothesis: hypothesis.name.clone(),
+        metric: hypothesis.metric.clone(),
+        space: hypothesis.space.clone(),
+        against: hypothesis.against.clone(),
+        n_space: a.len(),
+        n_against: b.len(),
+        mean_space: mean_a,
+        mean_against: mean_b,
+        difference: mean_a.zip(mean_b).map(|(a, b)| a - b),
+        ci_low: ci.map(|ci| ci[0]),
+        ci_high: ci.map(|ci| ci[1]),
+        ratio: mean_a.zip(mean_b).map(|(a, b)| b / a).filter(|ratio| ratio.is_finite()),
+        above: both.then(|| probability_of_improvement(a, b)),
+        p: both.then(|| p_value(a, b)),
+        p_holm: None,
+        smallest_detectable: both.then(|| smallest_detectable(a, b, LEVEL)).flatten().filter(|d| d.is_finite()),
+        margin: hypothesis.margin,
+        verdict: "",
+    }
+}
+
+fn verdict(row: &VerdictRow, expected: Expected) -> &'static str {
+    let Some(p) = row.p_holm else { return "no runs" };
+    if p < LEVEL {
+        // By ranks, as p: a mean may be infinite.
+        let above = row.above.is_some_and(|share| share > 0.5);
+        return if above == (expected == Expected::Above) { "as expected" } else { "the other way round" };
+    }
+    let within = |margin: f64| row.ci_low.zip(row.ci_high).is_some_and(|(low, high)| -margin < low && high < margin);
+    if row.margin.is_some_and(within) { "equal" } else { "not decided" }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn runs(space: &str, returns: &[f64], steps_to_450: &[Option<u64>]) -> Vec<RunSummary> {
+        let run = |(seed, (&sampled_return, &steps_to_450)): (u64, (&f64, &Option<u64>))| RunSummary {
+            task: "lift".into(),
+            space: space.into(),
+            seed,
+            sampled_return,
+            steps_to_450,
+            ..RunSummary::default()
+        };
+        (11..).zip(returns.iter().zip(steps_to_450)).map(run).collect()
+    }
+
+    fn judged(text: &str, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("hypotheses.toml");
+        fs_err::write(&file, text).unwrap();
+        judge(&file, runs)
+    }
+
+    fn hypothesis(metric: &str, expected: &str, against: &str, more: &str) -> String {
+        format!(
+            "[[hypothesis]]\nname = '{metric} {against}'\ntasks = ['lift']\nmetric = '{metric}'\nexpected = '{expected}'\n\
+             space = 'aforce'\nagainst = '{against}'\n{more}\n"
+        )
+    }
+
+    #[test]
+    fn every_verdict_has_its_case() {
+        let seeds = [0.0, 1.0, 2.0, 3.0, 4.0];
+        let returns = |at: f64| seeds.map(|seed| at + seed);
+        let early = [Some(100), Some(110), Some(90), Some(120), Some(80)];
+        let late = [Some(200), None, None, Some(300), None];
+        let all = [
+            runs("aforce", &returns(440.0), &early),
+            runs("variable", &returns(400.0), &late),
+            runs("osc", &returns(440.5), &early),
+        ]
+        .concat();
+        let text = [
+            hypothesis("sampled_return", "above", "variable", "margin = 5"),
+            hypothesis("sampled_return", "below", "variable", ""),
+            hypothesis("steps_to_450", "below", "variable", ""),
+            hypothesis("sampled_return", "above", "osc", "margin = 5"),
+            hypothesis("sampled_return", "above", "osc", "margin = 1"),
+            hypothesis("sampled_return", "above", "low", ""),
+        ]
+        .concat();
+        let rows = judged(&text, &all).unwrap();
+        let verdicts: Vec<&str> = rows.iter().map(|row| row.verdict).collect();
+        assert_eq!(
+            verdicts,
+            ["as expected", "the other way round", "as expected", "equal", "not decided", "no runs"],
+            "{rows:#?}"
+        );
+        // Two against 252 ways, five hypotheses with runs.
+        let p = 2.0 / 252.0;
+        assert!((rows[0].p.unwrap() - p).abs() < 1e-12 && (rows[0].p_holm.unwrap() - 5.0 * p).abs() < 1e-12);
+        assert_eq!((rows[0].difference, rows[0].above, rows[2].above), (Some(40.0), Some(1.0), Some(0.0)));
+        assert_eq!((rows[2].mean_against, rows[2].difference), (None, None), "three of them never came there");
+        assert!(rows[4].smallest_detectable.is_some_and(|d| (1.0..6.0).contains(&d)), "{:?}", rows[4]);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        let twice = [runs("aforce", &[1.0], &[None]), runs("aforce", &[1.0], &[None])].concat();
+        for (text, word) in [
+            (hypothesis("sampled_retrun", "above", "osc", ""), "sampled_retrun"),
+            (hypothesis("commit", "above", "osc", ""), "no column of numbers"),
+            (hypothesis("sampled_return", "more", "osc", ""), "above"),
+            (hypothesis("sampled_return", "above", "osc", "marign = 1"), "marign"),
+            (hypothesis("sampled_return", "above", "osc", ""), "two runs of lift aforce 11: name the experiment"),
+        ] {
+            let error = format!("{:#}", judged(&text, &twice).unwrap_err());
+            assert!(error.contains("hypotheses.toml") && error.contains(word), "{error}");
+        }
+    }
+}

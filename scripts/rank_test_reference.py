@@ -1,0 +1,51 @@
+#!/usr/bin/env python3
+"""Regenerate crates/output/reference/rank_test.csv: what SciPy says about two small samples.
+
+    python3 -m venv VENV && VENV/bin/pip install scipy==1.17.1
+    VENV/bin/python scripts/rank_test_reference.py
+
+Columns: two samples; the exact two-sided p of the rank-sum test (every way to split the ranks, tied values sharing theirs:
+scipy.stats.permutation_test; without ties that of scipy.stats.mannwhitneyu). Read by crates/output/src/rank_test.rs.
+"""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+from scipy.stats import mannwhitneyu, permutation_test, rankdata
+
+OUT = Path(__file__).resolve().parent.parent / "crates" / "output" / "reference" / "rank_test.csv"
+
+
+def p_of(a, b):
+    ranks = rankdata(np.concatenate([a, b]))
+
+    def rank_sum(x, y, axis):
+        return x.sum(axis=axis)
+
+    first, second = ranks[: len(a)], ranks[len(a) :]
+    p = permutation_test((first, second), rank_sum, n_resamples=np.inf, alternative="two-sided", vectorized=True).pvalue
+    if len(set(ranks)) == len(ranks):
+        exact = mannwhitneyu(a, b, method="exact").pvalue
+        assert abs(p - exact) < 1e-9, (p, exact)
+    return min(p, 1.0)
+
+
+def main():
+    rng = np.random.default_rng(3)
+    samples = []
+    for count_a, count_b, shift in [(3, 3, 50), (4, 5, 0), (5, 5, 40), (8, 8, 20), (10, 7, 30), (10, 10, 25)]:
+        samples.append((np.round(rng.normal(440 + shift, 30, count_a), 3), np.round(rng.normal(440, 30, count_b), 3)))
+    # Shares of ten episodes: many ties. And a run that never succeeded.
+    samples.append((np.array([1.0, 1.0, 0.9, 1.0, 1.0]), np.array([0.0, 1.0, 0.4, 0.0, 0.9])))
+    samples.append((np.array([1.0, 1.0, 1.0]), np.array([1.0, 1.0, 1.0, 1.0])))
+    samples.append((np.array([30.0, 40.0, np.inf]), np.array([50.0, np.inf, np.inf, 60.0])))
+    with open(OUT, "w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["a", "b", "p"])
+        for a, b in samples:
+            writer.writerow([" ".join(map(str, a.tolist())), " ".join(map(str, b.tolist())), repr(float(p_of(a, b)))])
+
+
+if __name__ == "__main__":
+    main()
