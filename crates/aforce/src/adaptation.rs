@@ -59,6 +59,11 @@ impl AdaptiveLaw {
         &mut self.psi
     }
 
+    /// K as it may be, where something stands between the law and the arm.
+    pub(crate) fn set_stiffness(&mut self, stiffness: &Vector6) {
+        self.stiffness = *stiffness;
+    }
+
     /// K of each axis (N/m, Nm/rad; in a space in 1/s^2 that).
     #[must_use]
     pub fn stiffness(&self) -> &Vector6 {

@@ -5,9 +5,11 @@ use nalgebra::UnitVector3;
 use crate::action::decode;
 use crate::action_space::{ActionSpace, RateRule, SetPoint};
 use crate::adaptation::AdaptiveLaw;
+use crate::arm::{Arm, CartesianLimits};
 use crate::config::ControllerConfig;
 use crate::error::ConfigError;
 use crate::force::ForceControl;
+use crate::guard::{Active, Guard, Sample, Unguarded};
 use crate::impedance::{Impedance, impedance};
 use crate::interpolator::Interpolator;
 use crate::limits::{TorqueLimiter, TorqueLimits};
@@ -58,6 +60,17 @@ impl Controller {
         limits: TorqueLimits,
         contact_axis: UnitVector3<f64>,
     ) -> Result<Self, ConfigError> {
+        Self::of_arm(space, config, limits, &Arm::PANDA.cartesian, contact_axis)
+    }
+
+    /// The same, for an arm whose tool may move as `cartesian` says.
+    pub(crate) fn of_arm(
+        space: &ActionSpace,
+        config: &ControllerConfig,
+        limits: TorqueLimits,
+        cartesian: &CartesianLimits,
+        contact_axis: UnitVector3<f64>,
+    ) -> Result<Self, ConfigError> {
         config.validate()?;
         space.validate(config.control_hz)?;
         Ok(Self {
@@ -66,7 +79,7 @@ impl Controller {
             dt: config.dt(),
             set_point: match space.set_point {
                 SetPoint::Interpolated => {
-                    Interpolator::new(&config.interpolation, config.samples_per_action(), config.dt())
+                    Interpolator::new(&config.interpolation, cartesian, config.samples_per_action(), config.dt())
                 }
                 SetPoint::Jump => Interpolator::jump(config.dt()),
             },
@@ -110,6 +123,11 @@ impl Controller {
     /// # Panics
     /// If `action` has not the length [`ActionSpace::dim`].
     pub fn set_goal(&mut self, action: &[f64], y: &Measurement) {
+        self.set_guarded_goal(action, y, &mut Unguarded);
+    }
+
+    /// The same under a guard; false if no move to the goal can be planned, which is then not taken.
+    pub(crate) fn set_guarded_goal(&mut self, action: &[f64], y: &Measurement, guard: &mut impl Guard) -> bool {
         let command = decode(&self.space, &self.config, action);
         if let Some(stiffness) = command.stiffness {
             self.stiffness = stiffness;
@@ -125,12 +143,14 @@ impl Controller {
             }
             self.actions += 1;
         }
-        let goal = self.space.goal.next_goal(&self.start, &self.goal, &y.pose, &command.delta);
+        let goal = guard.goal(self.space.goal.next_goal(&self.start, &self.goal, &y.pose, &command.delta));
         // A diverged plant must not poison the goal; `update` counts the fault.
-        if all_finite(&goal.translation.vector) && all_finite(&goal.rotation.coords) {
+        let readable = all_finite(&goal.translation.vector) && all_finite(&goal.rotation.coords);
+        let planned = readable && self.set_point.set_goal(&goal);
+        if planned {
             self.goal = goal;
-            self.set_point.set_goal(&goal);
         }
+        planned
     }
 
     /// Other parameters for the adaptive law, from the next sample on. K moves to new bounds at `k_rate_max`; K(0) counts from
@@ -155,8 +175,16 @@ impl Controller {
     /// One control sample: tau = J^T (-F_ff - F_d - K e - D e_dot) + bias + null space (Nm), limited. With stiffness in 1/s^2
     /// F_ff, K e and D e_dot are multiplied by Lambda; for F_d stands F_cmd, with which force control holds it.
     pub fn update(&mut self, y: &Measurement) -> JointVector {
+        let tau = self.torque(y, self.dt, &mut Unguarded);
+        // Of a sample that cannot be read the law's state stays clean; gravity compensation holds the arm if it can.
+        self.limiter.pass(&tau, &y.bias, self.dt)
+    }
+
+    /// The torque of a sample `dt` seconds after the last (Nm), before the limits of the joints; NaN if the sample cannot be
+    /// read.
+    pub(crate) fn torque(&mut self, y: &Measurement, dt: f64, guard: &mut impl Guard) -> JointVector {
         // Set-point x_d, and how far the force controller owns the contact axis.
-        let (x_d, xd_dot) = self.set_point.step();
+        let (x_d, xd_dot) = self.set_point.step(dt);
         let axis = self.force.axis();
 
         // Error e = x - x_d and its rate. Along the contact axis, while engaged, the set-point does not move.
@@ -168,32 +196,46 @@ impl Controller {
             };
         let readable = all_finite(&self.error) && all_finite(&e_dot) && all_finite(&y.wrench);
         let Some(arm) = OperationalSpace::new(&y.mass, &y.jacobian).filter(|_| readable) else {
-            // The law's state stays clean; gravity compensation holds the arm if it can.
-            return self.limiter.pass(&JointVector::repeat(f64::NAN), &y.bias, self.dt);
+            return JointVector::repeat(f64::NAN);
         };
+        let e = guard.error(self.error);
+        let sample = Sample { y, arm: &arm, unit: self.space.unit, axis: &axis, e, e_dot, dt };
 
         // K and F_ff (eqs. 4-6), from the errors that are not force control's.
-        let mut f_ff = Vector6::zeros();
+        let mut wanted = Active { stiffness: self.stiffness, feedforward: Vector6::zeros(), force: Wrench::zeros() };
         if let Some(law) = &mut self.law {
-            let excess = y.jacobian * self.limiter.excess();
-            law.update(&axis.release(&self.error), &axis.release(&e_dot), &excess, self.dt);
-            (self.stiffness, f_ff) = (*law.stiffness(), *law.feedforward());
-            self.feedforward = self.space.unit.to_wrench(&axis.release(&f_ff), &arm);
+            let excess = guard.excess(y.jacobian * self.limiter.excess());
+            law.update(&axis.release(&e), &axis.release(&e_dot), &excess, dt);
+            (wanted.stiffness, wanted.feedforward) = (*law.stiffness(), *law.feedforward());
         }
 
         // F_cmd in place of F_d.
-        let f_cmd = if self.space.force { self.force.update(&y.wrench, self.dt) } else { Wrench::zeros() };
+        if self.space.force {
+            wanted.force = self.force.update(&y.wrench, dt);
+        }
+
+        let Active { stiffness, feedforward: f_ff, force: f_cmd } = guard.active(wanted, &sample);
+        if let Some(law) = &mut self.law {
+            law.set_stiffness(&stiffness);
+            self.stiffness = stiffness;
+            self.feedforward = self.space.unit.to_wrench(&axis.release(&f_ff), &arm);
+        }
 
         // Wrench -F_ff - K e - D e_dot - F_cmd.
-        self.impedance = impedance(&self.space, &arm, &axis, &self.error, &e_dot, &self.stiffness, &f_ff);
-        self.wrench = -self.impedance.elastic - self.impedance.viscous - f_cmd;
+        self.impedance = impedance(&self.space, &arm, &axis, &e, &e_dot, &stiffness, &f_ff);
+        let wrench = -self.impedance.elastic - self.impedance.viscous - f_cmd;
+        self.wrench = guard.wrench(wrench, &self.impedance.viscous, &sample);
         self.power = [0, 3].map(|at| self.wrench.fixed_rows::<3>(at).dot(&y.twist.fixed_rows::<3>(at)));
         self.inertia = arm.diagonal();
 
-        // Joint torques, then the limits.
+        // Joint torques; the limits follow.
         let null_space = null_space_torque(y, &arm, &self.q0, self.config.null_space_stiffness);
-        let tau = y.jacobian.tr_mul(&self.wrench) + y.bias + null_space;
-        self.limiter.pass(&tau, &y.bias, self.dt)
+        guard.torque(y.jacobian.tr_mul(&self.wrench) + y.bias + null_space, y)
+    }
+
+    /// The last step before a torque leaves.
+    pub(crate) fn limiter(&mut self) -> &mut TorqueLimiter {
+        &mut self.limiter
     }
 }
 

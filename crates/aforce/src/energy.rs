@@ -2,16 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::arm::Arm;
 use crate::spatial::JointVector;
-
-/// Nominal motor constant times gear ratio of each joint (Nm/sqrt(W)): estimates for frameless motors of this size
-/// behind 100:1 gears. No published figures exist for the Panda; use copper losses for ratios, not for values. Joint 5 is the
-/// real arm's, of 12 Nm: where the parameter set allows it 80 Nm (robosuite's), it weighs too much.
-const DRIVE_CONSTANT: [f64; 7] = {
-    const LARGE: f64 = 0.10 * 100.0;
-    const SMALL: f64 = 0.04 * 100.0;
-    [LARGE, LARGE, LARGE, LARGE, SMALL, SMALL, SMALL]
-};
 
 /// Sums over control samples and joints, with tau the commanded torque (gravity compensation included) and qd the
 /// joint velocity.
@@ -28,7 +20,7 @@ pub struct EnergyLedger {
     pub net_absolute: f64,
     /// sum tau^T tau dt ((Nm)^2 s): effort, not energy.
     pub squared_torque: f64,
-    /// sum R_i (tau_i/(k_i N_i))^2 dt (J): heat in the windings, with nominal motor constants.
+    /// sum R_i (tau_i/(k_i N_i))^2 dt (J): heat in the windings, with the Panda's nominal drive constants.
     pub copper_loss: f64,
 }
 
@@ -45,7 +37,7 @@ impl EnergyLedger {
             self.absolute += power.abs() * dt;
             self.positive += power.max(0.0) * dt;
             self.squared_torque += tau[i] * tau[i] * dt;
-            self.copper_loss += (tau[i] / DRIVE_CONSTANT[i]).powi(2) * dt;
+            self.copper_loss += (tau[i] / Arm::PANDA.drive_constant[i]).powi(2) * dt;
         }
         self.net += net * dt;
         self.net_absolute += net.abs() * dt;

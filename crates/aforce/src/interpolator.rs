@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::arm::CartesianLimits;
 use crate::error::{ConfigError, positive, within};
 use crate::jerk_limited::JerkLimited;
 use crate::linear::LinearRamp;
@@ -19,7 +20,7 @@ pub enum Interpolation {
     },
     /// A time-optimal, jerk-limited move (the paper's real arm).
     JerkLimited {
-        /// Share of the Panda's Cartesian limits of velocity, acceleration and jerk, above 0 and at most 1. Each action
+        /// Share of the arm's Cartesian limits (the Panda's where none is named) of velocity, acceleration and jerk, above 0 and at most 1. Each action
         /// plans to come to rest at its goal: with all of the limits the set-point stops and goes at the policy's rate.
         dynamics: f64,
     },
@@ -57,16 +58,18 @@ impl Interpolator {
         Self { path: Path::Linear(LinearRamp::new(1, dt)), pose: Pose::identity() }
     }
 
-    /// `samples_per_action` control samples of `dt` seconds make one action.
+    /// `samples_per_action` control samples of `dt` seconds make one action. Jerk-limited moves keep a share of `limits`.
     #[must_use]
-    pub fn new(interpolation: &Interpolation, samples_per_action: u32, dt: f64) -> Self {
+    pub fn new(interpolation: &Interpolation, limits: &CartesianLimits, samples_per_action: u32, dt: f64) -> Self {
         let path = match *interpolation {
             Interpolation::Linear { ramp_ratio } => {
                 // A little less: 0.28 of 25 samples are 7, and 7.000000000000001 in floating point.
                 let samples = (ramp_ratio * f64::from(samples_per_action) - 1e-6).ceil().max(1.0);
                 Path::Linear(LinearRamp::new(samples as u32, dt))
             }
-            Interpolation::JerkLimited { dynamics } => Path::JerkLimited(Box::new(JerkLimited::new(dynamics, dt))),
+            Interpolation::JerkLimited { dynamics } => {
+                Path::JerkLimited(Box::new(JerkLimited::new(dynamics, limits, dt)))
+            }
         };
         Self { path, pose: Pose::identity() }
     }
@@ -80,19 +83,22 @@ impl Interpolator {
         }
     }
 
-    /// Starts a move from the present set-point to `goal`.
-    pub fn set_goal(&mut self, goal: &Pose) {
+    /// Starts a move from the present set-point to `goal`; false if none can be planned.
+    pub fn set_goal(&mut self, goal: &Pose) -> bool {
         match &mut self.path {
-            Path::Linear(ramp) => ramp.set_goal(goal),
+            Path::Linear(ramp) => {
+                ramp.set_goal(goal);
+                true
+            }
             Path::JerkLimited(path) => path.set_goal(goal),
         }
     }
 
-    /// The set-point x_d of the next sample and its velocity (m/s, rad/s; world axes).
-    pub fn step(&mut self) -> (Pose, Twist) {
+    /// The set-point x_d `dt` seconds later and its velocity (m/s, rad/s; world axes).
+    pub fn step(&mut self, dt: f64) -> (Pose, Twist) {
         let (pose, twist) = match &mut self.path {
-            Path::Linear(ramp) => ramp.step(),
-            Path::JerkLimited(path) => path.step(),
+            Path::Linear(ramp) => ramp.step(dt),
+            Path::JerkLimited(path) => path.step(dt),
         };
         self.pose = pose;
         (pose, twist)
@@ -108,6 +114,7 @@ impl Interpolator {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::arm::Arm;
     use crate::spatial::{Vector3, Vector6, pose_error};
     use approx::assert_relative_eq;
 
@@ -124,13 +131,13 @@ mod tests {
     #[test]
     fn the_ramp_has_equal_increments_and_then_holds() {
         for (ramp_ratio, samples) in [(1.0, 25), (0.2, 5), (0.28, 7), (0.5, 13)] {
-            let mut path = Interpolator::new(&Interpolation::Linear { ramp_ratio }, 25, DT);
+            let mut path = Interpolator::new(&Interpolation::Linear { ramp_ratio }, &Arm::PANDA.cartesian, 25, DT);
             path.reset(&start());
             path.set_goal(&goal());
             let increment = pose_error(&goal(), &start()) / f64::from(samples);
             let mut previous = start();
             for sample in 1..=25 {
-                let (pose, twist) = path.step();
+                let (pose, twist) = path.step(DT);
                 let moved = pose_error(&pose, &previous);
                 let expected = if sample <= samples { increment } else { Vector6::zeros() };
                 assert_relative_eq!(moved, expected, epsilon = 1e-12);
@@ -143,15 +150,15 @@ mod tests {
 
     #[test]
     fn a_new_goal_starts_from_the_set_point_not_from_the_old_goal() {
-        let mut path = Interpolator::new(&Interpolation::Linear { ramp_ratio: 1.0 }, 25, DT);
+        let mut path = Interpolator::new(&Interpolation::Linear { ramp_ratio: 1.0 }, &Arm::PANDA.cartesian, 25, DT);
         path.reset(&start());
         path.set_goal(&goal());
         for _ in 0..10 {
-            path.step();
+            path.step(DT);
         }
         let halfway = *path.pose();
         path.set_goal(&start());
-        let (next, _) = path.step();
+        let (next, _) = path.step(DT);
         let back = pose_error(&start(), &halfway) / 25.0;
         assert_relative_eq!(pose_error(&next, &halfway), back, epsilon = 1e-12);
     }
@@ -159,12 +166,12 @@ mod tests {
     #[test]
     fn after_reset_the_set_point_rests_at_the_measured_pose() {
         for kind in [Interpolation::Linear { ramp_ratio: 0.2 }, Interpolation::JerkLimited { dynamics: 1.0 }] {
-            let mut path = Interpolator::new(&kind, 25, DT);
+            let mut path = Interpolator::new(&kind, &Arm::PANDA.cartesian, 25, DT);
             path.reset(&start());
             path.set_goal(&goal());
-            path.step();
+            path.step(DT);
             path.reset(&start());
-            let (pose, twist) = path.step();
+            let (pose, twist) = path.step(DT);
             assert_relative_eq!(pose_error(&pose, &start()).norm(), 0.0, epsilon = 1e-12);
             assert_eq!(twist, Twist::zeros());
         }

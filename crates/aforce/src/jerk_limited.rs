@@ -3,17 +3,8 @@
 use nalgebra::{Translation3, UnitQuaternion};
 use rsruckig::prelude::{InputParameter, Ruckig, ThrowErrorHandler, Trajectory};
 
+use crate::arm::CartesianLimits;
 use crate::spatial::{Pose, Twist, Vector3, Vector6, linear, pose_error, rotational, stack};
-
-/// Velocity, acceleration and jerk of the Panda's tool (Franka control-interface documentation).
-struct Limits {
-    translation: [f64; 3],
-    rotation: [f64; 3],
-}
-const PANDA: Limits = Limits {
-    translation: [1.7, 13.0, 6500.0], // m/s, m/s^2, m/s^3
-    rotation: [2.5, 25.0, 12_500.0],  // rad/s, rad/s^2, rad/s^3
-};
 
 /// Travels along position and rotation vector relative to the anchor, the pose where the present move began.
 ///
@@ -25,7 +16,6 @@ pub(crate) struct JerkLimited {
     input: InputParameter<6>,
     trajectory: Trajectory<6>,
     anchor: Pose,
-    dt: f64,
     /// Time since the anchor (s).
     time: f64,
     /// Position relative to the anchor (m) and rotation vector from the anchor (rad), world axes; and their rates.
@@ -38,11 +28,11 @@ pub(crate) struct JerkLimited {
 
 impl JerkLimited {
     /// `dynamics` is the share of the limits to use.
-    pub(crate) fn new(dynamics: f64, dt: f64) -> Self {
+    pub(crate) fn new(dynamics: f64, limits: &CartesianLimits, dt: f64) -> Self {
         let mut input = InputParameter::new(None);
         for axis in 0..6 {
-            let limits = if axis < 3 { PANDA.translation } else { PANDA.rotation };
-            let [velocity, acceleration, jerk] = limits.map(|limit| dynamics * limit);
+            let of_axis = if axis < 3 { limits.translation } else { limits.rotation };
+            let [velocity, acceleration, jerk] = of_axis.map(|limit| dynamics * limit);
             input.max_velocity[axis] = velocity / 3f64.sqrt();
             input.max_acceleration[axis] = acceleration / 3f64.sqrt();
             input.max_jerk[axis] = jerk / 3f64.sqrt();
@@ -52,7 +42,6 @@ impl JerkLimited {
             input,
             trajectory: Trajectory::new(None),
             anchor: Pose::identity(),
-            dt,
             time: 0.0,
             travel: Vector6::zeros(),
             rate: Vector6::zeros(),
@@ -69,8 +58,9 @@ impl JerkLimited {
         self.moving = false;
     }
 
-    /// Plans from the present pose, velocity and acceleration to rest at `goal`.
-    pub(crate) fn set_goal(&mut self, goal: &Pose) {
+    /// Plans from the present pose, velocity and acceleration to rest at `goal`. Without a plan (none is known to fail) the
+    /// present move goes on to its end, and the answer is false.
+    pub(crate) fn set_goal(&mut self, goal: &Pose) -> bool {
         // At the anchor the rotation vector is zero: there its rates are the angular velocity and acceleration.
         let (omega, omega_dot) =
             angular_rates(&rotational(&self.travel), &rotational(&self.rate), &rotational(&self.acceleration));
@@ -84,17 +74,18 @@ impl JerkLimited {
             self.input.current_acceleration[axis] = acceleration[axis];
             self.input.target_position[axis] = target[axis];
         }
-        // Without a plan (none is known to fail) the present move goes on to its end.
-        if self.generator.calculate(&self.input, &mut self.trajectory).is_ok() {
+        let planned = self.generator.calculate(&self.input, &mut self.trajectory).is_ok();
+        if planned {
             (self.anchor, self.travel, self.rate, self.acceleration) = (anchor, Vector6::zeros(), rate, acceleration);
             (self.time, self.moving) = (0.0, true);
         }
+        planned
     }
 
-    /// The next set-point and its velocity (m/s, rad/s).
-    pub(crate) fn step(&mut self) -> (Pose, Twist) {
+    /// The set-point `dt` seconds later and its velocity (m/s, rad/s).
+    pub(crate) fn step(&mut self, dt: f64) -> (Pose, Twist) {
         if self.moving {
-            self.time = (self.time + self.dt).min(self.trajectory.get_duration());
+            self.time = (self.time + dt).min(self.trajectory.get_duration());
             self.sample();
             self.moving = self.time < self.trajectory.get_duration();
             if !self.moving {
@@ -177,6 +168,7 @@ fn angular_rates(phi: &Vector3, rate: &Vector3, acceleration: &Vector3) -> (Vect
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::arm::Arm;
     use approx::assert_relative_eq;
 
     const DT: f64 = 0.001;
@@ -207,7 +199,7 @@ mod tests {
     }
 
     fn stays_within_limits(dynamics: f64) {
-        let mut path = JerkLimited::new(dynamics, DT);
+        let mut path = JerkLimited::new(dynamics, &Arm::PANDA.cartesian, DT);
         let home = Pose::new(Vector3::new(0.5, 0.0, 0.3), Vector3::new(3.1, 0.0, 0.0));
         path.reset(&home);
         let mut state: u64 = 7;
@@ -215,7 +207,7 @@ mod tests {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             (state >> 11) as f64 / (1u64 << 53) as f64 * 2.0 - 1.0
         };
-        let (mut pose, mut twist) = path.step();
+        let (mut pose, mut twist) = path.step(DT);
         let mut last_acceleration = Vector6::zeros();
         for _ in 0..200 {
             let offset = Vector3::new(random(), random(), random()) * 0.05;
@@ -225,7 +217,7 @@ mod tests {
                 turn * home.rotation,
             ));
             for _ in 0..50 {
-                let (next_pose, next_twist) = path.step();
+                let (next_pose, next_twist) = path.step(DT);
                 // The twist is the derivative of the pose (trapezium, error jerk dt^2/12), with no step at a new goal.
                 let moved = pose_error(&next_pose, &pose) / DT;
                 assert!((moved - (next_twist + twist) / 2.0).amax() < 2e-3);
@@ -246,13 +238,13 @@ mod tests {
 
     #[test]
     fn the_goal_is_reached_and_held() {
-        let mut path = JerkLimited::new(1.0, DT);
+        let mut path = JerkLimited::new(1.0, &Arm::PANDA.cartesian, DT);
         path.reset(&Pose::identity());
         let goal = Pose::new(Vector3::new(0.03, -0.01, 0.02), Vector3::new(0.1, 0.4, -0.2));
         path.set_goal(&goal);
-        let mut last = path.step();
+        let mut last = path.step(DT);
         for _ in 0..1000 {
-            last = path.step();
+            last = path.step(DT);
         }
         assert_relative_eq!(pose_error(&last.0, &goal).norm(), 0.0, epsilon = 1e-9);
         assert_eq!(last.1, Twist::zeros());

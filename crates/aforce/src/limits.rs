@@ -73,6 +73,11 @@ impl TorqueLimiter {
         torque
     }
 
+    /// The latest torque (Nm).
+    pub(crate) fn previous(&self) -> &JointVector {
+        &self.previous
+    }
+
     /// Joints whose latest torque was cut by a limit.
     pub(crate) fn saturated(&self) -> [bool; 7] {
         std::array::from_fn(|i| self.excess[i] != 0.0)

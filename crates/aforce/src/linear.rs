@@ -10,9 +10,11 @@ use crate::spatial::{Pose, Twist, Vector3, Vector6, pose_error, rotational};
 #[derive(Debug, Clone)]
 pub(crate) struct LinearRamp {
     /// Samples that the ramp takes.
-    samples: u32,
-    /// Samples taken of the present ramp.
-    taken: u32,
+    samples: f64,
+    /// Samples taken of the present ramp; whole ones unless a sample's time differs from `dt`.
+    taken: f64,
+    /// Time of a sample (s).
+    dt: f64,
     /// Duration of the ramp (s).
     duration: f64,
     start: Pose,
@@ -22,8 +24,8 @@ pub(crate) struct LinearRamp {
 
 impl LinearRamp {
     pub(crate) fn new(samples: u32, dt: f64) -> Self {
-        let duration = f64::from(samples) * dt;
-        Self { samples, taken: samples, duration, start: Pose::identity(), travel: Vector6::zeros() }
+        let samples = f64::from(samples);
+        Self { samples, taken: samples, dt, duration: samples * dt, start: Pose::identity(), travel: Vector6::zeros() }
     }
 
     pub(crate) fn reset(&mut self, pose: &Pose) {
@@ -35,20 +37,20 @@ impl LinearRamp {
     pub(crate) fn set_goal(&mut self, goal: &Pose) {
         self.start = self.pose();
         self.travel = pose_error(goal, &self.start);
-        self.taken = 0;
+        self.taken = 0.0;
     }
 
-    /// The next set-point and its velocity (m/s, rad/s).
-    pub(crate) fn step(&mut self) -> (Pose, Twist) {
-        if self.taken == self.samples {
+    /// The set-point `dt` seconds later and its velocity (m/s, rad/s).
+    pub(crate) fn step(&mut self, dt: f64) -> (Pose, Twist) {
+        if self.taken >= self.samples {
             return (self.pose(), Twist::zeros());
         }
-        self.taken += 1;
+        self.taken = (self.taken + dt / self.dt).min(self.samples);
         (self.pose(), self.travel / self.duration)
     }
 
     fn pose(&self) -> Pose {
-        let travelled = self.travel * (f64::from(self.taken) / f64::from(self.samples));
+        let travelled = self.travel * (self.taken / self.samples);
         let position: Vector3 = self.start.translation.vector + travelled.fixed_rows::<3>(0);
         let turn = UnitQuaternion::from_scaled_axis(rotational(&travelled));
         let mut rotation = turn * self.start.rotation;

@@ -5,8 +5,11 @@ use nalgebra::UnitQuaternion;
 use crate::action_space::ActionSpace;
 use crate::config::ControllerConfig;
 use crate::gains::Gains;
+use crate::host::ArmState;
 use crate::psi::{DeltaSign, Psi};
-use crate::spatial::{Jacobian, JointMatrix, JointVector, Measurement, Pose, Twist, Wrench, linear, rotational};
+use crate::spatial::{
+    Jacobian, JointMatrix, JointVector, Measurement, Pose, Twist, Vector3, Wrench, linear, rotational,
+};
 use crate::stiffness::Stiffness;
 
 /// A generic arm at rest: random Jacobian, random positive definite mass matrix.
@@ -29,6 +32,22 @@ pub(crate) fn random_arm(seed: u64) -> Measurement {
         mass: root * root.transpose() + JointMatrix::identity() * 0.3,
         bias: JointVector::from_fn(|_, _| 5.0 * random()),
         wrench: Wrench::zeros(),
+    }
+}
+
+/// A random arm at rest within a Panda's ranges, its tool in front of the base.
+pub(crate) fn resting_arm() -> ArmState {
+    let y = random_arm(8);
+    ArmState {
+        q: JointVector::from([0.0, 0.2, 0.0, -2.0, 0.0, 2.2, 0.8]),
+        qd: JointVector::zeros(),
+        pose: Pose::new(Vector3::new(0.5, 0.0, 0.3), Vector3::new(3.1, 0.0, 0.0)),
+        jacobian: y.jacobian,
+        mass: y.mass,
+        gravity: y.bias,
+        coriolis: JointVector::repeat(0.01),
+        wrench: Wrench::zeros(),
+        tau: JointVector::zeros(),
     }
 }
 

@@ -3,9 +3,10 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
+use aforce::host::{ArmInterface, ArmState, Host, HostLimits, HostSetup, Status};
 use aforce::{
-    ActionSpace, Controller, ControllerConfig, Interpolation, Jacobian, JointMatrix, JointVector, Measurement, Pose,
-    TorqueLimits, Twist, Vector3, Wrench,
+    ActionSpace, Arm, Controller, ControllerConfig, Interpolation, Jacobian, JointMatrix, JointVector, Measurement,
+    Pose, TorqueLimits, Twist, Vector3, Wrench,
 };
 
 thread_local! {
@@ -71,4 +72,45 @@ fn the_control_step_allocates_nothing() {
             assert_eq!((in_goals, in_updates), (0, 0), "{space} {interpolation:?}");
         }
     }
+}
+
+/// The same under the bounds of a host, and while it holds after a fault.
+#[test]
+fn a_hosts_cycle_allocates_nothing() {
+    let y = measurement();
+    let state = ArmState {
+        q: JointVector::from([0.0, 0.2, 0.0, -2.0, 0.0, 2.2, 0.8]),
+        qd: y.qd,
+        pose: y.pose,
+        jacobian: y.jacobian,
+        mass: y.mass,
+        gravity: y.bias,
+        coriolis: y.bias,
+        wrench: y.wrench,
+        tau: y.bias,
+    };
+    let setup = HostSetup {
+        contact_axis: [0.0, 0.0, 1.0],
+        arm: Arm::FR3,
+        interface: ArmInterface::PLAIN,
+        limits: HostLimits::default(),
+        controller: ControllerConfig {
+            control_hz: 1000,
+            interpolation: Interpolation::JerkLimited { dynamics: 0.3 },
+            ..ControllerConfig::default()
+        },
+        space: "aforce-force".parse().unwrap(),
+    };
+    let mut host = Host::new(&setup).unwrap();
+    let start = ALLOCATIONS.get();
+    host.start(&state, &y.pose).unwrap();
+    for cycle in 0..1000 {
+        if cycle % 50 == 0 {
+            let _ = host.set_goal(&[0.5; 7]);
+        }
+        let broken = if cycle == 700 { f64::NAN } else { 0.001 };
+        let status = std::hint::black_box(host.update(&state, broken)).status;
+        assert_eq!(matches!(status, Status::Fault(_)), cycle >= 700, "{status:?}");
+    }
+    assert_eq!(ALLOCATIONS.get() - start, 0);
 }

@@ -19,7 +19,6 @@ mod engine;
 pub mod gripper;
 pub mod mjcf;
 pub mod model;
-mod observer;
 pub mod panda;
 pub mod scene;
 pub mod scenes;
@@ -30,6 +29,5 @@ pub mod wiping_tool;
 
 pub use contact::{ContactReading, LinkReading};
 pub use deviation::Deviation;
-pub use observer::MomentumObserver;
 pub use simulation::{Diverged, Plant, Simulation, SimulationConfig, Snapshot};
 pub use solid::Solid;

@@ -1,6 +1,6 @@
 //! The Franka Emika Panda: kinematics, inertia, joints and shapes of its seven links.
 
-use aforce::{JointVector, Pose, TorqueLimits, Vector3};
+use aforce::{Arm, JointVector, Pose, TorqueLimits, Vector3};
 use nalgebra::{Matrix3, Rotation3, SVector, UnitQuaternion, Vector3 as V3};
 use serde::{Deserialize, Serialize};
 
@@ -17,16 +17,8 @@ pub const HOME: [f64; 7] = [
     std::f64::consts::PI / 4.0,
 ];
 
-/// Joint ranges (rad), from Franka's control-interface documentation.
-pub const RANGE: [[f64; 2]; 7] = [
-    [-2.8973, 2.8973],
-    [-1.7628, 1.7628],
-    [-2.8973, 2.8973],
-    [-3.0718, -0.0698],
-    [-2.8973, 2.8973],
-    [-0.0175, 3.7525],
-    [-2.8973, 2.8973],
-];
+/// Joint ranges (rad).
+pub const RANGE: [[f64; 2]; 7] = Arm::PANDA.range;
 
 /// Frame of each link in its parent (the joint turns about the link's own z).
 const LINK_FRAMES: [([f64; 3], [f64; 4]); 7] = {
@@ -172,10 +164,9 @@ fn identified() -> Parameters {
         tip: Inertial::NONE, // The maker's finger above includes it.
         damping: SVector::from([1.0; 7]),
         friction: SVector::from([0.0; 7]),
-        // Reflected rotor inertias of the FR3, which shares the Panda's drives.
-        armature: SVector::from([0.606, 0.606, 0.462, 0.462, 0.206, 0.206, 0.206]),
-        max_torque: SVector::from([87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0]),
-        max_torque_rate: Some(JointVector::from([1000.0; 7])),
+        armature: SVector::from(Arm::PANDA.rotor_inertia),
+        max_torque: SVector::from(Arm::PANDA.torque_max),
+        max_torque_rate: Some(SVector::from(Arm::PANDA.torque_rate_max)),
         air: None,
     }
 }

@@ -1,11 +1,11 @@
 //! The estimated wrench against the simulated contact.
 
-use aforce::{JointVector, Pose, Vector6, Wrench};
+use aforce::{JointVector, MomentumObserver, Pose, Vector6, Wrench};
 use approx::assert_relative_eq;
 use nalgebra::Translation3;
 use physics::panda::{HOME, ParameterSet};
 use physics::scenes::wipe::{TABLE_HEIGHT, Wipe};
-use physics::{Deviation, MomentumObserver, Plant, SimulationConfig};
+use physics::{Deviation, Plant, SimulationConfig};
 
 /// In the air the estimate stays near zero in spite of fast motion; on the table it is the contact force, friction
 /// included, once it had time to follow.

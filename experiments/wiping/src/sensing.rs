@@ -1,7 +1,6 @@
 //! The external wrench as the controller gets it.
 
-use aforce::{ConfigError, JointVector, Measurement, Wrench, within};
-use physics::MomentumObserver;
+use aforce::{ConfigError, JointVector, Measurement, MomentumObserver, Wrench, within};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal, Uniform};
 use serde::{Deserialize, Serialize};

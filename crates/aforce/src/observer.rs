@@ -1,6 +1,6 @@
 //! What a real arm knows about contact: a wrench estimated from its joint torques.
 
-use aforce::{JointVector, Measurement, Wrench};
+use crate::spatial::{JointVector, Measurement, Wrench};
 
 /// A generalized-momentum observer (De Luca et al., IROS 2006): what changes the momentum p = M qd besides the
 /// commanded torque, gravity, Coriolis forces and the joints' damping is an external torque. It needs no acceleration.
@@ -27,6 +27,7 @@ pub struct MomentumObserver {
 
 impl MomentumObserver {
     /// An observer with the given cut-off (Hz) that starts from `y`, without external torque.
+    #[must_use]
     pub fn new(cutoff_hz: f64, damping: JointVector, y: &Measurement) -> Self {
         MomentumObserver {
             gain: std::f64::consts::TAU * cutoff_hz,
@@ -51,6 +52,7 @@ impl MomentumObserver {
     /// The wrench on the tool that explains the external torque best (N, Nm; world axes, at the tool point):
     /// least squares of the torques. The seventh joint leaves one torque that no wrench explains. Zero in a
     /// singular posture.
+    #[must_use]
     pub fn wrench(&self) -> Wrench {
         let jacobian = &self.previous.jacobian;
         let normal = (jacobian * jacobian.transpose()).cholesky();

@@ -1,0 +1,282 @@
+//! From what an arm's interface reports to what the law reads: who compensates what, and in which frame with which sign.
+
+use nalgebra::Matrix3;
+use serde::{Deserialize, Serialize};
+
+use crate::error::{ConfigError, not_negative, within};
+use crate::spatial::{
+    Jacobian, JointMatrix, JointVector, Measurement, Pose, Vector3, Wrench, all_finite, linear, rotational, stack,
+};
+
+/// What an arm's interface reports at each cycle, in its own conventions, which [`ArmInterface`] names.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ArmState {
+    /// Joint positions (rad).
+    pub q: JointVector,
+    /// Joint velocities (rad/s).
+    pub qd: JointVector,
+    /// Pose of the tool point in the base frame (m).
+    pub pose: Pose,
+    /// Jacobian of the tool point: rows are linear first, base axes.
+    pub jacobian: Jacobian,
+    /// Joint-space mass matrix (kg m^2), of the side that [`ArmInterface::inertia`] names.
+    pub mass: JointMatrix,
+    /// Torques that hold the resting arm against gravity (Nm).
+    pub gravity: JointVector,
+    /// Torques of Coriolis and centrifugal forces (Nm).
+    pub coriolis: JointVector,
+    /// External wrench (N, Nm), as [`ArmInterface`] describes it.
+    pub wrench: Wrench,
+    /// The torque that the interface took last (Nm): without what the arm adds to it by itself.
+    pub tau: JointVector,
+}
+
+/// Who puts a compensating torque on the joints.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CompensatedBy {
+    /// The arm, beside the torque that it is commanded: the law must not.
+    Arm,
+    /// The law, within the torque that it commands.
+    Law,
+}
+
+/// Who compensates the friction of the joints. The law never does.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Friction {
+    /// The arm.
+    Arm,
+    /// Nobody: of each joint this much viscous damping is left (Nm s/rad). Only an observed wrench uses it.
+    Nobody([f64; 7]),
+}
+
+/// On which side of the gears the reported inertia is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum InertiaSide {
+    /// Links alone: the law adds the arm's rotor inertia.
+    Link,
+    /// Links and rotors.
+    Motor,
+}
+
+/// Whose push a wrench is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WrenchSign {
+    /// What the environment exerts on the tool: a hand that lifts the tool reads +z.
+    OnTool,
+    /// What the tool exerts on the environment: a hand that lifts the tool reads -z.
+    OnEnvironment,
+}
+
+/// Axes of a wrench.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WrenchAxes {
+    /// Those of the arm's base.
+    Base,
+    /// Those of the tool.
+    Tool,
+}
+
+/// Where the external wrench comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WrenchSource {
+    /// [`ArmState::wrench`].
+    Reported,
+    /// A [`MomentumObserver`](crate::MomentumObserver) on the commanded torques.
+    Observed {
+        /// Its cut-off (Hz).
+        cutoff_hz: f64,
+    },
+}
+
+/// The conventions of an arm's interface.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ArmInterface {
+    /// Gravity.
+    pub gravity: CompensatedBy,
+    /// Coriolis and centrifugal forces.
+    pub coriolis: CompensatedBy,
+    /// Friction of the joints.
+    pub friction: Friction,
+    /// Side of [`ArmState::mass`].
+    pub inertia: InertiaSide,
+    /// Where the wrench comes from.
+    pub wrench: WrenchSource,
+    /// Sign of [`ArmState::wrench`].
+    pub wrench_sign: WrenchSign,
+    /// Axes of [`ArmState::wrench`].
+    pub wrench_axes: WrenchAxes,
+    /// The point that its moment is about, seen from the tool point (m, tool axes).
+    pub wrench_point: [f64; 3],
+}
+
+impl ArmInterface {
+    /// Franka's control interface: the arm compensates gravity and motor friction, `mass` is link-side, and `O_F_ext_hat_K`
+    /// is what the tool exerts on the environment. Put the K frame at the tool point (`set_k`).
+    pub const FRANKA: Self = Self {
+        gravity: CompensatedBy::Arm,
+        coriolis: CompensatedBy::Law,
+        friction: Friction::Arm,
+        inertia: InertiaSide::Link,
+        wrench: WrenchSource::Reported,
+        wrench_sign: WrenchSign::OnEnvironment,
+        wrench_axes: WrenchAxes::Base,
+        wrench_point: [0.0; 3],
+    };
+
+    /// An arm without help of its own, as simulators are: the law compensates, the inertia has its rotors, the wrench is on the
+    /// tool.
+    pub const PLAIN: Self = Self {
+        gravity: CompensatedBy::Law,
+        coriolis: CompensatedBy::Law,
+        friction: Friction::Nobody([0.0; 7]),
+        inertia: InertiaSide::Motor,
+        wrench: WrenchSource::Reported,
+        wrench_sign: WrenchSign::OnTool,
+        wrench_axes: WrenchAxes::Base,
+        wrench_point: [0.0; 3],
+    };
+
+    /// What the law reads, given the arm's `rotor_inertia` (kg m^2). A wrench from an observer is not yet in it.
+    #[must_use]
+    pub fn measurement(&self, state: &ArmState, rotor_inertia: &JointVector) -> Measurement {
+        let by_law = |who: CompensatedBy, torque: &JointVector| match who {
+            CompensatedBy::Law => *torque,
+            CompensatedBy::Arm => JointVector::zeros(),
+        };
+        let rotors = match self.inertia {
+            InertiaSide::Link => JointMatrix::from_diagonal(rotor_inertia),
+            InertiaSide::Motor => JointMatrix::zeros(),
+        };
+        Measurement {
+            q: state.q,
+            qd: state.qd,
+            pose: state.pose,
+            twist: state.jacobian * state.qd,
+            jacobian: state.jacobian,
+            mass: state.mass + rotors,
+            bias: by_law(self.gravity, &state.gravity) + by_law(self.coriolis, &state.coriolis),
+            wrench: self.wrench_on_tool(&state.wrench, &state.pose),
+        }
+    }
+
+    /// Friction that acts on the joints (Nm s/rad).
+    pub(crate) fn damping(&self) -> JointVector {
+        match self.friction {
+            Friction::Arm => JointVector::zeros(),
+            Friction::Nobody(viscous) => viscous.into(),
+        }
+    }
+
+    /// The reported wrench as the environment's on the tool, base axes, about the tool point.
+    fn wrench_on_tool(&self, reported: &Wrench, pose: &Pose) -> Wrench {
+        let sign = match self.wrench_sign {
+            WrenchSign::OnTool => 1.0,
+            WrenchSign::OnEnvironment => -1.0,
+        };
+        let axes = match self.wrench_axes {
+            WrenchAxes::Base => Matrix3::identity(),
+            WrenchAxes::Tool => *pose.rotation.to_rotation_matrix().matrix(),
+        };
+        let force = sign * (axes * linear(reported));
+        let moment = sign * (axes * rotational(reported));
+        // Of a force that acts elsewhere the moment is r x F more.
+        let point = pose.rotation * Vector3::from(self.wrench_point);
+        stack(&force, &(moment + point.cross(&force)))
+    }
+
+    pub(crate) fn validate(&self) -> Result<(), ConfigError> {
+        if let Friction::Nobody(viscous) = self.friction {
+            for (joint, value) in viscous.into_iter().enumerate() {
+                not_negative(&format!("friction.nobody (joint {})", joint + 1), value)?;
+            }
+        }
+        if let WrenchSource::Observed { cutoff_hz } = self.wrench {
+            within("wrench.observed.cutoff_hz", cutoff_hz, 0.1..=100.0)?;
+        }
+        for value in self.wrench_point {
+            within("wrench_point", value, -1.0..=1.0)?;
+        }
+        Ok(())
+    }
+}
+
+impl ArmState {
+    /// The first field with an entry that no arm has: not a number, or far beyond any unit's range (1e4; of positions 10 m).
+    /// Within these bounds nothing in the law overflows.
+    pub(crate) fn unreadable(&self) -> Option<&'static str> {
+        let plain = |x: &f64| x.abs() <= 1e4; // Not a number is not.
+        let rotation = self.pose.rotation.coords;
+        let checks = [
+            ("q", self.q.iter().all(plain)),
+            ("qd", self.qd.iter().all(plain)),
+            ("pose (position)", self.pose.translation.vector.iter().all(|x| x.abs() <= 10.0)),
+            ("pose (rotation)", all_finite(&rotation) && (rotation.norm() - 1.0).abs() < 1e-3),
+            ("jacobian", self.jacobian.iter().all(plain)),
+            ("mass", self.mass.iter().all(plain)),
+            ("gravity", self.gravity.iter().all(plain)),
+            ("coriolis", self.coriolis.iter().all(plain)),
+            ("wrench", self.wrench.iter().all(plain)),
+            ("tau", self.tau.iter().all(plain)),
+        ];
+        checks.into_iter().find(|(_, readable)| !readable).map(|(field, _)| field)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::resting_arm;
+    use approx::assert_relative_eq;
+    use nalgebra::UnitQuaternion;
+
+    #[test]
+    fn a_franka_holds_itself_against_gravity_and_reports_what_the_tool_exerts() {
+        let mut state = resting_arm();
+        state.wrench = Wrench::new(0.0, 0.0, -7.0, 0.1, 0.0, 0.0);
+        let rotors = JointVector::repeat(0.5);
+        let y = ArmInterface::FRANKA.measurement(&state, &rotors);
+        assert_eq!(y.bias, state.coriolis);
+        assert_eq!(y.wrench, -state.wrench);
+        assert_relative_eq!(y.mass - state.mass, JointMatrix::identity() * 0.5, epsilon = 1e-12);
+        let y = ArmInterface::PLAIN.measurement(&state, &rotors);
+        assert_eq!((y.bias, y.wrench, y.mass), (state.coriolis + state.gravity, state.wrench, state.mass));
+    }
+
+    #[test]
+    fn a_wrench_in_tool_axes_about_another_point_is_moved() {
+        // The tool points down: turned half about x. A sensor 10 cm behind it reads 5 N along its own x.
+        let mut state = resting_arm();
+        state.pose.rotation = UnitQuaternion::from_scaled_axis(Vector3::x() * std::f64::consts::PI);
+        state.wrench = Wrench::new(0.0, 5.0, 0.0, 0.0, 0.0, 0.0);
+        let interface =
+            ArmInterface { wrench_axes: WrenchAxes::Tool, wrench_point: [0.0, 0.0, -0.1], ..ArmInterface::PLAIN };
+        // Tool y is -y; the point lies 10 cm above: (0, 0, 0.1) x (0, -5, 0) = (0.5, 0, 0).
+        let y = interface.measurement(&state, &JointVector::zeros());
+        assert_relative_eq!(y.wrench, Wrench::new(0.0, -5.0, 0.0, 0.5, 0.0, 0.0), epsilon = 1e-12);
+    }
+
+    #[test]
+    fn the_field_that_cannot_be_read_is_named() {
+        assert_eq!(resting_arm().unreadable(), None);
+        let spoilt = |spoil: fn(&mut ArmState)| {
+            let mut state = resting_arm();
+            spoil(&mut state);
+            state.unreadable()
+        };
+        assert_eq!(spoilt(|s| s.q[3] = f64::NAN), Some("q"));
+        assert_eq!(spoilt(|s| s.mass[(1, 2)] = f64::INFINITY), Some("mass"));
+        assert_eq!(spoilt(|s| s.wrench[5] = -1e5), Some("wrench"));
+        assert_eq!(spoilt(|s| s.pose.translation.vector.x = 11.0), Some("pose (position)"));
+        let stretched = |s: &mut ArmState| {
+            s.pose.rotation = UnitQuaternion::new_unchecked(2.0 * s.pose.rotation.into_inner());
+        };
+        assert_eq!(spoilt(stretched), Some("pose (rotation)"));
+    }
+}

@@ -1,0 +1,42 @@
+//! The law on an arm that is not simulated: what a host gives, what it gets, and what it can count on.
+//!
+//! A host is the program that talks to the arm at 1 kHz. It fills an [`ArmState`] in the arm's own conventions, which an
+//! [`ArmInterface`] names once, and calls
+//!
+//! ```text
+//! host.start(&state, &model_pose)?          // refused with the two numbers that disagree
+//! loop {
+//!     host.set_goal(&action)?               // when the policy has one, at 20 Hz
+//!     let command = host.update(&state, dt) // at each cycle
+//!     send(command.tau)                     // whatever command.status says
+//! }
+//! ```
+//!
+//! What it can count on, for any state and any period: [`Command::tau`] is finite and within the arm's limits of torque and
+//! rate; nothing panics or allocates; a fault latches, and the arm then holds its posture ever more softly until a new start.
+//! Between law and arm stand the bounds of [`HostLimits`]. The simulated tables use [`Controller`](crate::Controller) alone:
+//! none of this acts there.
+
+#![deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing, clippy::unreachable)]
+
+mod hold;
+mod interface;
+mod limits;
+mod running;
+mod setup;
+mod status;
+mod tank;
+mod task_guard;
+
+pub use hold::HoldConfig;
+pub use interface::{
+    ArmInterface, ArmState, CompensatedBy, Friction, InertiaSide, WrenchAxes, WrenchSign, WrenchSource,
+};
+pub use limits::HostLimits;
+pub use running::Host;
+pub use setup::{HostSetup, SetupError};
+pub use status::{Command, Fault, Limited, NotTaken, Status};
+pub use tank::TankConfig;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,267 @@
+//! The law with its bounds, on an arm.
+
+use crate::arm::Arm;
+use crate::controller::Controller;
+use crate::error::ConfigError;
+use crate::host::hold::Hold;
+use crate::host::interface::{ArmInterface, ArmState, WrenchSource};
+use crate::host::limits::HostLimits;
+use crate::host::setup::HostSetup;
+use crate::host::status::{Command, Fault, Limited, NotTaken, Status};
+use crate::host::task_guard::TaskGuard;
+use crate::observer::MomentumObserver;
+use crate::spatial::{JointVector, Measurement, Pose, Vector6, Wrench, all_finite, linear, pose_error, rotational};
+
+/// A [`Controller`] under the bounds of [`HostLimits`], with a latch for faults and a hold for when it does not act.
+#[derive(Debug, Clone)]
+pub struct Host {
+    arm: Arm,
+    interface: ArmInterface,
+    limits: HostLimits,
+    /// Nominal time of a cycle (s).
+    period: f64,
+    law: Controller,
+    guard: TaskGuard,
+    hold: Hold,
+    observer: Option<MomentumObserver>,
+    mode: Mode,
+    /// Since the latest action (s).
+    silence: f64,
+    /// The latest measurement that could be read.
+    y: Option<Measurement>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Mode {
+    Stopped,
+    Running,
+    Fault(Fault),
+}
+
+impl Host {
+    /// A host at rest. All that can be refused is refused here; [`start`](Self::start) it before the first torque is sent.
+    ///
+    /// # Errors
+    /// If a value of the set-up is not allowed.
+    pub fn new(setup: &HostSetup) -> Result<Self, ConfigError> {
+        let guard = TaskGuard::new(&setup.limits, &setup.arm, setup.controller.force.contact_off);
+        Ok(Self {
+            arm: setup.arm,
+            interface: setup.interface,
+            limits: setup.limits,
+            period: setup.controller.dt(),
+            law: setup.law()?,
+            guard,
+            hold: Hold::new(setup.limits.hold),
+            observer: None,
+            mode: Mode::Stopped,
+            silence: 0.0,
+            y: None,
+        })
+    }
+
+    /// The law begins: goal and set-point at the measured pose, K(0), no force, torques from [`ArmState::tau`] on. `model` is
+    /// where the host's own kinematics see the tool at `state.q`: give `state.pose` where it comes from them anyway. The
+    /// first action has to come within [`HostLimits::silence_max`].
+    ///
+    /// # Errors
+    /// If the state cannot be read, contradicts the model, or is outside of a bound. The host stays as it was.
+    pub fn start(&mut self, state: &ArmState, model: &Pose) -> Result<(), Fault> {
+        let mut y = self.read(state)?;
+        self.check_kinematics(&state.pose, model)?;
+        let observer = match self.interface.wrench {
+            WrenchSource::Reported => None,
+            WrenchSource::Observed { cutoff_hz } => {
+                y.wrench = Wrench::zeros();
+                Some(MomentumObserver::new(cutoff_hz, self.interface.damping(), &y))
+            }
+        };
+        self.check(&y)?;
+        self.observer = observer;
+        self.law.reset(&y);
+        self.law.limiter().reset(&state.tau);
+        self.guard.reset(self.law.own_stiffness());
+        (self.mode, self.silence, self.y) = (Mode::Running, 0.0, Some(y));
+        Ok(())
+    }
+
+    /// The law ends; the arm holds its posture, ever more softly. A fault stays a fault.
+    pub fn stop(&mut self) {
+        if self.mode == Mode::Running {
+            self.leave(Mode::Stopped);
+        }
+    }
+
+    /// One policy action, entries in [-1, 1] (others are clipped), counted from the state of the latest cycle.
+    ///
+    /// # Errors
+    /// If the law does not act, or the action has not the space's length.
+    pub fn set_goal(&mut self, action: &[f64]) -> Result<(), NotTaken> {
+        let expected = self.law.space().dim();
+        if action.len() != expected {
+            return Err(NotTaken::Length { found: action.len(), expected });
+        }
+        let (Mode::Running, Some(y)) = (self.mode, &self.y) else { return Err(NotTaken::NotRunning) };
+        let planned = self.law.set_guarded_goal(action, y, &mut self.guard);
+        self.guard.goal_limited |= !planned;
+        self.silence = 0.0;
+        Ok(())
+    }
+
+    /// One cycle: the torque for `state`, `dt` seconds after the last cycle. A `dt` of 0 (an interface's first cycle) reads the
+    /// state and repeats the last torque. Never panics, never allocates.
+    pub fn update(&mut self, state: &ArmState, dt: f64) -> Command {
+        let wanted = match self.mode {
+            Mode::Running => match self.law(state, dt) {
+                Ok(tau) => tau,
+                Err(fault) => {
+                    self.leave(Mode::Fault(fault));
+                    self.held(state, dt)
+                }
+            },
+            Mode::Stopped | Mode::Fault(_) => self.held(state, dt),
+        };
+        let step = time(dt).min(self.period);
+        let limiter = self.law.limiter();
+        let tau = limiter.pass(&wanted, &JointVector::zeros(), step);
+        let cut = limiter.excess().iter().any(|excess| *excess != 0.0);
+        let status = match self.mode {
+            Mode::Stopped => Status::Stopped,
+            Mode::Fault(fault) => Status::Fault(fault),
+            Mode::Running => {
+                let mut limited = std::mem::take(&mut self.guard.limited);
+                limited.insert(Limited::TORQUE, cut);
+                limited.insert(Limited::GOAL, self.guard.goal_limited);
+                if limited.is_none() { Status::Running } else { Status::Limited(limited) }
+            }
+        };
+        Command { tau, status }
+    }
+
+    /// The controller, for its readings: stiffness, F_ff, set-point, error and more.
+    #[must_use]
+    pub fn controller(&self) -> &Controller {
+        &self.law
+    }
+
+    /// What the law has read last, in its own conventions; `None` before the first start.
+    #[must_use]
+    pub fn measurement(&self) -> Option<&Measurement> {
+        self.y.as_ref()
+    }
+
+    /// K that acts, in the space's own unit: what the energy tank lets grow.
+    #[must_use]
+    pub fn acting_stiffness(&self) -> &Vector6 {
+        self.guard.stiffness()
+    }
+
+    /// Level of the energy tank (J).
+    #[must_use]
+    pub fn tank(&self) -> f64 {
+        self.guard.tank().level()
+    }
+
+    /// Whether a hold has come down to its lowest stiffness: the host may end the motion.
+    #[must_use]
+    pub fn is_relaxed(&self) -> bool {
+        self.mode != Mode::Running && self.hold.is_relaxed()
+    }
+
+    /// The law's torque (Nm), before the limits of the joints.
+    fn law(&mut self, state: &ArmState, dt: f64) -> Result<JointVector, Fault> {
+        let max = self.limits.period_max;
+        if !(0.0..=max).contains(&dt) {
+            return Err(Fault::Period { period: dt, max });
+        }
+        let mut y = self.read(state)?;
+        if dt == 0.0 {
+            self.y = Some(y);
+            return Ok(*self.law.limiter().previous());
+        }
+        if let Some(observer) = &mut self.observer {
+            observer.update(&state.tau, &y, dt);
+            y.wrench = observer.wrench();
+        }
+        self.check(&y)?;
+        self.silence += dt;
+        if self.silence > self.limits.silence_max {
+            return Err(Fault::Silence { silence: self.silence, max: self.limits.silence_max });
+        }
+        let tau = self.law.torque(&y, dt, &mut self.guard);
+        self.y = Some(y);
+        if all_finite(&tau) { Ok(tau) } else { Err(Fault::Mass) }
+    }
+
+    /// The holding torque (Nm), from what can be read.
+    fn held(&mut self, state: &ArmState, dt: f64) -> JointVector {
+        let dt = time(dt);
+        if let Ok(y) = self.read(state) {
+            let tau = self.hold.torque(&y.q, &y.qd, dt) + y.bias;
+            self.y = Some(y);
+            tau
+        } else {
+            // Nothing is known of the posture: compensate as it was.
+            self.hold.pass(dt);
+            self.y.as_ref().map_or(JointVector::zeros(), |y| y.bias)
+        }
+    }
+
+    fn leave(&mut self, mode: Mode) {
+        self.mode = mode;
+        self.hold.begin();
+    }
+
+    fn read(&self, state: &ArmState) -> Result<Measurement, Fault> {
+        match state.unreadable() {
+            Some(field) => Err(Fault::Unreadable { field }),
+            None => Ok(self.interface.measurement(state, &self.arm.rotor_inertia.into())),
+        }
+    }
+
+    fn check_kinematics(&self, pose: &Pose, model: &Pose) -> Result<(), Fault> {
+        let e = pose_error(pose, model);
+        let (distance, angle) = (linear(&e).norm(), rotational(&e).norm());
+        let [max_distance, max_angle] = self.limits.kinematics_tolerance;
+        // A model that is not a number disagrees.
+        if distance <= max_distance && angle <= max_angle {
+            return Ok(());
+        }
+        Err(Fault::Kinematics { distance, angle, max_distance, max_angle })
+    }
+
+    /// Joints in their ranges and not too fast, the tool in its box, the environment not too strong.
+    fn check(&self, y: &Measurement) -> Result<(), Fault> {
+        for (i, ([low, high], max)) in self.arm.range.into_iter().zip(self.arm.speed_max).enumerate() {
+            let (joint, position, speed) = (i + 1, y.q[i], y.qd[i].abs());
+            if !(low..=high).contains(&position) {
+                return Err(Fault::JointRange { joint, position, low, high });
+            }
+            if speed > max {
+                return Err(Fault::JointSpeed { joint, speed, max });
+            }
+        }
+        let margin = self.limits.workspace_margin;
+        let [low, high] = self.limits.workspace;
+        for (i, ((axis, low), high)) in ['x', 'y', 'z'].into_iter().zip(low).zip(high).enumerate() {
+            let (position, low, high) = (y.pose.translation.vector[i], low - margin, high + margin);
+            if !(low..=high).contains(&position) {
+                return Err(Fault::Workspace { axis, position, low, high });
+            }
+        }
+        let [force_max, moment_max] = self.limits.external_max;
+        let (force, moment) = (linear(&y.wrench).norm(), rotational(&y.wrench).norm());
+        if force > force_max {
+            return Err(Fault::ExternalForce { force, max: force_max });
+        }
+        if moment > moment_max {
+            return Err(Fault::ExternalMoment { moment, max: moment_max });
+        }
+        Ok(())
+    }
+}
+
+/// A period as it counts where the law does not act: none, if it is no period.
+fn time(dt: f64) -> f64 {
+    if dt > 0.0 && dt.is_finite() { dt } else { 0.0 }
+}

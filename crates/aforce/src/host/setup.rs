@@ -1,0 +1,204 @@
+//! Everything that a host is made of, as data: one file.
+
+use nalgebra::Unit;
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
+
+use crate::action_space::ActionSpace;
+use crate::arm::Arm;
+use crate::built_in::{RecordError, UnknownActionSpace};
+use crate::config::ControllerConfig;
+use crate::controller::Controller;
+use crate::error::ConfigError;
+use crate::host::interface::ArmInterface;
+use crate::host::limits::HostLimits;
+use crate::spatial::Vector3;
+
+/// What a [`Host`](crate::host::Host) is made of.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HostSetup {
+    /// n: the direction, in base axes, in which the environment pushes on the tool (+z for a table below).
+    pub contact_axis: [f64; 3],
+    /// The arm.
+    pub arm: Arm,
+    /// Its conventions.
+    pub interface: ArmInterface,
+    /// Bounds between law and arm.
+    pub limits: HostLimits,
+    /// What all action spaces share. `control_hz` is the arm's nominal rate.
+    pub controller: ControllerConfig,
+    /// How the policy acts.
+    pub space: ActionSpace,
+}
+
+/// Why a text is no set-up.
+#[derive(Debug, thiserror::Error)]
+pub enum SetupError {
+    /// No TOML, or a field that is missing, unknown or of the wrong type.
+    #[error("{}", .0.message())]
+    Text(#[from] toml::de::Error),
+    /// The space is none.
+    #[error("space: {0}")]
+    Space(#[from] RecordError),
+    /// The space's name is unknown.
+    #[error("space: {0}")]
+    SpaceName(#[from] UnknownActionSpace),
+    /// A name that is none.
+    #[error("{field} = {value}: known are {known}, or a table with every field")]
+    Name {
+        /// Of the set-up.
+        field: &'static str,
+        /// As found.
+        value: Value,
+        /// The names.
+        known: &'static str,
+    },
+    /// A value that is not allowed.
+    #[error(transparent)]
+    Value(#[from] ConfigError),
+}
+
+impl HostSetup {
+    /// From TOML. `arm` is a table, `"panda"` or `"fr3"`; `interface` a table, `"franka"` or `"plain"`; `space` a built-in
+    /// space's name or a record, which may extend one; what is not said of `limits`, `controller` and `contact_axis` is as by
+    /// default (+z).
+    ///
+    /// ```
+    /// use aforce::host::HostSetup;
+    /// let text = "arm = 'fr3'\ninterface = 'franka'\nspace = 'aforce-force'\n[controller]\ncontrol_hz = 1000";
+    /// assert_eq!(HostSetup::from_toml(text).unwrap().controller.samples_per_action(), 50);
+    /// ```
+    ///
+    /// # Errors
+    /// If a field is missing, unknown, of the wrong type, or not allowed.
+    pub fn from_toml(text: &str) -> Result<Self, SetupError> {
+        let mut file: Table = text.parse()?;
+        let space = match file.remove("space") {
+            Some(Value::String(name)) => name.parse()?,
+            Some(Value::Table(record)) => {
+                let name = record.get("name").and_then(Value::as_str).unwrap_or("space").to_owned();
+                ActionSpace::from_table(record, &name)?
+            }
+            other => {
+                let value = other.unwrap_or_else(|| Value::String(String::new()));
+                return Err(SetupError::Name { field: "space", value, known: "the built-in spaces" });
+            }
+        };
+        named(&mut file, "arm", &[("panda", Arm::PANDA), ("fr3", Arm::FR3)], "panda, fr3")?;
+        let interfaces = [("franka", ArmInterface::FRANKA), ("plain", ArmInterface::PLAIN)];
+        named(&mut file, "interface", &interfaces, "franka, plain")?;
+        let Rest { contact_axis, arm, interface, limits, controller } = file.try_into()?;
+        let setup = Self { contact_axis, arm, interface, limits, controller, space };
+        setup.validate()?;
+        Ok(setup)
+    }
+
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// The first that is not allowed, with its field and its range.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        self.arm.validate().map_err(|error| error.below("arm"))?;
+        self.interface.validate().map_err(|error| error.below("interface"))?;
+        self.limits.validate().map_err(|error| error.below("limits"))?;
+        self.controller.validate().map_err(|error| error.below("controller"))?;
+        self.space.validate(self.controller.control_hz)?;
+        if self.space.psi().is_some_and(|psi| !psi.anti_windup) {
+            let reason = "false: on an arm K must not wind up while a torque is at its limit".to_owned();
+            return Err(ConfigError::Contradiction { field: "space.stiffness.adaptive.anti_windup".into(), reason });
+        }
+        self.contact_axis().map(|_| ())
+    }
+
+    /// n as a unit vector.
+    fn contact_axis(&self) -> Result<Unit<Vector3>, ConfigError> {
+        let n: Vector3 = self.contact_axis.into();
+        Unit::try_new(n, 1e-6).filter(|n| n.iter().all(|x| x.is_finite())).ok_or_else(|| {
+            let reason = format!("{:?} has no direction", self.contact_axis);
+            ConfigError::Contradiction { field: "contact_axis".into(), reason }
+        })
+    }
+
+    /// The law for this arm.
+    pub(crate) fn law(&self) -> Result<Controller, ConfigError> {
+        self.validate()?;
+        let (limits, cartesian) = (self.arm.torque_limits()?, &self.arm.cartesian);
+        Controller::of_arm(&self.space, &self.controller, limits, cartesian, self.contact_axis()?)
+    }
+}
+
+/// A set-up without its space.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Rest {
+    #[serde(default = "upwards")]
+    contact_axis: [f64; 3],
+    arm: Arm,
+    interface: ArmInterface,
+    #[serde(default)]
+    limits: HostLimits,
+    #[serde(default)]
+    controller: ControllerConfig,
+}
+
+fn upwards() -> [f64; 3] {
+    [0.0, 0.0, 1.0]
+}
+
+/// Puts the table that a name stands for in the place of the name.
+fn named<T: Serialize>(
+    file: &mut Table,
+    field: &'static str,
+    names: &[(&str, T)],
+    known: &'static str,
+) -> Result<(), SetupError> {
+    let Some(Value::String(name)) = file.get(field) else { return Ok(()) };
+    let Some(Ok(table)) = names.iter().find(|(known, _)| known == name).map(|(_, table)| Value::try_from(table)) else {
+        return Err(SetupError::Name { field, value: Value::String(name.clone()), known });
+    };
+    file.insert(field.into(), table);
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FILE: &str = "arm = 'fr3'\ninterface = 'franka'\nspace = 'aforce-force'\n[controller]\ncontrol_hz = 1000\n";
+
+    fn error(text: &str) -> String {
+        HostSetup::from_toml(text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_short_file_and_the_whole_one() {
+        let short = HostSetup::from_toml(FILE).unwrap();
+        assert_eq!((short.arm, short.interface), (Arm::FR3, ArmInterface::FRANKA));
+        assert_eq!((short.limits, short.contact_axis), (HostLimits::default(), [0.0, 0.0, 1.0]));
+        let whole = toml::to_string(&short).unwrap();
+        assert_eq!(HostSetup::from_toml(&whole).unwrap(), short, "{whole}");
+        let own = FILE.replace("'aforce-force'", "{ extends = 'aforce', name = 'soft', stiffness.fixed = 200 }");
+        assert_eq!(HostSetup::from_toml(&own).unwrap().space.name, "soft");
+    }
+
+    #[test]
+    fn what_is_wrong_is_told() {
+        assert!(error("x").starts_with("key with no value"), "{}", error("x"));
+        assert_eq!(
+            error(&FILE.replace("'fr3'", "'fr4'")),
+            "arm = \"fr4\": known are panda, fr3, or a table with every field"
+        );
+        assert!(error(&FILE.replace("aforce-force", "aforse")).starts_with("space: unknown action space `aforse`"));
+        assert!(error(&FILE.replace("control_hz", "control_khz")).contains("control_khz"));
+        assert!(error(&format!("{FILE}[limits]\nwrench_max = [0.0, 1.0]")).starts_with("limits.wrench_max = 0"));
+        let workspace = format!("{FILE}[limits]\nworkspace = [[0.5, 0.0, 0.0], [0.4, 1.0, 1.0]]");
+        assert!(error(&workspace).starts_with("limits.workspace (upper corner) = 0.4"), "{}", error(&workspace));
+        assert_eq!(
+            error(&format!("contact_axis = [0.0, 0.0, 0.0]\n{FILE}")),
+            "contact_axis: [0.0, 0.0, 0.0] has no direction"
+        );
+        let winding = FILE.replace("'aforce-force'", "{ extends = 'aforce', stiffness.adaptive.anti_windup = false }");
+        assert!(error(&winding).starts_with("space.stiffness.adaptive.anti_windup: false"), "{}", error(&winding));
+    }
+}

@@ -1,0 +1,199 @@
+//! What a host learns of a sample besides the torque.
+
+use crate::spatial::JointVector;
+
+/// What one cycle gives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Command {
+    /// The torque to send (Nm); finite, within the arm's limits of torque and rate, whatever the status.
+    pub tau: JointVector,
+    /// Why it is as it is.
+    pub status: Status,
+}
+
+/// What the host is at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Status {
+    /// The law acts.
+    Running,
+    /// The law acts, and something of it was cut.
+    Limited(Limited),
+    /// Latched: the arm holds its posture, ever more softly. Only a new start ends it.
+    Fault(Fault),
+    /// Not started, or stopped: the arm holds its posture, ever more softly.
+    Stopped,
+}
+
+/// What was cut in a sample; several at once are possible.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Limited(u32);
+
+impl Limited {
+    /// A joint's torque or its rate.
+    pub const TORQUE: Self = Self(1);
+    /// The task's wrench or its rate.
+    pub const WRENCH: Self = Self(1 << 1);
+    /// The error that spring and adaptation see.
+    pub const ERROR: Self = Self(1 << 2);
+    /// The latest goal: moved into the workspace, or not taken because no move to it could be planned.
+    pub const GOAL: Self = Self(1 << 3);
+    /// A joint near the end of its range is pushed back.
+    pub const JOINT_RANGE: Self = Self(1 << 4);
+    /// The energy tank is low: K grows less, F_ff and F_d act in part.
+    pub const ENERGY: Self = Self(1 << 5);
+    /// Contact is lost: F_d fades.
+    pub const CONTACT_LOSS: Self = Self(1 << 6);
+
+    /// Whether nothing was cut.
+    #[must_use]
+    pub fn is_none(self) -> bool {
+        self.0 == 0
+    }
+
+    /// Whether `other` was cut.
+    #[must_use]
+    pub fn contains(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// The flags as bits, in the order of the constants.
+    #[must_use]
+    pub fn bits(self) -> u32 {
+        self.0
+    }
+
+    pub(crate) fn insert(&mut self, other: Self, cut: bool) {
+        if cut {
+            self.0 |= other.0;
+        }
+    }
+}
+
+/// Why the law gave up. Joints count from 1.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum Fault {
+    /// A field of the state that no arm has.
+    #[error("{field} of the arm's state is not finite, or beyond anything an arm has")]
+    Unreadable {
+        /// Its name.
+        field: &'static str,
+    },
+    /// A period that is no period, or too long: the loop has stalled.
+    #[error("{period} s since the last cycle; allowed: 0 to {max}")]
+    Period {
+        /// As given (s).
+        period: f64,
+        /// The largest that is allowed (s).
+        max: f64,
+    },
+    /// The mass matrix is no mass matrix, or the law's torque not finite.
+    #[error("the mass matrix is not positive definite")]
+    Mass,
+    /// At the start: the arm's pose is not what the model makes of its joint angles.
+    #[error(
+        "the arm's pose is {distance:.4} m and {angle:.4} rad from the model's kinematics; allowed: {max_distance} m, {max_angle} rad"
+    )]
+    Kinematics {
+        /// Between the two positions (m).
+        distance: f64,
+        /// Between the two orientations (rad).
+        angle: f64,
+        /// Allowed (m).
+        max_distance: f64,
+        /// Allowed (rad).
+        max_angle: f64,
+    },
+    /// A joint is outside its range.
+    #[error("joint {joint} is at {position:.4} rad; its range: {low} to {high}")]
+    JointRange {
+        /// 1 to 7.
+        joint: usize,
+        /// Where it is (rad).
+        position: f64,
+        /// Lower end (rad).
+        low: f64,
+        /// Upper end (rad).
+        high: f64,
+    },
+    /// A joint is too fast.
+    #[error("joint {joint} moves at {speed:.3} rad/s; allowed: {max}")]
+    JointSpeed {
+        /// 1 to 7.
+        joint: usize,
+        /// Its speed (rad/s).
+        speed: f64,
+        /// Allowed (rad/s).
+        max: f64,
+    },
+    /// The tool has left the workspace and its margin.
+    #[error("the tool is at {axis} = {position:.4} m; allowed: {low:.4} to {high:.4}")]
+    Workspace {
+        /// x, y or z.
+        axis: char,
+        /// Where it is (m).
+        position: f64,
+        /// Lower bound (m).
+        low: f64,
+        /// Upper bound (m).
+        high: f64,
+    },
+    /// The environment pushes harder than it may.
+    #[error("the environment pushes with {force:.1} N; allowed: {max}")]
+    ExternalForce {
+        /// Its norm (N).
+        force: f64,
+        /// Allowed (N).
+        max: f64,
+    },
+    /// The environment turns harder than it may.
+    #[error("the environment turns with {moment:.2} Nm; allowed: {max}")]
+    ExternalMoment {
+        /// Its norm (Nm).
+        moment: f64,
+        /// Allowed (Nm).
+        max: f64,
+    },
+    /// No action for too long.
+    #[error("no action for {silence:.3} s; allowed: {max}")]
+    Silence {
+        /// Since the latest action (s).
+        silence: f64,
+        /// Allowed (s).
+        max: f64,
+    },
+}
+
+impl Fault {
+    /// A number for each kind, from 1, that will not change.
+    #[must_use]
+    pub fn code(&self) -> u32 {
+        match self {
+            Self::Unreadable { .. } => 1,
+            Self::Period { .. } => 2,
+            Self::Mass => 3,
+            Self::Kinematics { .. } => 4,
+            Self::JointRange { .. } => 5,
+            Self::JointSpeed { .. } => 6,
+            Self::Workspace { .. } => 7,
+            Self::ExternalForce { .. } => 8,
+            Self::ExternalMoment { .. } => 9,
+            Self::Silence { .. } => 10,
+        }
+    }
+}
+
+/// Why an action was not taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum NotTaken {
+    /// The law does not act: not started, stopped, or a fault.
+    #[error("the law does not act: the action is not taken")]
+    NotRunning,
+    /// An action for another space.
+    #[error("an action of {found} entries; the space has {expected}")]
+    Length {
+        /// Its length.
+        found: usize,
+        /// The space's.
+        expected: usize,
+    },
+}
