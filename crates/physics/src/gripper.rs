@@ -10,6 +10,8 @@ use aforce::Pose;
 
 /// Centre of the grip in the gripper frame (m): the point that the arm controls.
 pub const GRIP_SITE: [f64; 3] = [0.0, 0.0, 0.097];
+/// Names of the left and the right finger's joint.
+pub const FINGER_JOINTS: [&str; 2] = ["left_finger_joint", "right_finger_joint"];
 /// Finger travel (m).
 pub const TRAVEL: f64 = 0.04;
 /// Finger opening at the start of an episode (m).

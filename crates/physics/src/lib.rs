@@ -25,6 +25,7 @@ pub mod scenes;
 mod simulation;
 mod solid;
 mod stop;
+pub mod urdf;
 pub mod wiping_tool;
 
 pub use contact::{ContactReading, LinkReading};

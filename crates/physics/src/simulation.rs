@@ -7,7 +7,7 @@ use thiserror::Error;
 use crate::contact::ContactReading;
 use crate::deviation::Deviation;
 use crate::engine::{Engine, EngineState};
-use crate::gripper::{Gripper, INITIAL_OPENING};
+use crate::gripper::{FINGER_JOINTS, Gripper, INITIAL_OPENING};
 use crate::model::Model;
 use crate::panda::Parameters;
 use crate::scene::Scene;
@@ -82,6 +82,8 @@ pub struct Simulation {
     /// Cut-offs of the filtered and the sustained wrench (Hz).
     cutoffs: [f64; 2],
     gripper: Option<Gripper>,
+    /// Places of the left and the right finger among the engine's joints.
+    fingers: Option<[usize; 2]>,
     contact: ContactReading,
     /// Efforts from outside, one per joint of the engine.
     loads: Vec<f64>,
@@ -111,7 +113,9 @@ impl Simulation {
         let scene_as_it_is = plant.deviation.of(scene, tool, offset);
         let engine_dt = plant.dt / parts as f64;
         let engine = Engine::new(&scene_as_it_is, engine_dt, config.substeps);
-        let has_gripper = engine.axes().get(7).is_some_and(|axis| axis.name == "left_finger_joint");
+        let place = |joint: &str| engine.axes().iter().position(|axis| axis.name == joint);
+        let [left, right] = FINGER_JOINTS.map(place);
+        let fingers = left.zip(right).map(|(left, right)| [left, right]);
         let model = Model::new(scene, tool, offset);
         Simulation {
             loads: vec![0.0; engine.axes().len()],
@@ -125,7 +129,8 @@ impl Simulation {
             dt: plant.dt,
             parts,
             cutoffs: [config.force_cutoff_hz, config.sustained_cutoff_hz],
-            gripper: has_gripper.then(Gripper::default),
+            gripper: fingers.map(|_| Gripper::default()),
+            fingers,
             contact: ContactReading::default(),
         }
     }
@@ -146,12 +151,11 @@ impl Simulation {
             self.engine.set_coordinate(i, q, 0.0);
         }
         for i in 7..self.efforts.len() {
-            let start = match (i, &self.gripper) {
-                (7, Some(_)) => INITIAL_OPENING,
-                (8, Some(_)) => -INITIAL_OPENING,
-                _ => 0.0,
-            };
-            self.engine.set_coordinate(i, start, 0.0);
+            self.engine.set_coordinate(i, 0.0, 0.0);
+        }
+        if let Some([left, right]) = self.fingers {
+            self.engine.set_coordinate(left, INITIAL_OPENING, 0.0);
+            self.engine.set_coordinate(right, -INITIAL_OPENING, 0.0);
         }
         self.engine.settle();
         if let Some(gripper) = &mut self.gripper {
@@ -218,9 +222,11 @@ impl Simulation {
     fn advance(&mut self, tau: &JointVector, grip: f64, dt: f64) -> Result<(), Diverged> {
         self.efforts.fill(0.0);
         self.efforts[..7].copy_from_slice(tau.as_slice());
-        if let Some(gripper) = &mut self.gripper {
-            let q = [self.engine.coordinate(7).0, self.engine.coordinate(8).0];
-            self.efforts[7..9].copy_from_slice(&gripper.update(grip, q, dt));
+        if let (Some(gripper), Some(fingers)) = (&mut self.gripper, self.fingers) {
+            let efforts = gripper.update(grip, fingers.map(|finger| self.engine.coordinate(finger).0), dt);
+            for (finger, effort) in fingers.into_iter().zip(efforts) {
+                self.efforts[finger] = effort;
+            }
         }
         for (i, effort) in self.efforts.iter_mut().enumerate() {
             let axis = &self.engine.axes()[i];
