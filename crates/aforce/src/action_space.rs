@@ -115,6 +115,7 @@ impl ActionSpace {
     /// # Panics
     /// Never: every record is a table.
     #[must_use]
+    #[expect(clippy::expect_used, reason = "not on the control loop")]
     pub fn to_toml(&self) -> String {
         toml::to_string(self).expect("a record is a table")
     }

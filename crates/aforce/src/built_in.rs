@@ -1,5 +1,13 @@
 //! Action spaces by name and from tables: the built-in list, `extends`, and how one table is laid over another.
 
+#![cfg_attr(
+    not(test),
+    expect(
+        clippy::expect_used,
+        reason = "the built-in file is read before the control loop, and a test reads all of it"
+    )
+)]
+
 use std::str::FromStr;
 
 use toml::{Table, Value};

@@ -20,10 +20,17 @@
 //! environment *should* exert (pressing on a table below with 10 N is F_d = +10 N along +z).
 //!
 //! The way in is [`Controller`]: `reset`, then one `set_goal` per policy action and one `update` per control sample.
-//! Nothing here knows the plant: any simulator or arm that fills a [`Measurement`] can host it. The control step does
-//! not allocate.
+//! Nothing here knows the plant: any simulator that fills a [`Measurement`] can use it. An arm that is not simulated is driven
+//! through [`host`], which bounds what the law may do. The control step does not allocate.
 
-#![cfg_attr(not(test), warn(clippy::disallowed_methods))] // See clippy.toml.
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+// See clippy.toml.
+// Nothing on the control loop may panic; what only reads settings says where it may. Indices are not linted: they run over vectors of
+// fixed length, and the host's fuzz looks after them.
+#![cfg_attr(
+    not(test),
+    deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::unreachable, clippy::todo)
+)]
 
 mod action;
 mod action_space;

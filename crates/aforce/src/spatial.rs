@@ -35,7 +35,7 @@ pub struct Measurement {
     pub jacobian: Jacobian,
     /// Joint-space mass matrix (kg m^2), rotor inertia included.
     pub mass: JointMatrix,
-    /// Torques that hold the arm against gravity and Coriolis forces (Nm).
+    /// Torques against gravity and Coriolis forces that the arm does not put on its joints by itself (Nm).
     pub bias: JointVector,
     /// Filtered wrench that the environment exerts on the tool (N, Nm), world axes, at the tool point.
     pub wrench: Wrench,

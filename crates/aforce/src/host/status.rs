@@ -87,7 +87,7 @@ pub enum Fault {
         max: f64,
     },
     /// The mass matrix is no mass matrix, or the law's torque not finite.
-    #[error("the mass matrix is not positive definite")]
+    #[error("the mass matrix is not positive definite, or so small that the law's torque is not finite")]
     Mass,
     /// At the start: the arm's pose is not what the model makes of its joint angles.
     #[error(
