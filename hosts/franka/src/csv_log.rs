@@ -1,0 +1,138 @@
+//! Every tenth cycle as CSV: the columns of the wiping experiment, and what only a host has.
+
+use std::path::Path;
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::thread::JoinHandle;
+
+use aforce::host::{Command, Host, Status};
+use aforce::{EnergyLedger, JointVector, Pose, Vector6, pose_error};
+use anyhow::{Context, Result, anyhow};
+
+/// Rows that may wait for the disk.
+const WAITING: usize = 4096;
+const AXES: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
+
+/// One cycle.
+pub struct Row {
+    time: f64,
+    phase: &'static str,
+    force: [f64; 3],
+    tool: Pose,
+    set_point: Pose,
+    stiffness: Vector6,
+    feedforward: Vector6,
+    energy: [f64; 2],
+    tank: f64,
+    status: &'static str,
+    limited: u32,
+    tau: JointVector,
+}
+
+impl Row {
+    /// What the host has just done. `energies` are of all of the torque, and without the compensation of gravity and Coriolis
+    /// forces.
+    pub fn new(
+        time: f64,
+        phase: &'static str,
+        host: &Host,
+        command: &Command,
+        energies: [&EnergyLedger; 2],
+    ) -> Option<Self> {
+        let (controller, y) = (host.controller(), host.measurement()?);
+        let (status, limited) = match command.status {
+            Status::Running => ("running", 0),
+            Status::Limited(limited) => ("limited", limited.bits()),
+            Status::Fault(_) => ("fault", 0),
+            Status::Stopped => ("stopped", 0),
+        };
+        Some(Self {
+            time,
+            phase,
+            force: [y.wrench[2], controller.force_command(), controller.engagement()],
+            tool: y.pose,
+            set_point: *controller.set_point(),
+            stiffness: controller.stiffness(),
+            feedforward: *controller.feedforward(),
+            energy: energies.map(|energy| energy.absolute),
+            tank: host.tank(),
+            status,
+            limited,
+            tau: command.tau,
+        })
+    }
+
+    fn header() -> Vec<String> {
+        let names = ["time_s", "phase", "force_n", "measured_force_n", "force_command_n", "engagement"];
+        let mut header: Vec<String> = names.map(String::from).into();
+        for (name, axes, unit) in [
+            ("position", 3, "_m"),
+            ("set_point", 3, "_m"),
+            ("error", 6, ""),
+            ("stiffness", 6, ""),
+            ("feedforward", 6, ""),
+        ] {
+            header.extend(AXES.iter().take(axes).map(|axis| format!("{name}_{axis}{unit}")));
+        }
+        header.extend(
+            ["quaternion_error", "energy_j", "control_energy_j", "tank_j", "status", "limited"].map(String::from),
+        );
+        header.extend((1..=7).map(|joint| format!("tau_{joint}_nm")));
+        header
+    }
+
+    fn cells(&self) -> Vec<String> {
+        let error = pose_error(&self.tool, &self.set_point);
+        // The contact force itself, force_n, only a simulator knows.
+        let mut cells = vec![format!("{:.3}", self.time), self.phase.into(), String::new()];
+        let vectors: [&[f64]; 6] = [
+            &self.force,
+            self.tool.translation.vector.as_slice(),
+            self.set_point.translation.vector.as_slice(),
+            error.as_slice(),
+            self.stiffness.as_slice(),
+            self.feedforward.as_slice(),
+        ];
+        cells.extend(vectors.into_iter().flatten().map(|value| format!("{value:.6}")));
+        // Norm of the difference of two quaternions: 2 sin(angle / 4).
+        let quaternion_error = 2.0 * (self.tool.rotation.angle_to(&self.set_point.rotation) / 4.0).sin();
+        cells.extend([quaternion_error, self.energy[0], self.energy[1], self.tank].map(|value| format!("{value:.6}")));
+        cells.extend([self.status.to_owned(), self.limited.to_string()]);
+        cells.extend(self.tau.iter().map(|tau| format!("{tau:.6}")));
+        cells
+    }
+}
+
+/// Writes rows in a thread of its own: the disk is not the control loop's concern.
+pub struct Log {
+    rows: SyncSender<Row>,
+    writer: JoinHandle<Result<()>>,
+}
+
+impl Log {
+    /// A new file; one that exists is not overwritten.
+    pub fn create(path: &Path) -> Result<Self> {
+        let file = std::fs::File::create_new(path).with_context(|| path.display().to_string())?;
+        let (rows, received) = sync_channel::<Row>(WAITING);
+        let writer = std::thread::spawn(move || {
+            let mut table = csv::Writer::from_writer(file);
+            table.write_record(Row::header())?;
+            for row in received {
+                table.write_record(row.cells())?;
+                table.flush()?;
+            }
+            Ok(())
+        });
+        Ok(Self { rows, writer })
+    }
+
+    /// A row, unless the disk is too slow to take it.
+    pub fn add(&self, row: Row) {
+        let _ = self.rows.try_send(row);
+    }
+
+    /// Waits until all is written.
+    pub fn finish(self) -> Result<()> {
+        drop(self.rows);
+        self.writer.join().map_err(|_| anyhow!("the log's thread has died"))?.context("the log")
+    }
+}

@@ -1,0 +1,27 @@
+//! `franka-host`: the AFORCE control law on a Franka arm. Nothing here was tried on hardware.
+
+#![deny(unsafe_code)]
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+mod arm;
+mod checks;
+mod cli;
+mod csv_log;
+mod motion;
+mod policy;
+mod rehearsal;
+mod run;
+mod script;
+
+fn main() -> ExitCode {
+    match run::run(&cli::Args::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

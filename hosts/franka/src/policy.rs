@@ -1,0 +1,115 @@
+//! A policy in a process of its own: a line of observations in, a line of actions out.
+
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
+use std::time::Duration;
+
+use aforce::host::Host;
+use anyhow::{Context, Result, anyhow, bail, ensure};
+
+/// Time that a policy has for its first answer.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// The running policy. Its end is not the host's concern: the watchdog hears its silence.
+pub struct Policy {
+    child: Child,
+    observations: ChildStdin,
+    actions: Receiver<Result<Vec<f64>>>,
+}
+
+impl Policy {
+    /// Starts `command` (words at spaces).
+    pub fn start(command: &str) -> Result<Self> {
+        let mut words = command.split_whitespace();
+        let program = words.next().context("--policy: no program")?;
+        let mut child = Command::new(program)
+            .args(words)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .with_context(|| format!("--policy {command}"))?;
+        let observations = child.stdin.take().context("the policy's input")?;
+        let answers = BufReader::new(child.stdout.take().context("the policy's output")?);
+        let (sender, actions) = sync_channel(4);
+        // Reading blocks: not in the control thread.
+        std::thread::spawn(move || {
+            for line in answers.lines() {
+                let action = line.map_err(Into::into).and_then(|line| numbers(&line));
+                if sender.send(action).is_err() {
+                    break;
+                }
+            }
+        });
+        Ok(Self { child, observations, actions })
+    }
+
+    /// The first action, before any torque flows: a policy for another space is refused here.
+    pub fn first(&mut self, host: &Host) -> Result<Vec<f64>> {
+        let expected = host.controller().space().dim();
+        let action = self
+            .actions
+            .recv_timeout(PATIENCE)
+            .map_err(|_| anyhow!("the policy did not answer within {} s", PATIENCE.as_secs()))??;
+        let found = action.len();
+        ensure!(
+            found == expected,
+            "the policy answers with {found} numbers, actions of `{}` have {expected}",
+            host.controller().space()
+        );
+        Ok(action)
+    }
+
+    /// Asks for an action. A policy that is gone is noticed by its silence.
+    pub fn ask(&mut self, host: &Host) {
+        let _ = writeln!(self.observations, "{}", observation(host));
+        let _ = self.observations.flush();
+    }
+
+    /// The latest action since the last call, if there is one.
+    pub fn answer(&mut self) -> Result<Option<Vec<f64>>> {
+        let mut latest = None;
+        loop {
+            match self.actions.try_recv() {
+                Ok(action) => latest = Some(action?),
+                Err(TryRecvError::Empty | TryRecvError::Disconnected) => return Ok(latest),
+            }
+        }
+    }
+}
+
+impl Drop for Policy {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// What a policy is told: joint angles and velocities (7 + 7), tool position and quaternion x, y, z, w (3 + 4), its velocity (6), the
+/// wrench on it (6), K in N/m and Nm/rad (6), F_ff (6), F_d (1); all in base axes.
+fn observation(host: &Host) -> String {
+    let Some(y) = host.measurement() else { return String::new() };
+    let controller = host.controller();
+    let stiffness = controller.stiffness();
+    let parts: [&[f64]; 9] = [
+        y.q.as_slice(),
+        y.qd.as_slice(),
+        y.pose.translation.vector.as_slice(),
+        y.pose.rotation.coords.as_slice(),
+        y.twist.as_slice(),
+        y.wrench.as_slice(),
+        stiffness.as_slice(),
+        controller.feedforward().as_slice(),
+        &[controller.desired_force()],
+    ];
+    parts.concat().iter().map(f64::to_string).collect::<Vec<_>>().join(" ")
+}
+
+fn numbers(line: &str) -> Result<Vec<f64>> {
+    let number = |word: &str| word.parse::<f64>().map_err(|_| anyhow!("the policy answers {word:?}: no number"));
+    let numbers: Vec<f64> = line.split_whitespace().map(number).collect::<Result<_>>()?;
+    if numbers.is_empty() {
+        bail!("the policy answers with an empty line");
+    }
+    Ok(numbers)
+}

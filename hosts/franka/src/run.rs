@@ -1,0 +1,226 @@
+//! Connect, check, move to the start, run, relax, end.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use aforce::EnergyLedger;
+use aforce::host::{ArmState, Host, HostSetup, NotTaken, Status};
+use anyhow::{Context, Result, anyhow, bail, ensure};
+use franka::{Model, RealtimeConfig, Robot, RobotMode, RobotState, Torques, motion_finished};
+use signal_hook::consts::{SIGINT, SIGTERM};
+
+use crate::arm::{arm_state, model_pose};
+use crate::cli::Args;
+use crate::csv_log::{Log, Row};
+use crate::policy::Policy;
+use crate::rehearsal::add_table;
+use crate::script::Running;
+use crate::{checks, motion};
+
+/// Cycles per row of the log.
+const LOGGED: u64 = 10;
+/// The robot refuses torque rates of 1000 Nm/s, and compares in single precision.
+const RATE_SHARE: f64 = 0.99;
+/// Torque (Nm) and force (N, Nm) at which the robot itself stops: above what the set-up calls a fault.
+const COLLISION_TORQUE: [f64; 7] = [60.0, 60.0, 60.0, 60.0, 12.0, 12.0, 12.0];
+const COLLISION_MARGIN: f64 = 1.5;
+const IDENTITY: [f64; 16] = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+
+/// Who says what to do.
+enum Source {
+    Script(Running),
+    Policy(Policy),
+}
+
+/// All of it.
+pub fn run(args: &Args) -> Result<()> {
+    let setup = read_setup(args)?;
+    let mut host = Host::new(&setup)?;
+    ensure!(args.duration > 0.0, "--duration {}: must be above 0", args.duration);
+    ensure!(
+        args.script != Some(crate::cli::Script::Wipe) || setup.space.force,
+        "--script wipe presses: `{}` has space.force = false",
+        setup.space
+    );
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&stop))?;
+    }
+
+    let realtime = if args.no_realtime { RealtimeConfig::Ignore } else { RealtimeConfig::Enforce };
+    let robot = Robot::new(&args.robot, realtime).with_context(|| format!("--robot {}", args.robot))?;
+    println!("connected: {:?}, {:?}", args.robot, robot.fci_version());
+    prepare(&robot, &setup)?;
+    let model = robot.load_model().context("the robot's model")?;
+    if let Some(start) = &args.start {
+        let start = start.as_slice().try_into().context("--start takes seven angles")?;
+        motion::move_to(&robot, start)?;
+    }
+    if !args.no_push_check {
+        checks::push_by_hand(&robot, &model, &setup)?;
+    }
+
+    // Everything that can be refused is refused before a torque flows.
+    let read = |state: &RobotState| {
+        let mut arm = arm_state(state, &model);
+        if let Some(height) = args.rehearse_table {
+            add_table(&mut arm, height);
+        }
+        arm
+    };
+    let state = robot.read_once()?;
+    let arm = read(&state);
+    host.start(&arm, &model_pose(&state, &model)).map_err(|fault| anyhow!("{fault}: refused"))?;
+    let mut first = None;
+    let source = match (&args.policy, args.script) {
+        (Some(command), _) => {
+            let mut policy = Policy::start(command)?;
+            policy.ask(&host);
+            first = Some(policy.first(&host)?);
+            Source::Policy(policy)
+        }
+        (None, Some(script)) => Source::Script(Running::new(script, &setup, arm.pose)),
+        (None, None) => bail!("--script or --policy"),
+    };
+    let log = args.log.as_deref().map(Log::create).transpose()?;
+
+    let mut act = Act { setup: &setup, host, source, first, log, stop, duration: args.duration, refused: None };
+    let outcome = act.control(&robot, &model, &read);
+    if let Some(log) = act.log.take() {
+        log.finish()?;
+    }
+    outcome
+}
+
+fn read_setup(args: &Args) -> Result<HostSetup> {
+    let (name, text) = match &args.setup {
+        Some(path) => {
+            let name = path.display().to_string();
+            (name.clone(), std::fs::read_to_string(path).with_context(|| name)?)
+        }
+        None => ("configs/fr3.toml".to_owned(), include_str!("../configs/fr3.toml").to_owned()),
+    };
+    let mut setup = HostSetup::from_toml(&text).map_err(|error| anyhow!("{name}: {error}"))?;
+    ensure!(setup.controller.control_hz == 1000, "{name}: controller.control_hz must be 1000, the arm's rate");
+    setup.arm.torque_rate_max = setup.arm.torque_rate_max.map(|rate| RATE_SHARE * rate);
+    Ok(setup)
+}
+
+/// The robot's own settings: its stops beyond ours, its wrench about the tool point.
+fn prepare(robot: &Robot, setup: &HostSetup) -> Result<()> {
+    if robot.read_once()?.robot_mode == RobotMode::Reflex {
+        println!("the robot has stopped in a reflex: recovering");
+        robot.automatic_error_recovery()?;
+    }
+    let [force, moment] = setup.limits.external_max.map(|max| (COLLISION_MARGIN * max).min(100.0));
+    let forces = [force, force, force, moment, moment, moment];
+    robot.set_collision_behavior_simple(COLLISION_TORQUE, COLLISION_TORQUE, forces, forces)?;
+    robot.set_k(IDENTITY)?;
+    Ok(())
+}
+
+/// The loop at 1 kHz.
+struct Act<'a> {
+    setup: &'a HostSetup,
+    host: Host,
+    source: Source,
+    /// The policy's first action, which came before the loop.
+    first: Option<Vec<f64>>,
+    log: Option<Log>,
+    stop: Arc<AtomicBool>,
+    /// Longest time (s).
+    duration: f64,
+    /// Why the policy's latest answer was not taken.
+    refused: Option<anyhow::Error>,
+}
+
+impl Act<'_> {
+    fn control(&mut self, robot: &Robot, model: &Model, read: &dyn Fn(&RobotState) -> ArmState) -> Result<()> {
+        let mut control = robot.start_torque_control()?;
+        let (mut energy, mut control_energy) = (EnergyLedger::default(), EnergyLedger::default());
+        let (mut time, mut next_action, mut cycles) = (0.0, 0.0, 0u64);
+        let (mut begun, mut lost) = (false, 0u64);
+        let outcome = loop {
+            let (state, period) = control.read_once().context("the robot has stopped")?;
+            let arm = read(&state);
+            let dt = if begun { period.as_secs_f64() } else { 0.0 };
+            if !begun {
+                // From where the arm is now, with the torque that it has now.
+                self.host.start(&arm, &model_pose(&state, model)).map_err(|fault| anyhow!("{fault}: refused"))?;
+                begun = true;
+            }
+            time += dt;
+            cycles += 1;
+            lost += (dt / self.setup.controller.dt()).round().max(1.0) as u64 - 1;
+            let command = self.host.update(&arm, dt);
+            let tau = Torques::new(command.tau.into());
+            energy.add(&(command.tau + arm.gravity), &arm.qd, dt);
+            control_energy.add(&(command.tau - arm.coriolis), &arm.qd, dt);
+            if let Some(log) = &self.log
+                && cycles.is_multiple_of(LOGGED)
+                && let Some(row) = Row::new(time, self.phase(), &self.host, &command, [&energy, &control_energy])
+            {
+                log.add(row);
+            }
+            if self.host.is_relaxed() {
+                control.write_once(&motion_finished(tau))?;
+                break command.status;
+            }
+            control.write_once(&tau).context("the robot has stopped")?;
+            // Behind the torque: what takes time takes it from the next cycle's wait.
+            if time >= next_action {
+                next_action += 1.0 / f64::from(self.setup.controller.policy_hz);
+                self.ask();
+            }
+            self.answer();
+            if self.stop.load(Ordering::Relaxed) || time > self.duration {
+                self.host.stop();
+            }
+        };
+        println!(
+            "{time:.1} s, {cycles} cycles, {lost} lost, {:.2} J, tank {:.2} J",
+            control_energy.absolute,
+            self.host.tank()
+        );
+        match outcome {
+            Status::Fault(fault) => Err(anyhow!("{fault}: the arm held its posture, relaxed, and was let go")),
+            _ => self.refused.take().map_or(Ok(()), Err),
+        }
+    }
+
+    fn phase(&self) -> &'static str {
+        match &self.source {
+            Source::Script(script) => script.phase().name(),
+            Source::Policy(_) => "policy",
+        }
+    }
+
+    /// At the policy's rate.
+    fn ask(&mut self) {
+        match &mut self.source {
+            Source::Script(script) => match script.action(&self.host, self.setup) {
+                Some(action) => {
+                    let _ = self.host.set_goal(&action); // After a fault nobody listens.
+                }
+                None => self.host.stop(),
+            },
+            Source::Policy(policy) => policy.ask(&self.host),
+        }
+    }
+
+    /// At each cycle. A policy that answers nonsense is ended as one that is told to stop.
+    fn answer(&mut self) {
+        let Source::Policy(policy) = &mut self.source else { return };
+        let answer = self.first.take().map_or_else(|| policy.answer(), |first| Ok(Some(first)));
+        let refused = match answer {
+            Ok(Some(action)) => match self.host.set_goal(&action) {
+                Ok(()) | Err(NotTaken::NotRunning) => return,
+                Err(error) => anyhow!(error),
+            },
+            Ok(None) => return,
+            Err(error) => error,
+        };
+        self.refused.get_or_insert(refused);
+        self.host.stop();
+    }
+}
