@@ -19,7 +19,7 @@ GALLERY ?= runs/gallery
 SHOWN = lift door wipe
 KEPT = $(patsubst results/%/checkpoints/best/actor.safetensors,%,$(wildcard results/*/*/*/*/checkpoints/best/actor.safetensors))
 
-.PHONY: setup demo test check bench reproduce gallery
+.PHONY: setup demo test test-franka check bench reproduce gallery
 
 # libtorch, pinned and verified, into third_party/libtorch (about 500 MB).
 setup:
@@ -35,6 +35,10 @@ demo: setup
 
 test: setup
 	$(CARGO) test --release --workspace
+
+# The Franka host, a workspace of its own, over the real protocol against a robot in software: three minutes.
+test-franka:
+	$(CARGO) test --release --manifest-path hosts/franka/Cargo.toml
 
 check: setup
 	$(CARGO) fmt --all --check

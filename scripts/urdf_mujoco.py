@@ -44,7 +44,7 @@ for _ in range(100):
         mujoco.mj_fullM(model, mass, data.qM)
         mass -= np.diag(model.dof_armature)
         body = data.body(tool)
-        found.append((body.xpos, body.xmat, mass[np.ix_(list(at), list(at))], data.qfrc_bias[list(at)]))
+        found.append((body.xpos.copy(), body.xmat.copy(), mass[np.ix_(list(at), list(at))], data.qfrc_bias[list(at)]))
     for name, a, b in zip(worst, *found):
         worst[name] = max(worst[name], float(np.abs(a - b).max()))
 for name, value in worst.items():

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use aforce::EnergyLedger;
 use aforce::host::{ArmState, Host, HostSetup, NotTaken, Status};
+use aforce::{Arm, EnergyLedger};
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use franka::{Model, RealtimeConfig, Robot, RobotMode, RobotState, Torques, motion_finished};
+use franka::{FciVersion, Model, RealtimeConfig, Robot, RobotMode, RobotState, Torques, motion_finished};
 use signal_hook::consts::{SIGINT, SIGTERM};
 
 use crate::arm::{arm_state, model_pose};
@@ -50,6 +50,7 @@ pub fn run(args: &Args) -> Result<()> {
     let realtime = if args.no_realtime { RealtimeConfig::Ignore } else { RealtimeConfig::Enforce };
     let robot = Robot::new(&args.robot, realtime).with_context(|| format!("--robot {}", args.robot))?;
     println!("connected: {:?}, {:?}", args.robot, robot.fci_version());
+    check_range(&setup.arm, robot.fci_version())?;
     prepare(&robot, &setup)?;
     let model = robot.load_model().context("the robot's model")?;
     if let Some(start) = &args.start {
@@ -104,6 +105,26 @@ fn read_setup(args: &Args) -> Result<HostSetup> {
     ensure!(setup.controller.control_hz == 1000, "{name}: controller.control_hz must be 1000, the arm's rate");
     setup.arm.torque_rate_max = setup.arm.torque_rate_max.map(|rate| RATE_SHARE * rate);
     Ok(setup)
+}
+
+/// The set-up's joint ranges must lie within those of the robot, whose generation its protocol tells.
+fn check_range(arm: &Arm, version: FciVersion) -> Result<()> {
+    let (name, robot) = match version {
+        FciVersion::V5 => ("panda", Arm::PANDA),
+        FciVersion::V10 => ("fr3", Arm::FR3),
+    };
+    for (joint, (ours, robots)) in arm.range.iter().zip(robot.range).enumerate() {
+        ensure!(
+            ours[0] >= robots[0] && ours[1] <= robots[1],
+            "arm.range of joint {}: {} to {} rad; the robot ({name}) goes from {} to {}",
+            joint + 1,
+            ours[0],
+            ours[1],
+            robots[0],
+            robots[1]
+        );
+    }
+    Ok(())
 }
 
 /// The robot's own settings: its stops beyond ours, its wrench about the tool point.

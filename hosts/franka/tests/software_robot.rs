@@ -207,7 +207,7 @@ fn ctrl_c_relaxes_and_after_a_kill_the_robot_can_be_used_again() {
 }
 
 #[test]
-fn a_start_outside_of_the_workspace_is_refused() {
+fn a_start_outside_of_the_workspace_and_another_arm_are_refused() {
     let (_robot, _lock) = robot_or_skip!();
     let folder = tempfile::tempdir().unwrap();
     let setup = folder.path().join("far.toml");
@@ -219,6 +219,11 @@ fn a_start_outside_of_the_workspace_is_refused() {
     assert_eq!(output.status.code(), Some(1));
     assert!(text(&output).contains("allowed: 0.6000 to 0.7500: refused"), "{}", text(&output));
     assert!(log.is_empty());
+
+    std::fs::write(&setup, fr3.replace("arm = \"fr3\"", "arm = \"panda\"")).unwrap();
+    let (output, _) = run(&folder, &["--script", "hold", "--setup", setup.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output).contains("arm.range of joint 1: -2.8973 to 2.8973 rad; the robot (fr3) goes from -2.7501"));
 }
 
 #[test]
