@@ -330,6 +330,24 @@ fn the_tank_bounds_what_growing_stiffness_pays() {
     assert!(poor <= 0.3 && poor > 0.2, "{poor}");
 }
 
+#[test]
+fn stiffness_does_not_wind_up_against_a_cap() {
+    let grown = |wrench_max: f64| {
+        let limits = HostLimits { wrench_max: [wrench_max, f64::INFINITY], ..endless() };
+        let mut plant = Plant::new(&HostSetup { limits, ..setup("aforce") });
+        for _ in 0..500 {
+            // A hand holds the tool 6 cm aside.
+            plant.y.pose.translation.vector = Vector3::from(HOME) + Vector3::x() * 0.06;
+            plant.host.update(&state(&plant.y, &plant.tau), DT);
+        }
+        plant.host.acting_stiffness()[0]
+    };
+    let k_0 = space("aforce").psi().unwrap().k_0[0];
+    assert!(grown(f64::INFINITY) > 2.0 * k_0);
+    let capped = grown(5.0);
+    assert!(capped < k_0 + 5.0, "{capped}");
+}
+
 /// A tool that presses on a table: the table vanishes.
 #[test]
 fn after_contact_is_lost_the_tool_does_not_run_after_it() {
