@@ -1,8 +1,8 @@
 //! A policy in a process of its own: a line of observations in, a line of actions out.
 
 use std::io::{BufRead, BufReader, Write};
-use std::process::{Child, ChildStdin, Command, Stdio};
-use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::time::Duration;
 
 use aforce::host::Host;
@@ -14,7 +14,7 @@ const PATIENCE: Duration = Duration::from_secs(30);
 /// The running policy. Its end is not the host's concern: the watchdog hears its silence.
 pub struct Policy {
     child: Child,
-    observations: ChildStdin,
+    observations: SyncSender<String>,
     actions: Receiver<Result<Vec<f64>>>,
 }
 
@@ -29,10 +29,18 @@ impl Policy {
             .stdout(Stdio::piped())
             .spawn()
             .with_context(|| format!("--policy {command}"))?;
-        let observations = child.stdin.take().context("the policy's input")?;
+        let mut input = child.stdin.take().context("the policy's input")?;
         let answers = BufReader::new(child.stdout.take().context("the policy's output")?);
+        // Writing and reading block: not in the control thread. Of observations only the next one waits.
+        let (observations, lines) = sync_channel::<String>(1);
+        std::thread::spawn(move || {
+            for line in lines {
+                if writeln!(input, "{line}").and_then(|()| input.flush()).is_err() {
+                    break;
+                }
+            }
+        });
         let (sender, actions) = sync_channel(4);
-        // Reading blocks: not in the control thread.
         std::thread::spawn(move || {
             for line in answers.lines() {
                 let action = line.map_err(Into::into).and_then(|line| numbers(&line));
@@ -62,8 +70,7 @@ impl Policy {
 
     /// Asks for an action. A policy that is gone is noticed by its silence.
     pub fn ask(&mut self, host: &Host) {
-        let _ = writeln!(self.observations, "{}", observation(host));
-        let _ = self.observations.flush();
+        let _ = self.observations.try_send(observation(host));
     }
 
     /// The latest action since the last call, if there is one.
