@@ -31,7 +31,7 @@ demo: setup
 	$(RUN) train -- --config experiments/configs/demo.toml --out runs/demo --resume
 	$(RUN) evaluate -- --run $(DEMO)
 	$(RUN) replay -- --run $(DEMO) --episode 1 --html $(DEMO)/replay.html --gif $(DEMO)/replay.gif --png $(DEMO)/replay.png --plot $(DEMO)/replay_traces
-	@echo "run folder: $(DEMO)   learning curves: curves.svg   episode: replay.html, replay.gif"
+	@echo "the learned episode, in a browser: file://$(abspath $(DEMO))/replay.html"
 
 test: setup
 	$(CARGO) test --release --workspace
@@ -95,10 +95,10 @@ gallery: setup $(SHOWN:%=$(GALLERY)/%.html) $(SHOWN:%=$(GALLERY)/%.gif) $(KEPT:%
 $(GALLERY)/wipe.%: WITH = -force
 
 $(SHOWN:%=$(GALLERY)/%.html): $(GALLERY)/%.html: | setup
-	$(RUN) replay -- --run results/table-1/$*/aforce$(WITH)/seed_1 --beside results/table-1/$*/variable$(WITH)/seed_1 --actions 500 --html $@
+	$(RUN) replay -- --run results/table-1/$*/aforce$(WITH)/seed_1 --beside results/table-1/$*/variable$(WITH)/seed_1 --html $@
 
 $(SHOWN:%=$(GALLERY)/%.gif): $(GALLERY)/%.gif: | setup
-	$(RUN) replay -- --run results/table-1/$*/aforce$(WITH)/seed_1 --every 4 --width 320 --gif $@
+	$(RUN) replay -- --run results/table-1/$*/aforce$(WITH)/seed_1 --actions 200 --every 4 --width 320 --gif $@
 
 $(KEPT:%=$(GALLERY)/%.gif): $(GALLERY)/%.gif: | setup
-	$(RUN) replay -- --run results/$* --gif $@
+	$(RUN) replay -- --run results/$* --actions 200 --gif $@

@@ -207,7 +207,13 @@ fn a_trained_run_is_evaluated_and_checked() {
         command.args(["--episodes", "2", "--run"]).arg(&run);
         command
     };
-    evaluate().arg("--csv").arg(&table).assert().success();
+    let told = evaluate().arg("--csv").arg(&table).assert().success().get_output().stdout.clone();
+    let told = String::from_utf8(told).unwrap();
+    expect(&told, &["seed_7", "best, after", "lift with aforce", "paper-steps", "written: ", "table.csv", "next: "]);
+    expect(
+        &String::from_utf8(evaluate().args(["--setup", "small-steps"]).output().unwrap().stdout).unwrap(),
+        &["changed", "env.controller.position_step: there 0.05, here 0.02"],
+    );
     let rows = std::fs::read_to_string(&table).unwrap();
     assert_eq!(rows.lines().count(), 3);
     assert!(
@@ -221,7 +227,8 @@ fn a_trained_run_is_evaluated_and_checked() {
         command.arg("--run").arg(&run).args(["--actions", "3", "--beside", beside, "--html"]).arg(&page);
         command
     };
-    replay(run.to_str().unwrap()).assert().success();
+    let told = replay(run.to_str().unwrap()).assert().success().get_output().stdout.clone();
+    expect(&String::from_utf8(told).unwrap(), &["in 3 actions", "written: ", "page.html"]);
     assert_eq!(std::fs::read_to_string(&page).unwrap().matches(r#""title":"lift aforce""#).count(), 2);
     expect(&error(&mut replay("variable"), 2), &["variable", "one action space"]);
     let mut wipe = program("replay");

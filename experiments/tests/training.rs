@@ -81,7 +81,7 @@ fn the_best_checkpoint_plays_its_evaluation_again() {
     let env = EnvArgs::default();
     let checkpoint = Which::Best;
     let source = SourceArgs { run: Some(run.clone()), checkpoint, sample: false, expert: false, random: false, env };
-    let Player { config, mut env, mut policy, step } = source.open().unwrap();
+    let Player { config, mut env, mut policy, step, .. } = source.open().unwrap();
     let again = folder.path().join("again.csv");
     let starts = (0..2).map(|index| training_evaluation_seed(step / 400, index));
     let mut table = CsvWriter::append(&again).unwrap();

@@ -6,6 +6,7 @@
 mod axis;
 mod caption;
 pub mod file;
+pub mod palette;
 pub mod parallel;
 pub mod picture;
 pub mod plot;

@@ -20,12 +20,14 @@ use kuva::render::theme::Theme;
 use physics::camera::Image;
 
 use crate::axis::Range;
+use crate::palette::{self, OTHERS};
 use crate::{file, picture};
 
 /// One curve.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Series {
-    /// What the legend calls it. The same label has the same colour in every panel.
+    /// What the legend calls it. The same label has the same colour in every panel; an action space's name has it in every
+    /// figure.
     pub label: String,
     /// (x, y) in drawing order. Points that are not finite are left out.
     pub points: Vec<(f64, f64)>,
@@ -66,24 +68,22 @@ const PANEL: (f64, f64) = (490.0, 335.0);
 const MARGIN: f64 = 8.0;
 /// Pixels per SVG unit: sharp at 300 dpi across a page.
 const PNG_SCALE: f32 = 2.0;
+const FIGURE_TITLE_SIZE: u32 = 20;
 const TITLE_SIZE: u32 = 17;
 const LABEL_SIZE: u32 = 15;
 const TICK_SIZE: u32 = 13;
 const LINE_WIDTH: f64 = 1.8;
 const MEMBER_WIDTH: f64 = 0.6;
+/// How much of a member's colour is white: what sums the members up stands out.
+const MEMBER_PALENESS: f64 = 0.6;
 const BAND_OPACITY: f64 = 0.18;
-
-/// Okabe and Ito's colours, which colour-blind readers can tell apart, without the yellow, too pale for a line. Three
-/// more follow, because kuva's PNGs show no dashes within short segments; the spaces of one plot must do with ten.
-const COLORS: [&str; 10] =
-    ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#8b4513", "#6a3d9a", "#808080"];
 
 /// The lines of the first and the second label of marks, and so on.
 const MARKS: [(&str, LineStyle); 2] = [("#c0c0c0", LineStyle::Solid), ("#808080", LineStyle::Solid)];
 
-/// Writes `PATH.svg`: the panels in two columns, one legend below them if any panel has several curves.
-pub fn write(panels: &[Panel], path_without_extension: &Path) -> Result<()> {
-    write_svg(panels, &file::with_suffix(path_without_extension, ".svg")).map(drop)
+/// Writes `PATH.svg`: a title, the panels in rows of two or three, one legend below them if any panel has several curves.
+pub fn write(title: &str, panels: &[Panel], path_without_extension: &Path) -> Result<()> {
+    write_svg(title, panels, &file::with_suffix(path_without_extension, ".svg")).map(drop)
 }
 
 /// The files that [`write_with_png`] writes.
@@ -92,17 +92,17 @@ pub fn files(path_without_extension: &Path) -> [PathBuf; 2] {
 }
 
 /// Writes `PATH.svg` as [`write`] does, and the same picture as `PATH.png`.
-pub fn write_with_png(panels: &[Panel], path_without_extension: &Path) -> Result<()> {
+pub fn write_with_png(title: &str, panels: &[Panel], path_without_extension: &Path) -> Result<()> {
     let [svg_path, png_path] = files(path_without_extension);
-    let scene = write_svg(panels, &svg_path)?;
+    let scene = write_svg(title, panels, &svg_path)?;
     let png = RasterBackend::new().with_scale(2.0 * PNG_SCALE).render_scene(&scene);
     let png = png.map_err(|reason| anyhow!("cannot draw {}: {reason}", png_path.display()))?;
     picture::write_png(&halved(&png)?, &png_path)
 }
 
-fn write_svg(panels: &[Panel], path: &Path) -> Result<Scene> {
+fn write_svg(title: &str, panels: &[Panel], path: &Path) -> Result<Scene> {
     ensure!(!panels.is_empty(), "no panels to draw in {}", path.display());
-    let scene = draw(panels);
+    let scene = draw(title, panels);
     file::replace(path, svg(&scene).as_bytes())?;
     Ok(scene)
 }
@@ -140,20 +140,28 @@ fn halved(png: &[u8]) -> Result<Image> {
     Ok(Image { width, height, rgb })
 }
 
-fn draw(panels: &[Panel]) -> Scene {
-    let columns = panels.len().min(2);
-    let rows = panels.len().div_ceil(2);
+fn draw(title: &str, panels: &[Panel]) -> Scene {
+    // Three in a row leave no hole.
+    let columns = if panels.len() == 3 { 3 } else { panels.len().min(2) };
+    let rows = panels.len().div_ceil(columns);
     let (labels, marks) = (legend_labels(panels), mark_labels(panels));
-    let (plots, layouts): (Vec<_>, Vec<_>) = panels.iter().map(|panel| draw_panel(panel, &labels, &marks)).unzip();
+    let pens = pens(&once(panels.iter().flat_map(|panel| &panel.series).map(|series| series.label.as_str())));
+    let (plots, layouts): (Vec<_>, Vec<_>) = panels.iter().map(|panel| draw_panel(panel, &pens, &marks)).unzip();
     let mut scene = Figure::new(rows, columns)
+        .with_title(title)
+        .with_title_size(FIGURE_TITLE_SIZE)
         .with_cell_size(PANEL.0, PANEL.1)
         .with_spacing(MARGIN)
         .with_padding(MARGIN)
         .with_plots(plots)
         .with_layouts(layouts)
         .render();
-    let curves = labels.iter().enumerate().map(|(index, label)| (*label, pen(index)));
-    let marks = marks.iter().enumerate().map(|(index, label)| (*label, mark_pen(index)));
+    let dots = |label: &str| {
+        let mut of_label = panels.iter().flat_map(|panel| &panel.series).filter(|series| series.label == label);
+        of_label.all(|series| series.points.is_empty() && series.members.iter().all(|points| points.len() == 1))
+    };
+    let curves = labels.iter().map(|label| (*label, pen_of(&pens, label), dots(label)));
+    let marks = marks.iter().enumerate().map(|(index, label)| (*label, mark_pen(index), false));
     add_legend(&mut scene, &curves.chain(marks).collect::<Vec<_>>());
     scene
 }
@@ -189,44 +197,70 @@ fn mark_pen(index: usize) -> Pen {
     MARKS[index % MARKS.len()].clone()
 }
 
-/// Of the n-th curve: other line styles once the colours are used up.
-fn pen(index: usize) -> Pen {
+/// Of every label: an action space's own colour; for the others those that no space of this figure has, and other line styles
+/// once they are used up.
+fn pens<'a>(labels: &[&'a str]) -> Vec<(&'a str, Pen)> {
     let styles = [LineStyle::Solid, LineStyle::Dashed, LineStyle::Dotted, LineStyle::DashDot];
-    (COLORS[index % COLORS.len()], styles[index / COLORS.len() % styles.len()].clone())
+    let taken: Vec<&str> = labels.iter().filter_map(|label| palette::of_space(label)).collect();
+    let free: Vec<&str> = OTHERS.into_iter().filter(|color| !taken.contains(color)).collect();
+    let mut others = styles.iter().flat_map(|style| free.iter().map(|color| (*color, style.clone()))).cycle();
+    let pen = |label: &&'a str| {
+        let own = palette::of_space(label).map(|color| (color, LineStyle::Solid));
+        (*label, own.unwrap_or_else(|| others.next().expect("a cycle of some colours")))
+    };
+    labels.iter().map(pen).collect()
 }
 
-fn draw_panel(panel: &Panel, labels: &[&str], marks: &[&str]) -> (Vec<Plot>, Layout) {
+fn pen_of(pens: &[(&str, Pen)], label: &str) -> Pen {
+    pens.iter().find(|(known, _)| *known == label).expect("every label has a pen").1.clone()
+}
+
+/// A colour `#rrggbb`, nearer to white.
+fn pale(color: &str) -> String {
+    let mixed = |at: usize| {
+        let value = u8::from_str_radix(&color[at..at + 2], 16).expect("a colour of the palette");
+        (f64::from(value) + MEMBER_PALENESS * (255.0 - f64::from(value))).round() as u8
+    };
+    format!("#{:02x}{:02x}{:02x}", mixed(1), mixed(3), mixed(5))
+}
+
+fn draw_panel(panel: &Panel, pens: &[(&str, Pen)], marks: &[&str]) -> (Vec<Plot>, Layout) {
     let mut plots = Vec::new();
     let (mut x_range, mut y_range) = (Range::EMPTY, Range::EMPTY);
     let scale = if panel.logarithmic { f64::log10 } else { |value| value };
     let drawable = |value: f64| drawable(value) && drawable(scale(value));
-    let pen_of = |label: &str| pen(labels.iter().position(|known| *known == label).unwrap_or(0));
     let mut dots = false;
     // Bands lie below all lines.
     for series in panel.series.iter().filter(|series| !series.band.is_empty()) {
         let (x, (low, high)): (Vec<_>, (Vec<_>, Vec<_>)) = series.band.iter().map(|&(x, l, h)| (x, (l, h))).unzip();
         low.iter().chain(&high).for_each(|&y| y_range.include(scale(y)));
-        let (color, _) = pen_of(&series.label);
+        let (color, _) = pen_of(pens, &series.label);
         plots.push(Plot::from(BandPlot::new(x, low, high).with_color(color).with_opacity(BAND_OPACITY)));
     }
-    for series in &panel.series {
-        let members = series.members.iter().map(|points| (points, MEMBER_WIDTH));
-        for (points, width) in members.chain([(&series.points, LINE_WIDTH)]) {
-            let points: Vec<_> = points.iter().copied().filter(|&(x, y)| drawable(x) && drawable(y)).collect();
-            for &(x, y) in &points {
-                x_range.include(scale(x));
-                y_range.include(scale(y));
-            }
-            dots |= points.len() == 1;
-            let (color, style) = pen_of(&series.label);
-            plots.push(if points.len() == 1 {
-                // A line of one point has no length.
-                Plot::from(ScatterPlot::new().with_data(points).with_color(color).with_size(4.0))
-            } else {
-                let line = LinePlot::new().with_data(points).with_color(color).with_stroke_width(width);
-                Plot::from(line.with_line_style(style))
-            });
+    // Members lie below what sums them up, whichever it is; where nothing does, they are what is shown.
+    let members = panel.series.iter().flat_map(|series| {
+        let (color, style) = pen_of(pens, &series.label);
+        let color = if series.points.is_empty() { color.into() } else { pale(color) };
+        series.members.iter().map(move |points| (points, MEMBER_WIDTH, color.clone(), style.clone()))
+    });
+    let sums = panel.series.iter().map(|series| {
+        let (color, style) = pen_of(pens, &series.label);
+        (&series.points, LINE_WIDTH, color.to_string(), style)
+    });
+    for (points, width, color, style) in members.chain(sums) {
+        let points: Vec<_> = points.iter().copied().filter(|&(x, y)| drawable(x) && drawable(y)).collect();
+        for &(x, y) in &points {
+            x_range.include(scale(x));
+            y_range.include(scale(y));
         }
+        dots |= points.len() == 1;
+        plots.push(if points.len() == 1 {
+            // A line of one point has no length.
+            Plot::from(ScatterPlot::new().with_data(points).with_color(color).with_size(4.0))
+        } else {
+            let line = LinePlot::new().with_data(points).with_color(color).with_stroke_width(width);
+            Plot::from(line.with_line_style(style))
+        });
     }
     let empty = x_range == Range::EMPTY;
     if panel.from_zero {
@@ -271,14 +305,14 @@ fn drawable(value: f64) -> bool {
     value.abs() < 1e100
 }
 
-/// Adds a strip below the panels with the labels side by side, in as many rows as they need.
-fn add_legend(scene: &mut Scene, labels: &[(&str, Pen)]) {
+/// Adds a strip below the panels with the labels side by side, in as many rows as they need: a dash or a dot, and the label.
+fn add_legend(scene: &mut Scene, labels: &[(&str, Pen, bool)]) {
     const SWATCH: f64 = 30.0;
     const GAP: f64 = 8.0;
     const ROW: f64 = 24.0;
     /// Mean width of a DejaVu Sans character, on the generous side; the fallback fonts are narrower.
     const CHARACTER: f64 = 0.62 * LABEL_SIZE as f64;
-    let Some(longest) = labels.iter().map(|(label, _)| label.chars().count()).max() else { return };
+    let Some(longest) = labels.iter().map(|(label, ..)| label.chars().count()).max() else { return };
     let widest = SWATCH + GAP + longest as f64 * CHARACTER + 3.0 * GAP;
     // Equal columns, and rows as even as they can be.
     let fitting = (((scene.width - 2.0 * MARGIN) / widest) as usize).clamp(1, labels.len());
@@ -287,17 +321,29 @@ fn add_legend(scene: &mut Scene, labels: &[(&str, Pen)]) {
     let left = (scene.width - columns as f64 * widest + 3.0 * GAP) / 2.0;
     let top = scene.height;
     scene.height += rows as f64 * ROW + MARGIN;
-    for (index, (label, (color, style))) in labels.iter().enumerate() {
+    for (index, (label, (color, style), dot)) in labels.iter().enumerate() {
         let x = left + (index % columns) as f64 * widest;
         let y = top + ((index / columns) as f64 + 0.5) * ROW;
-        scene.add(Primitive::Line {
-            x1: x,
-            y1: y,
-            x2: x + SWATCH,
-            y2: y,
-            stroke: (*color).into(),
-            stroke_width: 1.5 * LINE_WIDTH,
-            stroke_dasharray: style.dasharray(),
+        scene.add(if *dot {
+            Primitive::Circle {
+                cx: x + SWATCH / 2.0,
+                cy: y,
+                r: 4.0,
+                fill: (*color).into(),
+                fill_opacity: None,
+                stroke: None,
+                stroke_width: None,
+            }
+        } else {
+            Primitive::Line {
+                x1: x,
+                y1: y,
+                x2: x + SWATCH,
+                y2: y,
+                stroke: (*color).into(),
+                stroke_width: 1.5 * LINE_WIDTH,
+                stroke_dasharray: style.dasharray(),
+            }
         });
         scene.add(Primitive::Text {
             x: x + SWATCH + GAP,
@@ -335,7 +381,7 @@ mod tests {
             panel(&[&[(0.0, -1e99), (1e-300, 1e99)]]),
         ];
         for count in [panels.len(), 1] {
-            write_with_png(&panels[..count], &path).unwrap();
+            write_with_png("odd", &panels[..count], &path).unwrap();
         }
         let mut names: Vec<_> = folder.path().read_dir().unwrap().map(|entry| entry.unwrap().file_name()).collect();
         names.sort();
@@ -349,7 +395,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let panels = [panel(&[&[(0.0, 4.0), (1.0, 5.0)]]), panel(&[&[(1.0, 3.0)]])];
         let [first, second] = ["first", "second"].map(|name| {
-            write(&panels, &folder.path().join(name)).unwrap();
+            write("", &panels, &folder.path().join(name)).unwrap();
             assert!(!folder.path().join(name).with_extension("png").exists());
             std::fs::read_to_string(folder.path().join(name).with_extension("svg")).unwrap()
         });
@@ -358,10 +404,18 @@ mod tests {
 
     #[test]
     fn errors_name_the_path() {
-        assert!(write(&[], Path::new("nowhere/curves")).unwrap_err().to_string().contains("nowhere/curves"));
+        assert!(write("", &[], Path::new("nowhere/curves")).unwrap_err().to_string().contains("nowhere/curves"));
         assert!(
-            write(&[panel(&[])], Path::new("/nowhere/curves")).unwrap_err().to_string().contains("/nowhere/curves")
+            write("", &[panel(&[])], Path::new("/nowhere/curves")).unwrap_err().to_string().contains("/nowhere/curves")
         );
+    }
+
+    #[test]
+    fn a_space_keeps_its_colour_whatever_else_is_drawn() {
+        let pens = pens(&["mine", "variable", "AFORCE", "yours"]);
+        let colors: Vec<&str> = pens.iter().map(|(_, (color, _))| *color).collect();
+        assert_eq!(colors, ["#009e73", "#d55e00", "#0072b2", "#cc79a7"]);
+        assert_eq!(pale("#0072b2"), "#99c7e0");
     }
 
     #[test]

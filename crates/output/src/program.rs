@@ -1,5 +1,6 @@
 //! How every program ends.
 
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -30,4 +31,16 @@ pub fn run(program: impl FnOnce() -> Result<ExitCode>) -> ExitCode {
         eprintln!("error: {}", format!("{error:#}").replace('\n', " "));
         if error.is::<BadSetting>() { ExitCode::from(USAGE) } else { ExitCode::FAILURE }
     })
+}
+
+/// Says what a program wrote, a line each.
+pub fn written(files: &[impl AsRef<Path>]) {
+    for file in files {
+        println!("written: {}", file.as_ref().display());
+    }
+}
+
+/// Says what to do next: a command of this workspace.
+pub fn next(program: &str, arguments: &str) {
+    println!("next:    cargo run --release --bin {program} -- {arguments}");
 }

@@ -61,7 +61,8 @@ impl Playback {
         })
         .outcome();
         seen?;
-        playback.detail = format!("{who}: return {:.1}, {}", playback.total, in_words(&outcome));
+        playback.detail =
+            format!("{who}: return {:.1} in {} actions, {}", playback.total, outcome.length, in_words(&outcome));
         Ok(playback)
     }
 

@@ -104,6 +104,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         Ok::<_, anyhow::Error>(row)
     })?;
     file::write_table(&arguments.out, &rows)?;
+    program::written(&[&arguments.out]);
     Ok(ExitCode::SUCCESS)
 }
 

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::{Result, bail};
 use clap::Parser;
-use experiments::config::RunId;
+use experiments::config::{RunId, setup};
 use experiments::run::csv_writer::CsvWriter;
 use experiments::run::disturbances::{self, Case};
 use experiments::run::rollout::evaluate;
@@ -55,8 +55,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
         None => CsvWriter::discard(),
     };
-    let (config, name) = (&player.config, player.policy.name());
-    println!("{} with {}, {name} policy, {} episodes", config.env.task.as_str(), config.env.space, arguments.episodes);
+    introduce(arguments, &player);
     if arguments.disturb.is_some() {
         compare(&mut player, &cases, arguments.episodes, &mut table)?;
     } else {
@@ -65,8 +64,29 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     if let Some(path) = &arguments.csv {
         fs_err::rename(file::unfinished(path), path)?;
+        program::written(&[path]);
+    }
+    if let Some(run) = &arguments.source.run {
+        program::next("replay", &format!("--run {} --html replay.html", run.display()));
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Says who plays, where and how often.
+fn introduce(arguments: &Arguments, player: &Player) {
+    let (source, config) = (&arguments.source, &player.config);
+    let env = &config.env;
+    println!("{:<12}{}", "policy", source.describe());
+    if source.run.is_some() {
+        println!("{:<12}{}, after {} of {} actions", "checkpoint", source.checkpoint.name(), player.step, config.steps);
+    }
+    println!("{:<12}{} with {}, {}", "set-up", env.task.as_str(), env.space, setup::in_words(env));
+    if let Some(changed) = &player.changed {
+        println!("{:<12}since training: {changed}", "changed");
+    }
+    let seconds = f64::from(env.horizon) / f64::from(env.controller.policy_hz);
+    let episodes = arguments.episodes;
+    println!("{:<12}{episodes} of {} actions ({seconds} s), the same starts for every policy", "episodes", env.horizon);
 }
 
 /// Plays the evaluation episodes; `write` gets a row for each.
@@ -75,7 +95,7 @@ fn play(
     episodes: u32,
     write: impl FnMut(EvaluationKey, &Outcome) -> Result<()>,
 ) -> Result<Vec<Outcome>> {
-    let Player { config, env, policy, step } = player;
+    let Player { config, env, policy, step, .. } = player;
     evaluate(env, policy, (0..episodes).map(evaluation_seed), *step, &RunId::of(config), write)
 }
 
@@ -116,6 +136,7 @@ fn compare(player: &mut Player, cases: &[Case], episodes: u32, table: &mut CsvWr
 }
 
 fn print(outcomes: &[Outcome]) {
+    println!("  {:<28} {:>10} +- {:<9} {:>10} .. highest of the episodes", "", "mean", "deviation", "lowest");
     for (name, column) in COLUMNS {
         let values: Vec<f64> = outcomes.iter().filter_map(column).collect();
         if values.is_empty() {

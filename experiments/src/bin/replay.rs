@@ -53,9 +53,9 @@ struct Arguments {
     /// Where PNG and GIF look from
     #[arg(long, default_value = "task", value_parser = view_parser())]
     view: View,
-    /// Actions from the start that are shown
-    #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
-    actions: u32,
+    /// Actions from the start that are shown (default: the whole episode)
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    actions: Option<u32>,
     /// Actions between pictures of the animation
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..))]
     every: u32,
@@ -108,19 +108,22 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let playback = play(arguments, &arguments.source, |env, step, playback| pictures.add(env, step, playback))?;
     pictures.finish()?;
     if let Some(stem) = &plot {
-        plot::write_with_png(&playback.traces.panels(), stem)?;
+        plot::write_with_png(&playback.title, &playback.traces.panels(), stem)?;
     }
     if let Some(path) = &arguments.csv {
         playback.traces.write_csv(path)?;
     }
-    println!("return {:.1} in {} actions", playback.total, playback.traces.actions());
+    println!("{}: {}", playback.title, playback.detail);
     if let Some(path) = &arguments.html {
         let mut episodes = vec![playback];
         if let Some(other) = &beside {
-            episodes.push(play(arguments, other, |_, _, _| Ok(()))?);
+            let other = play(arguments, other, |_, _, _| Ok(()))?;
+            println!("{}: {}", other.title, other.detail);
+            episodes.push(other);
         }
         page::write(path, &episodes)?;
     }
+    program::written(&written);
     Ok(ExitCode::SUCCESS)
 }
 
@@ -138,7 +141,8 @@ fn play(
 ) -> Result<Playback> {
     let Player { mut env, mut policy, .. } = source.open()?;
     let seed = evaluation_seed(arguments.episode);
-    Playback::play(&mut env, |env| policy.act(env), seed, arguments.actions, &source.describe(), on_step)
+    let actions = arguments.actions.unwrap_or(env.config().horizon);
+    Playback::play(&mut env, |env| policy.act(env), seed, actions, &source.describe(), on_step)
 }
 
 /// The ray-cast pictures that were asked for.
@@ -154,7 +158,8 @@ impl Pictures<'_> {
         let Arguments { png, sheet, gif, view, every, width, .. } = self.arguments;
         let (width, height) = (usize::from(*width), usize::from(*width) * 3 / 4);
         let picture = || playback.picture(env, step, *view, width, height);
-        let (actions, last) = (playback.traces.actions(), self.arguments.actions.min(env.config().horizon));
+        let (actions, last) =
+            (playback.traces.actions(), self.arguments.actions.unwrap_or(u32::MAX).min(env.config().horizon));
         if let Some(path) = gif.as_ref().filter(|_| (actions - 1).is_multiple_of(*every)) {
             if self.film.is_none() {
                 self.film = Some(GifWriter::create(path, width, height, playback.rate / f64::from(*every))?);
@@ -164,7 +169,7 @@ impl Pictures<'_> {
         if sheet.is_some() && sheet::shows(actions, last) {
             self.tiles.push(picture());
         }
-        if let Some(path) = png.as_ref().filter(|_| step.terminated || actions == last) {
+        if let Some(path) = png.as_ref().filter(|_| step.terminated || step.truncated || actions == last) {
             write_png(&picture(), path)?;
         }
         Ok(())

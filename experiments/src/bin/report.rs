@@ -84,11 +84,14 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     file::write_table(&runs_table, &rows)?;
     file::write_table(&summary_table, &summary)?;
     file::write_table(&comparison_table, &comparison)?;
+    let mut written = vec![runs_table, summary_table, comparison_table];
     if !timed.is_empty() {
         file::write_table(&tournament_table, &timed)?;
+        written.push(tournament_table);
     }
     if let Some(verdicts) = verdicts {
         file::write_table(&verdicts_table, &verdicts)?;
+        written.push(verdicts_table);
     }
 
     let sections = sections(&groups);
@@ -101,20 +104,26 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
         let out = out.join(section.experiment);
         fs_err::create_dir_all(&out)?;
-        plot::write(&curves::of_runs(&of_section)?, &out.join(format!("curves_{}", section.task)))?;
-        let tables = markdown::tables(*section, &groups, &comparison);
-        file::replace(&out.join(format!("tables_{}.md", section.task)), tables.as_bytes())?;
-        println!("{tables}");
+        let curves = out.join(format!("curves_{}", section.task));
+        plot::write(&section.name(), &curves::of_runs(&of_section)?, &curves)?;
+        let tables = out.join(format!("tables_{}.md", section.task));
+        file::replace(&tables, markdown::tables(*section, &groups, &comparison).as_bytes())?;
+        written.extend([tables, curves.with_extension("svg")]);
     }
     for experiment in sections.iter().map(|section| section.experiment).collect::<BTreeSet<_>>() {
         let panels = scatter::energy_and_return(experiment, &sections, &groups);
-        plot::write(&panels, &out.join(experiment).join("energy_return"))?;
+        let dots = out.join(experiment).join("energy_return");
+        plot::write(experiment, &panels, &dots)?;
+        written.push(dots.with_extension("svg"));
     }
     for template in text::find_templates(&arguments.runs)? {
         let filled = out.join(template.strip_prefix(&arguments.runs)?).with_extension("");
         file::prepare(&filled)?;
         file::replace(&filled, text::fill(&template, &rows, &comparison)?.as_bytes())?;
+        written.push(filled);
     }
+    println!("{} runs in {} tables of a task", rows.len(), sections.len());
+    program::written(&written);
     Ok(ending)
 }
 

@@ -161,6 +161,9 @@ fn train_all(arguments: &Arguments, runs: &[(usize, RunConfig)], out: &Path) -> 
     for job in &failed {
         eprintln!("failed: {}: {} ({})", job.name, job.words, job.log.display());
     }
+    if failed.is_empty() && !stop.requested() {
+        program::next("report", &out.display().to_string());
+    }
     Ok(if stop.requested() {
         ExitCode::from(cli::STOPPED)
     } else if !failed.is_empty() {

@@ -7,6 +7,7 @@ use anyhow::Result;
 use clap::Parser;
 use experiments::config::cli::RunArgs;
 use experiments::report::curves;
+use experiments::run::folder::RunFolder;
 use experiments::run::train::RunOptions;
 use output::program;
 use tasks::Env;
@@ -42,5 +43,13 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         print!("{}", tasks::describe(&Env::new(config.env, 0)?));
         return Ok(ExitCode::SUCCESS);
     }
-    curves::train_and_draw(&config, &arguments.out, arguments.options)
+    let ending = curves::train_and_draw(&config, &arguments.out, arguments.options)?;
+    if ending == ExitCode::SUCCESS && !arguments.options.quiet {
+        let folder = RunFolder::below(&arguments.out, &config);
+        let run = folder.path().display();
+        program::written(&[folder.curves().with_extension("svg"), folder.eval(), folder.best()]);
+        program::next("evaluate", &format!("--run {run}"));
+        program::next("replay", &format!("--run {run} --html {run}/replay.html"));
+    }
+    Ok(ending)
 }

@@ -7,9 +7,9 @@ use anyhow::Result;
 use output::plot::{self, Panel, Series};
 use output::statistics::{FEWEST_FOR_INTERVAL, interval, iqm, range};
 
-use crate::config::{RunConfig, cli};
+use crate::config::{RunConfig, RunId, cli};
 use crate::report::columns::Columns;
-use crate::report::summary::RunSummary;
+use crate::report::summary::{self, RunSummary};
 use crate::run::folder::RunFolder;
 use crate::run::train::{self, Ending, RunOptions};
 
@@ -43,7 +43,14 @@ pub fn draw(folder: &RunFolder) -> Result<()> {
         }
         Ok(panel(title, unit, series))
     });
-    plot::write(&panels.collect::<Result<Vec<_>>>()?, &folder.curves())
+    let config = RunConfig::resolve(Some(&folder.config()), &[])?;
+    plot::write(&title(&config), &panels.collect::<Result<Vec<_>>>()?, &folder.curves())
+}
+
+/// Which run it is, in words.
+fn title(config: &RunConfig) -> String {
+    let RunId { task, seed, .. } = RunId::of(config);
+    format!("{task}, {}, seed {seed}", summary::label(&config.env.space.name, &config.variant, config.preset.name))
 }
 
 /// The evaluations of runs that are compared. For each action space and preset: every seed, their interquartile mean as
@@ -72,21 +79,23 @@ pub fn of_runs(runs: &[(&RunFolder, &RunSummary)]) -> Result<Vec<Panel>> {
     PANELS.iter().chain([&FORCE]).map(drawn).collect()
 }
 
-/// Trains as `config` says in its folder below `out` and draws the learning curves; the exit code of a program that does
+/// Trains as `config` says in its folder below `out` and draws the learning curves, anew after every evaluation; the exit code of a program that does
 /// nothing else.
 ///
 /// # Errors
 /// As [`train::in_folder`].
 pub fn train_and_draw(config: &RunConfig, out: &Path, options: RunOptions) -> Result<ExitCode> {
     let folder = RunFolder::below(out, config);
-    let ending = train::in_folder(config, &folder, options)?;
-    // Of a run that was done before, the picture may be missing.
-    if ending.is_some() || !folder.curves().with_extension("svg").exists() {
-        let drawn = draw(&folder);
-        if let (Err(error), false) = (drawn, options.quiet) {
-            // The run is saved all the same: its exit code says how it ended.
+    let draw = || {
+        if let (Err(error), false) = (draw(&folder), options.quiet) {
+            // The run goes on all the same: its exit code says how it ended.
             eprintln!("learning curves could not be drawn: {error:#}");
         }
+    };
+    let ending = train::in_folder(config, &folder, options, &draw)?;
+    // Of a run that was done before, the picture may be missing.
+    if ending.is_some() || !folder.curves().with_extension("svg").exists() {
+        draw();
     }
     Ok(if ending == Some(Ending::Stopped) { ExitCode::from(cli::STOPPED) } else { ExitCode::SUCCESS })
 }
@@ -115,9 +124,10 @@ fn over_seeds(label: &str, mut seeds: Vec<Vec<(f64, f64)>>) -> Series {
 fn panel(title: &str, unit: &str, series: Vec<Series>) -> Panel {
     Panel {
         title: title.into(),
-        x_label: "environment steps (thousands)".into(),
+        x_label: "actions (thousands)".into(),
         y_label: unit.into(),
         series,
+        from_zero: true,
         ..Panel::default()
     }
 }

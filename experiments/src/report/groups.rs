@@ -23,6 +23,11 @@ impl<'a> Section<'a> {
         Section { experiment: &run.experiment, task: &run.task }
     }
 
+    /// Task and experiment.
+    pub fn name(&self) -> String {
+        if self.experiment.is_empty() { self.title() } else { format!("{}, {}", self.title(), self.experiment) }
+    }
+
     /// The task's name as a heading.
     pub fn title(&self) -> String {
         self.task[..1].to_uppercase() + &self.task[1..]

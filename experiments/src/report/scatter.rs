@@ -2,11 +2,13 @@
 
 use output::plot::{Panel, Series};
 
+use tasks::TaskName;
+
 use crate::report::groups::{Group, Section};
 use crate::report::summary::RunSummary;
 
 /// A panel per task of `experiment`, with every run of every group that has the preset of the first: another one may train
-/// for another time, and what a run ends with is then another thing.
+/// for another time, and what a run ends with is then another thing. Tasks are in their usual order.
 pub fn energy_and_return(experiment: &str, sections: &[Section], groups: &[Group]) -> Vec<Panel> {
     let panel = |section: &Section| Panel {
         title: section.title(),
@@ -16,7 +18,10 @@ pub fn energy_and_return(experiment: &str, sections: &[Section], groups: &[Group
         from_zero: true,
         ..Panel::default()
     };
-    sections.iter().filter(|section| section.experiment == experiment).map(panel).collect()
+    let place = |section: &&Section| TaskName::ALL.iter().position(|task| task.as_str() == section.task);
+    let mut of_experiment: Vec<_> = sections.iter().filter(|section| section.experiment == experiment).collect();
+    of_experiment.sort_by_key(place);
+    of_experiment.into_iter().map(panel).collect()
 }
 
 fn of_one_preset<'a>(section: &'a Section, groups: &'a [Group<'a>]) -> impl Iterator<Item = &'a Group<'a>> {

@@ -106,13 +106,18 @@ struct Tables {
 }
 
 /// Trains as `config` says in `folder`, until the end or until a signal asks to stop; `None` if all its steps are done
-/// already.
+/// already. `draw` draws its curves after every evaluation.
 ///
 /// # Errors
 /// If the folder holds another run or is in use, or as [`train`].
-pub fn in_folder(config: &RunConfig, folder: &RunFolder, options: RunOptions) -> Result<Option<Ending>> {
+pub fn in_folder(
+    config: &RunConfig,
+    folder: &RunFolder,
+    options: RunOptions,
+    draw: &dyn Fn(),
+) -> Result<Option<Ending>> {
     let _lock = folder.prepare(config, options.resume)?;
-    let mut progress = RunProgress::new(config.steps, options.quiet);
+    let mut progress = RunProgress::new(config.steps, options.quiet, draw);
     progress.line(&format!("run folder {}", folder.path().display()));
     progress.line(&setup::in_words(&config.env));
     if folder.state(config) == State::Done {

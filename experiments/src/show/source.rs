@@ -48,6 +48,16 @@ pub enum Which {
     Last,
 }
 
+impl Which {
+    /// Its folder.
+    pub fn name(self) -> &'static str {
+        match self {
+            Which::Best => "best",
+            Which::Last => "last",
+        }
+    }
+}
+
 /// Who plays, and where.
 pub struct Player {
     /// Environment and learner.
@@ -58,6 +68,8 @@ pub struct Player {
     pub policy: Policy,
     /// Training actions that the policy has seen.
     pub step: u64,
+    /// The first setting that is not as it was in training, in words.
+    pub changed: Option<String>,
 }
 
 impl SourceArgs {
@@ -106,7 +118,7 @@ impl SourceArgs {
             let config = self.env.resolve()?;
             let env = Env::new(config.env.clone(), 0)?;
             let policy = if self.expert { Policy::Expert } else { Policy::random(config.seed) };
-            return Ok(Player { config, env, policy, step: 0 });
+            return Ok(Player { config, env, policy, step: 0, changed: None });
         };
         let folder = RunFolder::open(path)?;
         let config = on_top_of(&folder, &self.env)?;
@@ -146,7 +158,8 @@ impl SourceArgs {
             act: if self.sample { Act::Sample } else { Act::Mean },
             scaled: config.learner.scaled_observations,
         };
-        Ok(Player { config, env, policy, step })
+        let changed = RunConfig::resolve(Some(&folder.config()), &[])?.difference(&config);
+        Ok(Player { config, env, policy, step, changed })
     }
 }
 

@@ -77,7 +77,7 @@ impl Comparison {
             }
         }
         table.flush()?;
-        plot::write_with_png(&self.panels(), &out.join("comparison"))
+        plot::write_with_png("Stiffness and what it costs, 1 kHz", &self.panels(), &out.join("comparison"))
     }
 
     /// Every trial a point over its stiffness.

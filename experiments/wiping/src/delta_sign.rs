@@ -183,7 +183,7 @@ fn growth(simulation: &mut Simulation, controller: &mut Controller, direction: &
 pub fn write(points: &[Point], out: &Path) -> Result<()> {
     file::write_table(&out.join("delta_sign.csv"), points)?;
     let panels: Vec<Panel> = DAMPINGS.iter().map(|(_, damping)| panel(points, damping)).collect();
-    plot::write_with_png(&panels, &out.join("delta_sign"))
+    plot::write_with_png("The sign of delta", &panels, &out.join("delta_sign"))
 }
 
 fn panel(points: &[Point], damping: &str) -> Panel {

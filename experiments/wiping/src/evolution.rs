@@ -24,7 +24,7 @@ pub fn write(setup: &Setup, out: &Path) -> Result<()> {
     let trial = Trial::nominal();
     let record = simulate(&Run { setup, space: &setup.spaces[AFORCE], trial, disturbance: Disturbance::NONE })?;
     record.write_csv(&out.join("evolution.csv"))?;
-    plot::write_with_png(&panels(&record, &trial, setup.force), &out.join("evolution"))
+    plot::write_with_png("One wipe over time, 1 kHz", &panels(&record, &trial, setup.force), &out.join("evolution"))
 }
 
 /// Label and value of a line.
