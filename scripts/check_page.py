@@ -47,7 +47,11 @@ class Page:
         self.page.on("pageerror", lambda error: self.messages.append(str(error)))
         self.page.on("request", lambda r: r.url == path.as_uri() or self.messages.append(r.url))
         self.page.goto(path.as_uri())
-        self.page.add_style_tag(content=f".view {{ height: {HEIGHT}px }} .view div {{ display: none }}")
+        # The scene alone, as large as the PNG.
+        self.page.add_style_tag(
+            content=f"#views {{ grid-template-rows: auto {HEIGHT}px }} .view div, #legend {{ display: none }}"
+            "#scene { grid-template-columns: minmax(0, 1fr) }"
+        )
 
     def look(self, view=0):
         """The picture in a canvas, once what was changed is drawn."""
@@ -69,7 +73,8 @@ def check_task(program, browser, folder, task):
         arguments = ["--task", task, "--actions", actions, "--width", WIDTH, "--view", view]
         replay(program, *arguments, "--png", png, "--html", page_file)
         page = Page(browser, page_file, folder)
-        page.page.uncheck("#ellipsoid")
+        for mark in ["ellipsoid", "goal"]:
+            page.page.evaluate("id => document.getElementById(id).checked = false", mark)
         page.page.click(f"#cameras button:text-is('{view.capitalize()}')")
         page.scrub(actions - 1)
         caption = 9 * (HEIGHT // 180)
@@ -90,6 +95,7 @@ def check_controls(program, browser, folder):
     replay(program, *arguments, "--actions", 80, "--html", path)
     page = Page(browser, path, folder)
     assert page.page.locator(".view canvas").count() == 2
+    page.scrub(0)
     pictures = [page.look(0)]
 
     def changes(what):
@@ -99,8 +105,8 @@ def check_controls(program, browser, folder):
     page.scrub(79)
     changes("scrubbing")
     assert difference(pictures[-1], page.look(1)) > 1e-4, "both views show the same"
-    for name in ["arrow", "ellipsoid"]:
-        page.page.uncheck(f"#{name}")
+    for name in ["arrow", "ellipsoid", "goal"]:
+        page.page.evaluate("id => { const box = document.getElementById(id); box.checked = false; box.onchange() }", name)
         changes(name)
     box = page.page.locator(".view canvas").nth(1).bounding_box()
     page.page.mouse.move(box["x"] + 50, box["y"] + 150)

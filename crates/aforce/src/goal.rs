@@ -85,6 +85,15 @@ impl GoalRule {
         matches!(self, Self::Rebased | Self::Robosuite)
     }
 
+    /// How far the goal may be from the measured position (m); `None` where no leash holds it.
+    #[must_use]
+    pub fn leash(&self) -> Option<f64> {
+        match *self {
+            Self::Continued { leash_position, .. } | Self::Absolute { leash_position, .. } => Some(leash_position),
+            _ => None,
+        }
+    }
+
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
         if let Self::Absolute { reach_position, reach_rotation, .. } = *self {
             within("goal.absolute.reach_position", reach_position, 1e-3..=1.0)?;

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use anyhow::Result;
-use output::file;
 use output::plot::{Panel, Series};
+use output::{file, palette};
 use serde_json::{Value, json};
 
 use crate::arrow;
@@ -37,15 +37,33 @@ fn json(playback: &Playback) -> Value {
     };
     let panel = |panel: &Panel| {
         let series: Vec<Value> = panel.series.iter().map(series).collect();
-        json!({"title": panel.title, "unit": panel.y_label, "series": series})
+        json!({"title": panel.title, "unit": panel.y_label, "note": note(&panel.title), "series": series})
     };
     let mut episode = playback.recording.json();
     episode["title"] = json!(playback.title);
+    episode["color"] = json!(palette::of_space(&playback.space));
+    episode["who"] = json!(playback.who);
+    episode["story"] = json!(playback.story);
     episode["detail"] = json!(playback.detail);
     episode["metresPerNewton"] = json!(arrow::METRES_PER_NEWTON);
     episode["rate"] = json!(playback.rate);
     episode["panels"] = playback.traces.panels().iter().map(panel).collect();
     episode
+}
+
+/// What the curves of a panel are, where their names do not say it.
+fn note(panel: &str) -> &'static str {
+    match panel {
+        "Contact force" => {
+            "over an action: mean and largest; hand: all beyond the wrist; normal: along the contact axis"
+        }
+        "Stiffness" | "Rotational stiffness" => {
+            "at the end of an action; alpha/mu: the spring that F_ff is to a lasting error"
+        }
+        "Position error" => "set-point to tool, at the end of an action",
+        "Force of the impedance" | "Moment of the impedance" => "size of each part, mean over an action",
+        _ => "",
+    }
 }
 
 #[cfg(test)]
@@ -87,7 +105,7 @@ mod tests {
         assert!(page.len() < 1_000_000, "{} bytes", page.len());
         let episode = &data(&page)["episodes"][0];
         assert_eq!(episode["frames"], 500);
-        assert!(episode["detail"].as_str().unwrap().starts_with("a </script> & \"quotes\""));
+        assert_eq!(episode["who"], "a </script> & \"quotes\"");
 
         // Every shape stands where it was simulated.
         let (bodies, recorded) = (episode["bodies"].as_u64().unwrap() as usize, floats(&episode["poses"]));

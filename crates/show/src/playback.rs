@@ -19,7 +19,13 @@ pub struct Playback {
     pub task: &'static str,
     /// Task and action space.
     pub title: String,
-    /// Who plays, and how it went.
+    /// Name of the action space.
+    pub space: String,
+    /// Who plays.
+    pub who: String,
+    /// What happened, in a sentence or two.
+    pub story: String,
+    /// Return and energy.
     pub detail: String,
     /// Actions per second.
     pub rate: f64,
@@ -49,7 +55,8 @@ impl Playback {
         let task = config.task.as_str();
         let title = format!("{task} {}", config.space);
         let rate = f64::from(config.controller.policy_hz);
-        let mut playback = Playback { task, title, rate, ..Playback::default() };
+        let (space, who, limit) = (config.space.name.clone(), who.into(), config.force_penalty.limit);
+        let mut playback = Playback { task, title, space, who, rate, ..Playback::default() };
         let mut seen = Ok(());
         let outcome = play(env, act, seed, |env, step| {
             playback.total += step.reward;
@@ -61,8 +68,9 @@ impl Playback {
         })
         .outcome();
         seen?;
-        playback.detail =
-            format!("{who}: return {:.1} in {} actions, {}", playback.total, outcome.length, in_words(&outcome));
+        playback.story = story(env.task().achievement(), &outcome, playback.traces.time(), limit);
+        let (total, energy) = (playback.total, outcome.energy_per_action_j);
+        playback.detail = format!("return {total:.1} in {} actions, {energy:.2} J per action", outcome.length);
         Ok(playback)
     }
 
@@ -79,14 +87,57 @@ impl Playback {
     }
 }
 
-/// What the episode cost: until the task was first fulfilled, and as a whole.
-fn in_words(outcome: &Outcome) -> String {
-    let whole = format!("{:.2} J per action", outcome.energy_per_action_j);
-    let end = if outcome.success { "fulfilled at the end" } else { "not fulfilled at the end" };
-    match (outcome.time_to_success_s, outcome.energy_to_success_j, outcome.max_force_to_success_n) {
-        (Some(time), Some(energy), Some(force)) => {
-            format!("{whole}; first fulfilled after {time:.2} s, {energy:.0} J and at most {force:.0} N; {end}")
+/// What happened: when and with which part of the arm the task was fulfilled, what that cost, whether it lasted, and what
+/// went wrong. `limit` is the force from which the penalty counts (N), `time` how long it all took (s).
+fn story(achievement: &str, outcome: &Outcome, time: f64, limit: f64) -> String {
+    let mut text = match (outcome.time_to_success_s, outcome.energy_to_success_j, outcome.max_force_to_success_n) {
+        (Some(first), Some(energy), Some(force)) => {
+            let with = match outcome.hand_share_to_success {
+                None => "",
+                Some(share) if share > 0.9 => " with the hand",
+                Some(share) if share < 0.1 => " with the forearm",
+                Some(_) => " with hand and forearm",
+            };
+            let lasts = if outcome.success { "and it stays so" } else { "but not at the end" };
+            let first_letter = achievement[..1].to_uppercase();
+            let cost = format!("for {energy:.0} J and with at most {force:.0} N");
+            format!("{first_letter}{} at {first:.2} s{with}, {cost}, {lasts}.", &achievement[1..])
         }
-        _ => format!("{whole}; never fulfilled"),
+        _ => format!("Never {achievement} in {time:.1} s."),
+    };
+    if outcome.penalised_steps > 0 {
+        text += &format!(" {} actions pressed with more than {limit:.0} N.", outcome.penalised_steps);
+    }
+    if outcome.diverged {
+        text += " The simulation diverged.";
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_story_says_when_how_and_what_went_wrong() {
+        let opened = Outcome {
+            time_to_success_s: Some(1.1),
+            energy_to_success_j: Some(170.2),
+            max_force_to_success_n: Some(180.4),
+            hand_share_to_success: Some(0.02),
+            success: true,
+            penalised_steps: 7,
+            ..Outcome::default()
+        };
+        assert_eq!(
+            story("opens the door", &opened, 25.0, 60.0),
+            "Opens the door at 1.10 s with the forearm, for 170 J and with at most 180 N, and it stays so. \
+             7 actions pressed with more than 60 N."
+        );
+        let diverged = Outcome { diverged: true, ..Outcome::default() };
+        assert_eq!(
+            story("lifts the cube", &diverged, 2.5, 60.0),
+            "Never lifts the cube in 2.5 s. The simulation diverged."
+        );
     }
 }

@@ -51,11 +51,22 @@ pub struct Recording {
     tool: Packed,
     force: Packed,
     stiffness: Packed,
+    /// Of every frame: the pose the last action asked for, as in `poses`.
+    goal: Packed,
+    /// How far the goal may be from the tool (m), where the action space says so.
+    leash: Option<f64>,
     decals: Vec<DecalTrack>,
     /// Frames after actions whose force exceeded the limit.
     penalised: Vec<usize>,
     /// Frames after actions that left the task fulfilled.
     fulfilled: Vec<usize>,
+    /// Frames after actions during which something touched the hand, and another link of the arm.
+    touched: Vec<usize>,
+    links_touched: Vec<usize>,
+    /// Frames after actions during which a joint's torque was cut to its limit.
+    limited: Vec<usize>,
+    /// The frame after the action in which the simulation diverged.
+    diverged: Vec<usize>,
 }
 
 /// A decal through time.
@@ -90,11 +101,19 @@ impl Recording {
                 }
             }
         }
-        if step.over_limit {
-            self.penalised.push(self.frames);
-        }
-        if step.success {
-            self.fulfilled.push(self.frames);
+        self.goal.extend(seven(env.controller().goal()));
+        let interval = &step.interval;
+        for (list, happened) in [
+            (&mut self.penalised, step.over_limit),
+            (&mut self.fulfilled, step.success),
+            (&mut self.touched, interval.contact_time > 0.0),
+            (&mut self.links_touched, interval.link_contact_time > 0.0),
+            (&mut self.limited, interval.saturated() > 0.0),
+            (&mut self.diverged, step.diverged),
+        ] {
+            if happened {
+                list.push(self.frames);
+            }
         }
         self.frames += 1;
     }
@@ -108,6 +127,7 @@ impl Recording {
             let camera = view.of(&env.task().camera());
             json!({"name": view.name(), "eye": camera.eye, "target": camera.target, "fov": camera.field_of_view})
         };
+        self.leash = env.controller().space().goal.leash();
         self.cameras = View::ALL.map(camera).into();
     }
 
@@ -132,9 +152,15 @@ impl Recording {
             "tool": self.tool,
             "force": self.force,
             "stiffness": self.stiffness,
+            "goal": self.goal,
+            "leash": self.leash,
             "decals": self.decals.iter().map(decal).collect::<Vec<_>>(),
             "penalised": self.penalised,
             "fulfilled": self.fulfilled,
+            "touched": self.touched,
+            "linksTouched": self.links_touched,
+            "limited": self.limited,
+            "diverged": self.diverged,
         })
     }
 }

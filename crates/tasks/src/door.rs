@@ -133,8 +133,13 @@ impl Task for Door {
         }
     }
 
+    fn achievement(&self) -> &'static str {
+        "opens the door"
+    }
+
+    /// From the side of the handle, where the hand is.
     fn camera(&self) -> Camera {
-        Camera { eye: [1.0, 0.5, 1.5], target: [-0.25, -0.15, 1.05], field_of_view: 0.72 }
+        Camera { eye: [0.6, 0.85, 1.6], target: [-0.25, -0.15, 1.08], field_of_view: 0.76 }
     }
 }
 

@@ -116,6 +116,10 @@ impl Task for Lift {
         }
     }
 
+    fn achievement(&self) -> &'static str {
+        "lifts the cube"
+    }
+
     fn camera(&self) -> Camera {
         Camera { eye: [0.95, -0.95, 1.5], target: [-0.22, 0.0, 1.04], field_of_view: 0.76 }
     }

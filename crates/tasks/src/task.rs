@@ -39,6 +39,11 @@ pub trait Task: Send {
     /// What a scripted expert wants next.
     fn expert(&self, simulation: &Simulation, y: &Measurement) -> Waypoint;
 
+    /// What success is, for captions: a verb and its object.
+    fn achievement(&self) -> &'static str {
+        "fulfils the task"
+    }
+
     /// A good place to watch from.
     fn camera(&self) -> Camera;
 

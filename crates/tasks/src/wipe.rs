@@ -161,6 +161,10 @@ impl Task for Wipe {
         }
     }
 
+    fn achievement(&self) -> &'static str {
+        "wipes every marker"
+    }
+
     fn camera(&self) -> Camera {
         Camera { eye: [1.05, -0.85, 1.6], target: [-0.05, 0.0, 1.06], field_of_view: 0.76 }
     }

@@ -113,18 +113,24 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     if let Some(path) = &arguments.csv {
         playback.traces.write_csv(path)?;
     }
-    println!("{}: {}", playback.title, playback.detail);
+    tell(&playback);
     if let Some(path) = &arguments.html {
         let mut episodes = vec![playback];
         if let Some(other) = &beside {
             let other = play(arguments, other, |_, _, _| Ok(()))?;
-            println!("{}: {}", other.title, other.detail);
+            tell(&other);
             episodes.push(other);
         }
         page::write(path, &episodes)?;
     }
     program::written(&written);
     Ok(ExitCode::SUCCESS)
+}
+
+/// What happened.
+fn tell(playback: &Playback) {
+    let Playback { title, who, detail, story, .. } = playback;
+    println!("{title}, {who}: {detail}. {story}");
 }
 
 /// FILE.svg means FILE; of "seed_0.5" the dot belongs to the name.
