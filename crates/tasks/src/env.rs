@@ -150,8 +150,16 @@ impl Env {
     /// # Errors
     /// As [`EnvConfig::validate`].
     pub fn new(config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
+        let task = config.task.create(config.horizon, config.observation.markers);
+        Env::with_task(task, config, seed)
+    }
+
+    /// As [`Env::new`], with a task that has no name: `config.task` does not count.
+    ///
+    /// # Errors
+    /// As [`EnvConfig::validate`].
+    pub fn with_task(mut task: Box<dyn Task>, config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
         config.validate()?;
-        let mut task = config.task.create(config.horizon, config.observation.markers);
         let parameters = config.robot.parameters();
         let limits = parameters.torque_limits();
         let controller = Controller::new(&config.space, &config.controller, limits, task.contact_axis())?;

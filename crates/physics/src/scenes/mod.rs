@@ -13,18 +13,18 @@ use crate::scene::{Geom, Role, Scene, Shape, at};
 const BASE_HEIGHT: f64 = 0.912;
 
 /// A table top.
-struct Table {
+pub struct Table {
     /// Full size along x, y, z (m).
-    size: [f64; 3],
+    pub size: [f64; 3],
     /// Centre of the top surface (m).
-    top: [f64; 3],
+    pub top: [f64; 3],
     /// Sliding friction.
-    friction: f64,
+    pub friction: f64,
 }
 
 /// Adds floor, pedestal and table; returns the pose of the arm's base, which stands half
 /// the table's length and 16 cm behind the world's origin, as in robosuite.
-fn add_fixtures(scene: &mut Scene, table: &Table) -> aforce::Pose {
+pub fn add_fixtures(scene: &mut Scene, table: &Table) -> aforce::Pose {
     let base = at([-0.16 - table.size[0] / 2.0, 0.0, BASE_HEIGHT]);
     let fixture = |name: &str, half: [f64; 3], centre: [f64; 3], friction, color| Geom {
         name: name.into(),
