@@ -19,7 +19,7 @@ GALLERY ?= runs/gallery
 SHOWN = lift door wipe
 KEPT = $(patsubst results/%/checkpoints/best/actor.safetensors,%,$(wildcard results/*/*/*/*/checkpoints/best/actor.safetensors))
 
-.PHONY: setup demo test test-franka check bench reproduce gallery
+.PHONY: setup demo test test-franka check book bench reproduce gallery
 
 # libtorch, pinned and verified, into third_party/libtorch (about 500 MB).
 setup:
@@ -44,6 +44,12 @@ check: setup
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --release --workspace --all-targets -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --release --workspace --no-deps
+
+# docs/ as pages in book/: `cargo install mdbook --no-default-features` once. What leads out of the book leads to the repository.
+book:
+	@command -v mdbook > /dev/null || { echo "mdbook is missing: cargo install mdbook --version 0.5.4 --no-default-features --locked"; exit 1; }
+	mdbook build
+	sed -i -E 's#href="(\.\./[^"]*)\.html#href="\1.md#g' book/*.html
 
 bench: setup
 	$(CARGO) bench --workspace

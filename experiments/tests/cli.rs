@@ -62,6 +62,9 @@ fn what_was_tampered_with_is_named() {
     let sweep = out.join("sweep.toml");
     std::fs::write(&sweep, few(600)).unwrap();
     expect(&error(train(out).arg("--config").arg(&sweep), 2), &["sweep.toml", "give it to `sweep`"]);
+    let misspelt = out.join("misspelt.toml");
+    std::fs::write(&misspelt, "seed = 1\n\n[learner]\ngama = 0.9\n").unwrap();
+    expect(&error(train(out).arg("--config").arg(&misspelt), 2), &["misspelt.toml, line 4: ", "gama", "learner.gamma"]);
     let episodes = ["expert", "--episodes", "4294967295", "--out", "table.csv"];
     expect(&error(program("baselines").args(episodes), 2), &["--episodes", "1000000"]);
     let occupied = out.join("occupied");

@@ -11,4 +11,4 @@ mod toml_text;
 
 pub use run_config::{RunConfig, parse_override};
 pub use run_id::{RunId, label};
-pub use toml_text::parse;
+pub use toml_text::{Source, parse};

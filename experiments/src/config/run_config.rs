@@ -12,7 +12,7 @@ use tasks::EnvConfig;
 use toml::{Table, Value};
 
 use crate::config::run_id::{NAME_CHARACTERS, is_name_character};
-use crate::config::toml_text::{explain, parse};
+use crate::config::toml_text::{Source, explain, parse};
 use crate::config::{setup, spaces};
 
 /// Everything that decides the outcome of a run.
@@ -78,7 +78,7 @@ impl RunConfig {
             }
             let folder = path.parent().unwrap_or(Path::new(""));
             spaces::work_out(&mut table, folder).map_err(|problem| bad(format!("{name}: {problem:#}")))?;
-            layers.push((name, table));
+            layers.push((Source::file(name, text), table));
         }
         let mut flags = Table::new();
         for (key, value) in overrides {
@@ -86,7 +86,7 @@ impl RunConfig {
             // At once: a later key may change the space that is named here.
             spaces::work_out(&mut flags, Path::new("")).map_err(|problem| bad(format!("command line: {problem:#}")))?;
         }
-        layers.push(("command line".into(), flags));
+        layers.push((Source::named("command line"), flags));
         Self::from_layers(layers)
     }
 
@@ -94,18 +94,20 @@ impl RunConfig {
     ///
     /// # Errors
     /// As [`RunConfig::resolve`].
-    pub fn from_layers(layers: Vec<(String, Table)>) -> Result<Self> {
+    pub fn from_layers(layers: Vec<(Source, Table)>) -> Result<Self> {
         let mut named: Option<(&str, sac::Preset)> = None;
         for (source, table) in &layers {
             let Some(value) = table.get("preset") else { continue };
             let preset = value.clone().try_into();
-            let preset = preset.map_err(|error| bad(format!("{source}: preset: {}", error.message())))?;
+            let preset =
+                preset.map_err(|error| bad(format!("{}: preset: {}", source.at("preset"), error.message())))?;
             match named {
                 // One of them would give its name to the other's settings.
                 Some((earlier, other)) if other != preset => {
-                    return Err(bad(format!("preset = {value} ({source}) contradicts {earlier}: take it out of one")));
+                    let here = source.name();
+                    return Err(bad(format!("preset = {value} ({here}) contradicts {earlier}: take it out of one")));
                 }
-                _ => named = Some((source, preset)),
+                _ => named = Some((source.name(), preset)),
             }
         }
         let preset = named.map_or(sac::Preset::DESKTOP, |(_, preset)| preset);
@@ -113,11 +115,17 @@ impl RunConfig {
         for (source, mut table) in layers {
             if let Some(setup) = table.remove("setup") {
                 let name = setup.as_str().map_or_else(|| setup.to_string(), String::from);
-                overlay(&mut merged, setup::settings(&name).map_err(|error| bad(format!("{source}: {error}")))?);
+                overlay(
+                    &mut merged,
+                    setup::settings(&name).map_err(|error| bad(format!("{}: {error}", source.at("setup"))))?,
+                );
             }
             spaces::lay_over(&mut merged, table);
             let check: Result<Self, _> = merged.clone().try_into();
-            check.map_err(|e| bad(format!("{source}: {}", explain(&e, &merged))))?;
+            check.map_err(|error| {
+                let problem = explain(&error, &merged);
+                bad(format!("{}: {}", source.at(&problem.key), problem.message))
+            })?;
         }
         let config: Self = merged.try_into().expect("checked with the last layer");
         config.validate().map_err(|e| bad(e.to_string()))?;

@@ -14,7 +14,7 @@ use crate::config::cli::record;
 use crate::config::draws::Draws;
 use crate::config::run_config::nested;
 use crate::config::run_id::{NAME_CHARACTERS, is_name_character};
-use crate::config::{RunConfig, RunId, parse, spaces};
+use crate::config::{RunConfig, RunId, Source, parse, spaces};
 
 /// Runs that belong together.
 #[derive(Debug, Clone, PartialEq)]
@@ -202,7 +202,9 @@ impl Group {
                     }
                     // The space comes first: settings may change it.
                     let layers = [&own].into_iter().chain(shared.iter().copied()).chain([&choice.settings]);
-                    runs.push(RunConfig::from_layers(layers.map(|layer| (source.into(), layer.clone())).collect())?);
+                    runs.push(RunConfig::from_layers(
+                        layers.map(|layer| (Source::named(source), layer.clone())).collect(),
+                    )?);
                 }
             }
         }

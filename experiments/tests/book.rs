@@ -1,0 +1,119 @@
+//! What people copy from README and book runs: every command of a page, in its order, in a folder of its own, made cheap; every TOML
+//! block is read by the program it is for.
+
+mod common;
+
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::Path;
+
+use common::program;
+
+/// Learner and episodes so small that a run takes a second.
+const SMALL: [&str; 6] = [
+    "learner.hidden=[8]",
+    "learner.batch_size=8",
+    "learner.random_steps=100",
+    "evaluate_every=200",
+    "evaluation_episodes=1",
+    "env.horizon=50",
+];
+
+fn root() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}
+
+/// The words of every command of this workspace on a page, without `cargo run`: the program and its arguments.
+fn commands(text: &str) -> Vec<Vec<String>> {
+    let lines = text.lines().filter_map(|line| line.trim().strip_prefix("cargo run --release --bin "));
+    lines.map(|line| line.split_whitespace().filter(|word| *word != "--").map(String::from).collect()).collect()
+}
+
+/// The TOML blocks of a page, each with the name of the file that was spoken of last, if any.
+fn tables(text: &str) -> Vec<(Option<String>, String)> {
+    let mut blocks = vec![];
+    let mut before = String::new();
+    for (place, part) in text.split("```").enumerate() {
+        match part.strip_prefix("toml\n").filter(|_| place % 2 == 1) {
+            Some(block) => {
+                let named = before.split('`').filter(|word| word.ends_with(".toml") && !word.contains('/')).next_back();
+                blocks.push((named.map(String::from), block.to_string()));
+            }
+            None if place % 2 == 0 => before = part.to_string(),
+            None => {}
+        }
+    }
+    blocks
+}
+
+/// `arguments` for `program`, such that little is done.
+fn cheap(program: &str, arguments: &[String]) -> Vec<String> {
+    let mut cheap = arguments.to_vec();
+    let mut set = |flag: &str, value: &str| {
+        let place = cheap.iter().position(|word| word == flag);
+        match place {
+            Some(place) => cheap[place + 1] = value.into(),
+            None => cheap.extend([flag.into(), value.into()]),
+        }
+    };
+    match program {
+        "train" => {
+            set("--steps", "400");
+            SMALL.iter().for_each(|small| cheap.extend(["--set".into(), (*small).into()]));
+        }
+        "evaluate" => set("--episodes", "1"),
+        "replay" => {
+            set("--actions", "3");
+            set("--width", "32");
+        }
+        "baselines" => {
+            set("--episodes", "1");
+            cheap.extend(["--set".into(), "env.horizon=3".into()]);
+        }
+        "sweep" if !arguments.iter().any(|word| word == "--list") => cheap.push("--list".into()),
+        _ => {}
+    }
+    cheap
+}
+
+#[test]
+fn every_command_and_every_table_of_the_book_is_taken() {
+    let mut pages: Vec<_> = fs::read_dir(root().join("docs")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    pages.push(root().join("README.md"));
+    pages.sort();
+    let spaces = fs::read_to_string(root().join("docs/tutorial-space.md")).unwrap();
+    let (name, soft) = tables(&spaces).remove(0);
+    assert_eq!(name.as_deref(), Some("soft.toml"));
+    let (mut ran, mut read) = (0, 0);
+    for page in pages {
+        let text = fs::read_to_string(&page).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let here = folder.path();
+        for name in ["results", "experiments"] {
+            symlink(root().join(name), here.join(name)).unwrap();
+        }
+        fs::write(here.join("soft.toml"), &soft).unwrap();
+        fs::copy(root().join("experiments/configs/table-1.toml"), here.join("table-1.toml")).unwrap();
+        let run = |name: &str, arguments: &[String]| {
+            let output = program(name).current_dir(here).args(arguments).output().unwrap();
+            let told = String::from_utf8_lossy(&output.stderr);
+            assert!(output.status.success(), "{}: {name} {}: {told}", page.display(), arguments.join(" "));
+        };
+        for (name, block) in tables(&text) {
+            let file = name.unwrap_or_else(|| "block.toml".into());
+            fs::write(here.join(&file), &block).unwrap();
+            if block.contains("[[group]]") {
+                run("sweep", &[file, "--list".into()]);
+            } else if block.contains("stiffness") && !block.contains("```") {
+                run("train", &["--describe".into(), "--space".into(), file]);
+            }
+            read += 1;
+        }
+        for command in commands(&text) {
+            let (name, arguments) = command.split_first().unwrap();
+            run(name, &cheap(name, arguments));
+            ran += 1;
+        }
+    }
+    assert!(ran > 15 && read > 5, "{ran} commands, {read} tables");
+}

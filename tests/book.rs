@@ -1,0 +1,160 @@
+//! The book's tables are what the programs say, and its files those of the repository.
+//!
+//! Between `<!-- made: KIND ... -->` and `<!-- end -->` of a page in `docs` stands what this test makes. It fails if the page
+//! says something else; with UPDATE_BOOK=1 it writes the page.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use aforce::ActionSpace;
+use tasks::{Component, Env, EnvConfig, TaskName};
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn env(task: &str, space: &str) -> Env {
+    let task = TaskName::ALL.into_iter().find(|known| known.as_str() == task).expect("a task");
+    Env::new(EnvConfig { task, space: space.parse().unwrap(), ..EnvConfig::default() }, 0).unwrap()
+}
+
+fn table(head: &str, rows: impl IntoIterator<Item = String>) -> String {
+    let rule = "|---".repeat(head.matches('|').count() - 1) + "|\n";
+    format!("{head}\n{rule}") + &rows.into_iter().map(|row| row + "\n").collect::<String>()
+}
+
+fn action(task: &str, space: &str) -> String {
+    let env = env(task, space);
+    let entries = env.config().space.entries(&env.config().controller);
+    let row =
+        |e: &aforce::ActionEntry| format!("| `{}` | {:.3} to {:.3} {} | {} |", e.name, e.low, e.high, e.unit, e.frame);
+    let gripper = env.task().has_gripper().then(|| "| `gripper` | open, close | its sign counts |".to_string());
+    table("| entry | -1 to 1 means | |", entries.iter().map(row).chain(gripper))
+}
+
+/// Neighbours whose names differ in what follows the last `_` share a row.
+fn observation(task: &str) -> String {
+    let mut rows: Vec<(String, Vec<Component>)> = vec![];
+    for component in env(task, "aforce").observation_components() {
+        let stem = component.name.rsplit_once('_').map_or(component.name.as_str(), |(stem, _)| stem);
+        match rows.last_mut() {
+            Some((known, parts)) if known == stem && parts[0].unit == component.unit => parts.push(component.clone()),
+            _ => rows.push((stem.into(), vec![component.clone()])),
+        }
+    }
+    let row = |(_, parts): &(String, Vec<Component>)| {
+        let (first, last) = (&parts[0], parts.last().unwrap());
+        let name =
+            if parts.len() == 1 { format!("`{}`", first.name) } else { format!("`{}` to `{}`", first.name, last.name) };
+        let mut centres: Vec<String> = parts.iter().map(|part| part.centre.to_string()).collect();
+        if centres.iter().all(|centre| *centre == centres[0]) {
+            centres.truncate(1);
+        }
+        format!("| {name} | {} | {} | {} |", first.unit, centres.join(", "), first.scale)
+    };
+    table("| entry | unit | centre | scale |", rows.iter().map(row))
+}
+
+fn reward(task: &str) -> String {
+    let names = env(task, "aforce").task().reward_terms().iter().map(|name| format!("`{name}`")).collect::<Vec<_>>();
+    format!("Its terms: {}.\n", names.join(", "))
+}
+
+fn record(space: &str) -> String {
+    let space: ActionSpace = space.parse().unwrap();
+    format!("```toml\n{}\n```\n", space.to_toml().trim_end())
+}
+
+/// What `train --describe` prints last.
+fn follows(space: &str) -> String {
+    let text = tasks::describe(&env("lift", space));
+    let (_, derived) = text.rsplit_once("what follows from it").unwrap();
+    format!("```text\n{}\n```\n", derived.split_once('\n').unwrap().1.trim_end())
+}
+
+/// Rows of a committed table by their columns.
+fn rows(name: &str) -> Vec<BTreeMap<String, String>> {
+    let mut reader = csv::Reader::from_path(root().join("results").join(name)).unwrap();
+    reader.deserialize().map(|row| row.unwrap()).collect()
+}
+
+/// What random actions came to in a space.
+fn measured(space: &str) -> String {
+    let all = rows("random_paper_steps.csv");
+    let row = |task: TaskName| {
+        let row =
+            all.iter().find(|row| row["task"] == task.as_str() && row["space"] == space).expect("a measured space");
+        let number = |column: &str, factor: f64, digits: usize| {
+            format!("{:.digits$}", factor * row[column].parse::<f64>().expect("a number"))
+        };
+        let (energy, penalised) = (number("energy_per_action_j", 1.0, 2), number("penalised_action_share", 100.0, 1));
+        let limited = number("saturated_fraction", 100.0, 1);
+        format!("| {} | {energy} | {penalised} % | {limited} % |", task.as_str())
+    };
+    let head = "| random actions in `SPACE` | J per action | actions above 60 N | torques at their limit |";
+    table(&head.replace("SPACE", space), TaskName::ALL.map(row))
+}
+
+fn made(kind: &str) -> String {
+    match kind.split(' ').collect::<Vec<_>>()[..] {
+        ["action", task, space] => action(task, space),
+        ["observation", task] => observation(task),
+        ["reward", task] => reward(task),
+        ["record", space] => record(space),
+        ["follows", space] => follows(space),
+        ["measured", space] => measured(space),
+        ["file", path] => format!("```rust\n{}```\n", fs::read_to_string(root().join(path)).unwrap()),
+        _ => panic!("no such kind: {kind}"),
+    }
+}
+
+fn pages() -> Vec<PathBuf> {
+    let files = fs::read_dir(root().join("docs")).unwrap().map(|entry| entry.unwrap().path());
+    let mut pages: Vec<_> = files.filter(|path| path.extension().is_some_and(|e| e == "md")).collect();
+    pages.sort();
+    pages
+}
+
+#[test]
+fn what_the_book_says_is_what_the_programs_say() {
+    let mut places = 0;
+    for page in pages() {
+        let text = fs::read_to_string(&page).unwrap();
+        let mut parts = text.split("<!-- made: ");
+        let mut expected = parts.next().unwrap().to_string();
+        for part in parts {
+            let (kind, rest) = part.split_once(" -->\n").unwrap();
+            let (_, after) = rest.split_once("<!-- end -->").unwrap_or_else(|| panic!("{}: no end", page.display()));
+            expected += &format!("<!-- made: {kind} -->\n\n{}\n<!-- end -->{after}", made(kind));
+            places += 1;
+        }
+        if std::env::var_os("UPDATE_BOOK").is_some() {
+            fs::write(&page, &expected).unwrap();
+        }
+        assert!(
+            fs::read_to_string(&page).unwrap() == expected,
+            "{}: UPDATE_BOOK=1 cargo test --test book",
+            page.display()
+        );
+    }
+    assert!(places > 20, "{places}");
+}
+
+/// Every page is a chapter, and every link to a file leads to one.
+#[test]
+fn every_page_is_in_the_book_and_every_link_leads_somewhere() {
+    let summary = fs::read_to_string(root().join("docs/SUMMARY.md")).unwrap();
+    let more = ["README.md", "CONTRIBUTING.md", "llms.txt", "results/README.md", "results/gallery/README.md"];
+    for page in pages().into_iter().chain(more.map(|name| root().join(name))) {
+        let name = page.file_name().unwrap().to_str().unwrap();
+        let chapter = page.parent().unwrap().ends_with("docs") && name != "SUMMARY.md";
+        assert!(!chapter || summary.contains(&format!("({name})")), "{name} is no chapter");
+        let text = fs::read_to_string(&page).unwrap();
+        for link in text.split("](").skip(1).filter_map(|rest| rest.split_once(')')).map(|(link, _)| link) {
+            let path = link.split('#').next().unwrap();
+            let there = path.is_empty() || link.contains("://") || page.parent().unwrap().join(path).exists();
+            assert!(there, "{}: {link}", page.display());
+        }
+    }
+}
