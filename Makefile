@@ -30,7 +30,7 @@ demo: setup
 	$(CARGO) build --release --bins
 	$(RUN) train -- --config experiments/configs/demo.toml --out runs/demo --resume
 	$(RUN) evaluate -- --run $(DEMO)
-	$(RUN) replay -- --run $(DEMO) --episode 1 --html $(DEMO)/replay.html --gif $(DEMO)/replay.gif --png $(DEMO)/replay.png --plot $(DEMO)/replay_traces
+	$(RUN) replay -- --run $(DEMO) --episode 1 --html $(DEMO)/replay.html --gif $(DEMO)/replay.gif --every 4 --png $(DEMO)/replay.png --plot $(DEMO)/replay_traces
 	@echo "the learned episode, in a browser: file://$(abspath $(DEMO))/replay.html"
 
 test: setup
@@ -44,6 +44,8 @@ check: setup
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --release --workspace --all-targets -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --release --workspace --no-deps
+	@if command -v cargo-deny > /dev/null; then $(CARGO) deny --offline check licenses bans sources; \
+		else echo "skipped: licences of dependencies (cargo install cargo-deny)"; fi
 
 # docs/ as pages in book/: `cargo install mdbook --no-default-features` once. What leads out of the book leads to the repository.
 book:
