@@ -26,8 +26,8 @@ pub fn write(path: &Path, episodes: &[Playback]) -> Result<()> {
 fn page(episodes: &[Playback]) -> String {
     let made = format!("{} (commit {})", output::command().join(" "), output::commit());
     let data = json!({"made": made, "episodes": episodes.iter().map(json).collect::<Vec<_>>()});
-    // Inside a script element nothing but "</" could end it.
-    TEMPLATE.replace(DATA, &data.to_string().replace("</", "<\\/"))
+    // Without a "<" nothing ends the script element, nor opens a comment in it.
+    TEMPLATE.replace(DATA, &data.to_string().replace('<', "\\u003c"))
 }
 
 fn json(playback: &Playback) -> Value {
@@ -71,6 +71,8 @@ mod tests {
     use super::*;
     use base64::Engine;
     use base64::prelude::BASE64_STANDARD;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
     use tasks::{Env, EnvConfig, TaskName};
 
     fn floats(value: &Value) -> Vec<f32> {
@@ -140,6 +142,20 @@ mod tests {
         }
         for series in episode["panels"].as_array().unwrap().iter().flat_map(|p| p["series"].as_array().unwrap()) {
             assert_eq!(floats(&series["values"]).len(), 500, "{series}");
+        }
+    }
+
+    /// Folders may be called anything.
+    #[test]
+    fn whatever_it_is_called_the_data_reads_back() {
+        let mut names = ["</script>", "<!--<script>", "-->", "]]>", "\u{2028}\0\u{7f}", "{{data}}", "\\u003c", "'\"`"].map(String::from).to_vec();
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let parts = names.clone();
+        names.extend((0..1000).map(|_| (0..5).map(|_| parts[rng.random_range(0..parts.len())].as_str()).collect()));
+        for who in names {
+            let page = page(&[Playback { who: who.clone(), ..Playback::default() }]);
+            assert_eq!(data(&page)["episodes"][0]["who"], who.as_str());
+            assert_eq!(page.matches('<').count(), TEMPLATE.matches('<').count(), "{who}");
         }
     }
 
