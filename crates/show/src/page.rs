@@ -148,7 +148,9 @@ mod tests {
     /// Folders may be called anything.
     #[test]
     fn whatever_it_is_called_the_data_reads_back() {
-        let mut names = ["</script>", "<!--<script>", "-->", "]]>", "\u{2028}\0\u{7f}", "{{data}}", "\\u003c", "'\"`"].map(String::from).to_vec();
+        let mut names = ["</script>", "<!--<script>", "-->", "]]>", "\u{2028}\0\u{7f}", "{{data}}", "\\u003c", "'\"`"]
+            .map(String::from)
+            .to_vec();
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let parts = names.clone();
         names.extend((0..1000).map(|_| (0..5).map(|_| parts[rng.random_range(0..parts.len())].as_str()).collect()));
