@@ -1,5 +1,6 @@
 //! Whatever the bytes, a reader gives an answer: no panic, no allocation far beyond the file's size, no hang. What people write
-//! (TOML, tables) and what disks damage (checkpoints) is mangled with fixed seeds, FUZZ_INPUTS times each (1000 by default).
+//! (TOML, tables) and what disks damage (checkpoints) is mangled with fixed seeds, FUZZ_INPUTS times each (1000 by default; a
+//! checkpoint, all files together: it is read again a few times before it counts as damaged, as a run may be replacing it).
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -107,9 +108,13 @@ fn mangled(bases: &[Vec<u8>], rng: &mut ChaCha8Rng) -> Vec<u8> {
     bytes
 }
 
-/// Writes mangled `bases` to `path` and reads them with `read`; `size` is how many bytes it may read besides.
-fn fuzz(name: &str, path: &Path, bases: &[Vec<u8>], size: usize, mut read: impl FnMut()) {
-    let inputs = std::env::var("FUZZ_INPUTS").map_or(1000, |count| count.parse::<u64>().expect("a number"));
+/// How many a reader gets.
+fn inputs() -> u64 {
+    std::env::var("FUZZ_INPUTS").map_or(1000, |count| count.parse().expect("a number"))
+}
+
+/// Writes so many mangled `bases` to `path` and reads them with `read`; `size` is how many bytes it may read besides.
+fn fuzz(name: &str, path: &Path, bases: &[Vec<u8>], inputs: u64, size: usize, mut read: impl FnMut()) {
     let (start, mut most) = (Instant::now(), 0.0f64);
     for seed in 0..inputs {
         let bytes = mangled(bases, &mut ChaCha8Rng::seed_from_u64(seed));
@@ -141,11 +146,11 @@ fn toml_that_people_write() {
     let path = folder.path().join("mangled.toml");
     let mut runs = texts(&["results/table-1/lift/aforce/seed_1/config.toml", "experiments/configs/demo.toml"]);
     runs.push(RunConfig::preset(sac::Preset::DESKTOP).to_toml().into_bytes());
-    fuzz("configuration of a run", &path, &runs, 0, || drop(RunConfig::resolve(Some(&path), &[])));
+    fuzz("configuration of a run", &path, &runs, inputs(), 0, || drop(RunConfig::resolve(Some(&path), &[])));
     let sweeps = texts(&["experiments/configs/observation.toml", "experiments/configs/first-tables/leash.toml"]);
-    fuzz("sweep", &path, &sweeps, 0, || drop(sweep::read(&path)));
+    fuzz("sweep", &path, &sweeps, inputs(), 0, || drop(sweep::read(&path)));
     let lists = texts(&["experiments/configs/disturbances.toml"]);
-    fuzz("disturbances", &path, &lists, 0, || drop(disturbances::read(&path, TaskName::Lift)));
+    fuzz("disturbances", &path, &lists, inputs(), 0, || drop(disturbances::read(&path, TaskName::Lift)));
 }
 
 #[test]
@@ -157,7 +162,7 @@ fn tables_that_people_edit() {
         let text = fs::read_to_string(root().join(run).join(name)).unwrap();
         text.lines().take(4).map(|line| format!("{line}\n")).collect::<String>().into_bytes()
     });
-    fuzz("table", &path, &tables, 0, || {
+    fuzz("table", &path, &tables, inputs(), 0, || {
         drop(CsvTable::read(&path));
         if let Ok(table) = Columns::read(&path) {
             drop(["return", "step", "success"].map(|column| table.mean_by_step(column)));
@@ -189,20 +194,26 @@ fn checkpoint(folder: &Path) -> Config {
     config
 }
 
+/// A thread for each file, with a checkpoint of its own, of which this file is damaged.
 #[test]
 fn checkpoints_that_disks_damage() {
-    let folder = tempfile::tempdir().unwrap();
-    let config = checkpoint(folder.path());
-    let mut files: Vec<PathBuf> = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().path()).collect();
-    files.sort();
-    let size = files.iter().map(|file| fs::metadata(file).unwrap().len() as usize).sum();
-    for file in &files {
-        let whole = fs::read(file).unwrap();
-        fuzz(&file.file_name().unwrap().display().to_string(), file, &[whole.clone()], size, || {
-            drop(Checkpoint::load(folder.path(), &config, 3, 2));
-            drop(Actor::load(folder.path(), 3, 2, 1));
-        });
-        fs::write(file, whole).unwrap();
-    }
-    Checkpoint::load(folder.path(), &config, 3, 2).unwrap();
+    let files = ["actor", "online_actor", "critic", "target", "optimizer"].map(|name| format!("{name}.safetensors"));
+    let files: Vec<String> = files.into_iter().chain(["replay.bin", "state.json"].map(String::from)).collect();
+    std::thread::scope(|scope| {
+        for name in &files {
+            scope.spawn(|| {
+                let folder = tempfile::tempdir().unwrap();
+                let config = checkpoint(folder.path());
+                let size = |name: &String| fs::metadata(folder.path().join(name)).unwrap().len() as usize;
+                let (size, file) = (files.iter().map(size).sum(), folder.path().join(name));
+                let whole = fs::read(&file).unwrap();
+                fuzz(name, &file, std::slice::from_ref(&whole), inputs() / files.len() as u64, size, || {
+                    drop(Checkpoint::load(folder.path(), &config, 3, 2));
+                    drop(Actor::load(folder.path(), 3, 2, 1));
+                });
+                fs::write(file, whole).unwrap();
+                Checkpoint::load(folder.path(), &config, 3, 2).unwrap();
+            });
+        }
+    });
 }
