@@ -36,8 +36,7 @@ fn tables(text: &str) -> Vec<(Option<String>, String)> {
     for (place, part) in text.split("```").enumerate() {
         match part.strip_prefix("toml\n").filter(|_| place % 2 == 1) {
             Some(block) => {
-                let named =
-                    before.split('`').filter(|word| word.ends_with(".toml") && !word.contains(['/', ' '])).next_back();
+                let named = before.split('`').rfind(|word| word.ends_with(".toml") && !word.contains(['/', ' ']));
                 blocks.push((named.map(String::from), block.to_string()));
             }
             None if place % 2 == 0 => before = part.to_string(),
