@@ -70,7 +70,7 @@ pub enum RateRule {
 }
 
 /// One entry of an action.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ActionEntry {
     /// Name of the entry.
     pub name: &'static str,

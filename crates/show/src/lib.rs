@@ -15,6 +15,7 @@
 //! ```
 
 mod arrow;
+mod inputs;
 pub mod page;
 mod playback;
 mod recording;

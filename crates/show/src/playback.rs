@@ -1,13 +1,14 @@
 //! An episode that was played to be shown.
 
-use std::ops::ControlFlow;
+use std::path::Path;
 
 use anyhow::Result;
-use output::caption;
+use output::{caption, file};
 use physics::camera::Image;
-use tasks::{Env, Outcome, Step, play};
+use tasks::{Env, Episode, Outcome, Step};
 
 use crate::arrow;
+use crate::inputs::Inputs;
 use crate::recording::{Recording, contact_force, tool};
 use crate::traces::Traces;
 use crate::view::View;
@@ -35,9 +36,41 @@ pub struct Playback {
     pub recording: Recording,
     /// Curves.
     pub traces: Traces,
+    /// Observations and actions.
+    pub inputs: Inputs,
+    /// What every action led to.
+    pub episode: Episode,
 }
 
 impl Playback {
+    /// Of an episode of `env` that begins.
+    pub fn begin(env: &Env) -> Playback {
+        let config = env.config();
+        let task = config.task.as_str();
+        let title = format!("{task} {}", config.space);
+        let rate = f64::from(config.controller.policy_hz);
+        Playback { task, title, space: config.space.name.clone(), rate, ..Playback::default() }
+    }
+
+    /// Takes in what an `action` led to; `observation` is the one before it.
+    pub fn add(&mut self, env: &Env, observation: &[f32], action: &[f64], step: &Step) {
+        self.total += step.reward;
+        self.recording.add(env, step);
+        self.traces.add(env, step);
+        self.inputs.add(env, observation, action);
+        self.episode.add(*step);
+    }
+
+    /// The episode of `env` is over; `who` says who played.
+    pub fn end(&mut self, env: &Env, who: &str) {
+        let outcome = self.episode.outcome();
+        self.who = who.into();
+        self.story =
+            story(env.task().achievement(), &outcome, self.traces.time(), env.config().force_penalty.limit);
+        let (total, energy) = (self.total, outcome.energy_per_action_j);
+        self.detail = format!("return {total:.1} in {} actions, {energy:.2} J per action", outcome.length);
+    }
+
     /// Plays the first `actions` of an episode from `seed`, `act` choosing them in [-1, 1]^n; `who` says who that is.
     /// `on_step` sees the playback grow after every action.
     ///
@@ -45,33 +78,38 @@ impl Playback {
     /// The first error of `on_step`.
     pub fn play(
         env: &mut Env,
-        act: impl FnMut(&Env) -> Vec<f64>,
+        mut act: impl FnMut(&Env) -> Vec<f64>,
         seed: u64,
         actions: u32,
         who: &str,
         mut on_step: impl FnMut(&Env, &Step, &Playback) -> Result<()>,
     ) -> Result<Playback> {
-        let config = env.config();
-        let task = config.task.as_str();
-        let title = format!("{task} {}", config.space);
-        let rate = f64::from(config.controller.policy_hz);
-        let (space, who, limit) = (config.space.name.clone(), who.into(), config.force_penalty.limit);
-        let mut playback = Playback { task, title, space, who, rate, ..Playback::default() };
-        let mut seen = Ok(());
-        let outcome = play(env, act, seed, |env, step| {
-            playback.total += step.reward;
-            playback.recording.add(env, step);
-            playback.traces.add(env, step);
-            seen = on_step(env, step, &playback);
-            let enough = seen.is_err() || playback.traces.actions() == actions;
-            if enough { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        })
-        .outcome();
-        seen?;
-        playback.story = story(env.task().achievement(), &outcome, playback.traces.time(), limit);
-        let (total, energy) = (playback.total, outcome.energy_per_action_j);
-        playback.detail = format!("return {total:.1} in {} actions, {energy:.2} J per action", outcome.length);
+        let mut playback = Playback::begin(env);
+        env.reset(Some(seed));
+        for _ in 0..actions {
+            let (observation, action) = (env.observation().to_vec(), act(env));
+            let step = env.step(&action);
+            playback.add(env, &observation, &action, &step);
+            on_step(env, &step, &playback)?;
+            if step.terminated || step.truncated {
+                break;
+            }
+        }
+        playback.end(env, who);
         Ok(playback)
+    }
+
+    /// The episode as a CSV file, a row per action: every curve, what was observed before the action, and the action.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn write_csv(&self, path: &Path) -> Result<()> {
+        let mut table = csv::Writer::from_writer(vec![]);
+        table.write_record(self.traces.names().iter().chain(self.inputs.names()))?;
+        for (curves, inputs) in self.traces.rows().zip(self.inputs.rows()) {
+            table.write_record(curves.iter().map(f64::to_string).chain(inputs.iter().cloned()))?;
+        }
+        file::replace(path, &table.into_inner()?)
     }
 
     /// A picture of the present moment: the scene, the contact force as an arrow, a caption.

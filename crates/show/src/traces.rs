@@ -1,10 +1,7 @@
 //! What happened during one episode, over time, action by action.
 
 use std::iter;
-use std::path::Path;
 
-use anyhow::Result;
-use output::file;
 use output::plot::{Panel, Series};
 use tasks::{Env, Step};
 
@@ -128,19 +125,18 @@ impl Traces {
         self.time
     }
 
-    /// All curves as a CSV file: a row per action, a column per curve.
-    ///
-    /// # Errors
-    /// If the file cannot be written.
-    pub fn write_csv(&self, path: &Path) -> Result<()> {
-        let mut table = csv::Writer::from_writer(vec![]);
+    /// Names of the columns of a table: the time, and every curve with its unit.
+    pub fn names(&self) -> Vec<String> {
         let name = |column: &Column| format!("{}, {} ({})", column.panel, column.label, column.unit);
-        table.write_record(iter::once("time (s)".to_string()).chain(self.columns.iter().map(name)))?;
-        for (index, (time, _)) in self.columns.first().map_or(&[][..], |column| &column.points).iter().enumerate() {
-            let values = self.columns.iter().map(|column| column.points[index].1);
-            table.serialize(iter::once(*time).chain(values).collect::<Vec<_>>())?;
-        }
-        file::replace(path, &table.into_inner()?)
+        iter::once("time (s)".to_string()).chain(self.columns.iter().map(name)).collect()
+    }
+
+    /// Its rows, one per action.
+    pub fn rows(&self) -> impl Iterator<Item = Vec<f64>> {
+        let times = self.columns.first().map_or(&[][..], |column| &column.points).iter().map(|point| point.0);
+        times.enumerate().map(|(index, time)| {
+            iter::once(time).chain(self.columns.iter().map(|column| column.points[index].1)).collect()
+        })
     }
 
     /// One panel per quantity.

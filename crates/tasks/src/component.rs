@@ -1,8 +1,10 @@
 //! What an observation consists of.
 
+use serde::Serialize;
+
 /// One number of an observation. A learner sees `(value - centre) * scale`, clipped to
 /// +-10, when it asks for scaled observations.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Component {
     /// Unique name.
     pub name: String,

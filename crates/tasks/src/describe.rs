@@ -1,73 +1,127 @@
-//! What an environment consists of, in words.
+//! What an environment consists of, in words and as data.
 
 use std::fmt::Write;
 
-use aforce::{ActionSpace, OperationalSpace, Vector6};
+use aforce::{ActionEntry, OperationalSpace, Vector6};
+use serde::Serialize;
 
-use crate::env::Env;
+use crate::component::Component;
+use crate::env::{Env, EnvConfig};
+use crate::observation::CLIP;
 
-/// Every entry of action and observation with unit, frame and scaling; the action space's record, and what follows from its
-/// numbers.
-pub fn describe(env: &Env) -> String {
-    let config = env.config();
-    let mut text = String::from("action, all entries in [-1, 1]:\n");
-    for c in config.space.entries(&config.controller) {
-        let line = format!("  {:<28} {:>9.3} .. {:<9.3} {:<8} {}\n", c.name, c.low, c.high, c.unit, c.frame);
-        text.push_str(&line);
+/// What an environment consists of.
+#[derive(Debug, Clone, Serialize)]
+pub struct Description {
+    /// The entries of an action, all in [-1, 1].
+    pub action: Vec<ActionEntry>,
+    /// The numbers of an observation.
+    pub observation: Vec<Component>,
+    /// Largest magnitude of a scaled number of an observation.
+    pub scaled_limit: f32,
+    /// What adds up to a reward.
+    pub reward_terms: Vec<&'static str>,
+    /// What follows from the numbers of the action space.
+    pub derived: Vec<Derived>,
+    /// All settings, the action space's record among them.
+    pub env: EnvConfig,
+}
+
+/// A quantity that follows from the numbers of the action space.
+#[derive(Debug, Clone, Serialize)]
+pub struct Derived {
+    /// What it is.
+    pub name: &'static str,
+    /// Units of translation and rotation.
+    pub unit: &'static str,
+    /// Translation along x, y, z; rotation about x, y, z.
+    pub values: Vector6,
+}
+
+impl Description {
+    /// Every entry of action and observation with unit, frame and scaling; the settings, and what follows from the action
+    /// space's numbers.
+    pub fn of(env: &Env) -> Self {
+        Self {
+            action: env.action_entries(),
+            observation: env.observation_components().to_vec(),
+            scaled_limit: CLIP,
+            reward_terms: env.task().reward_terms().to_vec(),
+            derived: derived(env),
+            env: env.config().clone(),
+        }
     }
-    if env.task().has_gripper() {
-        text += &format!("  {:<28} {:>9} .. {:<9} sign counts\n", "gripper", "open", "close");
+
+    /// The description as text.
+    pub fn in_words(&self) -> String {
+        let mut text = String::from("action, all entries in [-1, 1]:\n");
+        for c in &self.action {
+            let line = format!("  {:<28} {:>9.3} .. {:<9.3} {:<8} {}\n", c.name, c.low, c.high, c.unit, c.frame);
+            text.push_str(&line);
+        }
+        text += &format!("observation ({} numbers), and how a learner scales them:\n", self.observation.len());
+        for c in &self.observation {
+            text += &format!("  {:<28} {:<18} (value - {}) x {}\n", c.name, c.unit, c.centre, c.scale);
+        }
+        text += &format!("its options: {}\n", options(&self.env));
+        text +=
+            "eef_pos is the grip site, eef_quat (of which x is never negative) the body right_hand, as in robosuite\n";
+        let disturbed = self.env.disturbance.in_words();
+        if !disturbed.is_empty() {
+            text += &format!("\ndisturbed, unknown to controller and policy: {disturbed}\n");
+        }
+        let record = indented(&self.env.space.to_toml());
+        text += &format!("\naction space (a file with these lines is a space too):\n{record}");
+        text += "\nwhat follows from it (translation x, y, z; rotation about x, y, z):\n";
+        for Derived { name, unit, values } in &self.derived {
+            let values: Vec<String> = values.iter().map(|value| number(*value)).collect();
+            let (translation, rotation) = values.split_at(3);
+            let (translation, rotation) = (translation.join(", "), rotation.join(", "));
+            writeln!(text, "  {name:<38} {translation}; {rotation} {unit}").expect("to a string");
+        }
+        if self.stays_soft() {
+            text +=
+                "  no action makes a lasting error above the tolerance: K falls to its lower bound and stays there\n";
+        }
+        text
     }
-    let components = env.observation_components();
-    text += &format!("observation ({} numbers), and how a learner scales them:\n", components.len());
-    for c in components {
-        text += &format!("  {:<28} {:<18} (value - {}) x {}\n", c.name, c.unit, c.centre, c.scale);
+
+    /// Whether the tolerance of a space whose goal is never further than an action away is at least an action.
+    fn stays_soft(&self) -> bool {
+        let EnvConfig { space, controller, .. } = &self.env;
+        space.goal.is_rebased()
+            && space
+                .psi()
+                .is_some_and(|psi| (0..6).all(|axis| psi.tolerance().vector()[axis] >= space.step(controller, axis)))
     }
-    text += &format!("its options: {}\n", options(env));
-    text += "eef_pos is the grip site, eef_quat (of which x is never negative) the body right_hand, as in robosuite\n";
-    let disturbed = config.disturbance.in_words();
-    if !disturbed.is_empty() {
-        text += &format!("\ndisturbed, unknown to controller and policy: {disturbed}\n");
-    }
-    text += &format!("\naction space (a file with these lines is a space too):\n{}", indented(&config.space.to_toml()));
-    text += "\nwhat follows from it (translation x, y, z; rotation about x, y, z):\n";
-    let y = env.measurement();
-    let inertia = OperationalSpace::new(&y.mass, &y.jacobian).map(|arm| arm.diagonal());
-    derived(&mut text, env, &config.space, inertia.unwrap_or(Vector6::repeat(1.0)));
-    text
 }
 
 /// What `env.observation` chooses, and what else could be chosen.
-fn options(env: &Env) -> String {
-    let seen = &env.config().observation;
+fn options(env: &EnvConfig) -> String {
+    let seen = &env.observation;
     let markers = format!("{:?}", seen.markers).to_lowercase();
     format!("markers = {markers} (condensed, ends or all; Wipe's), controller = {} (its state)", seen.controller)
 }
 
-fn derived(text: &mut String, env: &Env, space: &ActionSpace, inertia: Vector6) {
-    let mut line = |name: &str, unit: &str, values: &Vector6| {
-        let values: Vec<String> = values.iter().map(|value| number(*value)).collect();
-        let (translation, rotation) = values.split_at(3);
-        writeln!(text, "  {name:<38} {}; {} {unit}", translation.join(", "), rotation.join(", ")).expect("to a string");
-    };
-    let step = Vector6::from_fn(|axis, _| space.step(&env.config().controller, axis));
-    line("apparent inertia at the start", "kg, kg m2", &inertia);
-    line("an action of 1", "m, rad", &step);
-    line("stiffness at the start", "N/m, Nm/rad", &space.unit.effective(&space.stiffness.at_reset(), &inertia));
-    let Some((psi, margins)) = space.psi().zip(space.margins()) else { return };
+fn derived(env: &Env) -> Vec<Derived> {
+    let EnvConfig { space, controller, .. } = env.config();
+    let y = env.measurement();
+    let inertia = OperationalSpace::new(&y.mass, &y.jacobian).map_or(Vector6::repeat(1.0), |arm| arm.diagonal());
     let effective = |gains: &Vector6| space.unit.effective(gains, &inertia);
-    line("lowest stiffness", "N/m, Nm/rad", &effective(psi.k_min.vector()));
-    line("highest stiffness", "N/m, Nm/rad", &effective(psi.k_max.vector()));
-    line("spring of F_ff, alpha/mu", "N/m, Nm/rad", &effective(psi.feedforward_spring().vector()));
-    line("tolerance, gamma/beta", "m, rad", psi.tolerance().vector());
-    line("relaxation, (K_max - K_min)/gamma", "s", psi.relaxation_time().vector());
-    line("alpha at which K_min becomes unstable", "as alpha", &Vector6::from_fn(|axis, _| margins[axis].alpha_max));
-    if psi.tolerance().vector().iter().zip(&step).all(|(tolerance, step)| tolerance >= step) && space.goal.is_rebased()
-    {
-        text.push_str(
-            "  no action makes a lasting error above the tolerance: K falls to its lower bound and stays there\n",
-        );
+    let mut list = vec![];
+    let mut line = |name, unit, values| list.push(Derived { name, unit, values });
+    line("apparent inertia at the start", "kg, kg m2", inertia);
+    line("an action of 1", "m, rad", Vector6::from_fn(|axis, _| space.step(controller, axis)));
+    line("stiffness at the start", "N/m, Nm/rad", effective(&space.stiffness.at_reset()));
+    if let Some((psi, margins)) = space.psi().zip(space.margins()) {
+        line("lowest stiffness", "N/m, Nm/rad", effective(psi.k_min.vector()));
+        line("highest stiffness", "N/m, Nm/rad", effective(psi.k_max.vector()));
+        line("spring of F_ff, alpha/mu", "N/m, Nm/rad", effective(psi.feedforward_spring().vector()));
+        line("tolerance, gamma/beta", "m, rad", *psi.tolerance().vector());
+        line("relaxation, (K_max - K_min)/gamma", "s", *psi.relaxation_time().vector());
+        let limit = Vector6::from_fn(|axis, _| margins[axis].alpha_max);
+        line("alpha at which K_min becomes unstable", "as alpha", limit);
     }
+    list
 }
 
 /// Four digits, and no exponent where none is needed.
@@ -94,7 +148,7 @@ mod tests {
         let text = |space: &str, step: f64| {
             let mut config = EnvConfig { space: space.parse().unwrap(), ..EnvConfig::default() };
             (config.controller.position_step, config.controller.rotation_step) = (step, 10.0 * step);
-            describe(&Env::new(config, 0).unwrap())
+            Description::of(&Env::new(config, 0).unwrap()).in_words()
         };
         let aforce = text("aforce", 0.05);
         for part in ["k_min = [300.0, 20.0]", "0.0375, 0.0375, 0.0375; 0.275, 0.275, 0.275 m, rad", "delta_rz"] {

@@ -1,6 +1,6 @@
 //! The environment: the one loop from an action to torques, and back to a reward.
 
-use aforce::{ActionSpace, ConfigError, Controller, ControllerConfig, Measurement, within};
+use aforce::{ActionEntry, ActionSpace, ConfigError, Controller, ControllerConfig, Measurement, within};
 use physics::panda::{HOME, ParameterSet, RANGE};
 use physics::{Plant, Simulation, SimulationConfig};
 use rand::{Rng, SeedableRng};
@@ -309,6 +309,16 @@ impl Env {
     /// Names and scales of the observation's components, in order.
     pub fn observation_components(&self) -> &[Component] {
         &self.components
+    }
+
+    /// What each entry of an action means, in order: the controller's, then the gripper's.
+    pub fn action_entries(&self) -> Vec<ActionEntry> {
+        let mut entries = self.config.space.entries(&self.config.controller);
+        if self.task.has_gripper() {
+            let (unit, frame) = ("sign", "-1 opens, +1 closes");
+            entries.push(ActionEntry { name: "gripper", unit, frame, low: -1.0, high: 1.0 });
+        }
+        entries
     }
 
     /// Numbers in an action: the controller's, then the gripper's.

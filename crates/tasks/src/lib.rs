@@ -29,7 +29,7 @@ mod task_name;
 mod wipe;
 
 pub use component::Component;
-pub use describe::describe;
+pub use describe::{Derived, Description};
 pub use disturbance::{Disturbance, Draw};
 pub use env::{Env, EnvConfig, Step};
 pub use episode::{Episode, play};

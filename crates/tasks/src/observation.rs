@@ -7,7 +7,7 @@ use physics::{Simulation, panda};
 use crate::component::{Component, xyz, xyzw};
 
 /// Largest magnitude of a scaled component.
-const CLIP: f32 = 10.0;
+pub const CLIP: f32 = 10.0;
 /// Force that counts as contact (N).
 const CONTACT_FORCE: f64 = 1.0;
 

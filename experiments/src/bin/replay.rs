@@ -47,7 +47,7 @@ struct Arguments {
     /// Forces, stiffness, torques over time: FILE.svg and FILE.png
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
-    /// The same curves as numbers, a row per action
+    /// The same curves as numbers, with observation and action: a row per action
     #[arg(long, value_name = "FILE.csv")]
     csv: Option<PathBuf>,
     /// Where PNG and GIF look from
@@ -111,7 +111,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         plot::write_with_png(&playback.title, &playback.traces.panels(), stem)?;
     }
     if let Some(path) = &arguments.csv {
-        playback.traces.write_csv(path)?;
+        playback.write_csv(path)?;
     }
     tell(&playback);
     if let Some(path) = &arguments.html {

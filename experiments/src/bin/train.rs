@@ -10,7 +10,7 @@ use experiments::report::curves;
 use experiments::run::folder::RunFolder;
 use experiments::run::train::RunOptions;
 use output::program;
-use tasks::Env;
+use tasks::{Description, Env};
 
 /// Train a policy with SAC.
 ///
@@ -31,6 +31,9 @@ struct Arguments {
     /// Print what an action and an observation consist of, the action space's record and what follows from it; train nothing
     #[arg(long)]
     describe: bool,
+    /// Print the description as JSON
+    #[arg(long, requires = "describe")]
+    json: bool,
 }
 
 fn main() -> ExitCode {
@@ -40,7 +43,12 @@ fn main() -> ExitCode {
 fn run(arguments: &Arguments) -> Result<ExitCode> {
     let config = arguments.run.resolve()?;
     if arguments.describe {
-        print!("{}", tasks::describe(&Env::new(config.env, 0)?));
+        let description = Description::of(&Env::new(config.env, 0)?);
+        if arguments.json {
+            println!("{}", serde_json::to_string_pretty(&description)?);
+        } else {
+            print!("{}", description.in_words());
+        }
         return Ok(ExitCode::SUCCESS);
     }
     let ending = curves::train_and_draw(&config, &arguments.out, arguments.options)?;

@@ -6,11 +6,12 @@ use aforce::ActionSpace;
 use anyhow::Result;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use settings::setup::SETUPS;
+use settings::spaces;
 use tasks::TaskName;
 use toml::Value;
 
-use crate::config::setup::SETUPS;
-use crate::config::{RunConfig, parse_override, spaces};
+use crate::config::{RunConfig, parse_override};
 
 /// Exit code of a run that a signal stopped after it saved itself: try again.
 pub const STOPPED: u8 = 75;

@@ -4,9 +4,8 @@ use aforce::{Scale, overlay};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
+use settings::nested;
 use toml::{Table, Value};
-
-use crate::config::run_config::nested;
 
 /// How often a candidate that no run accepts is drawn anew.
 const TRIES: u32 = 200;

@@ -8,12 +8,11 @@ use aforce::overlay;
 use anyhow::{Context, Result, ensure};
 use output::program::bad;
 use serde::{Deserialize, Serialize};
+use settings::{Source, layered, nested, spaces};
 use tasks::EnvConfig;
 use toml::{Table, Value};
 
 use crate::config::run_id::{NAME_CHARACTERS, is_name_character};
-use crate::config::toml_text::{Source, explain, parse};
-use crate::config::{setup, spaces};
 
 /// Everything that decides the outcome of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -69,16 +68,8 @@ impl RunConfig {
     pub fn resolve(file: Option<&Path>, overrides: &[(String, Value)]) -> Result<Self> {
         let mut layers = vec![];
         if let Some(path) = file {
-            let wanted = "a TOML file is wanted, such as a run's config.toml";
-            let text = fs_err::read_to_string(path).with_context(|| wanted)?;
-            let name = path.display().to_string();
-            let mut table: Table = parse(&text).map_err(|problem| bad(format!("{name}: {problem}; {wanted}")))?;
-            if table.contains_key("group") {
-                return Err(bad(format!("{name}: the file of a sweep: give it to `sweep`")));
-            }
-            let folder = path.parent().unwrap_or(Path::new(""));
-            spaces::work_out(&mut table, folder).map_err(|problem| bad(format!("{name}: {problem:#}")))?;
-            layers.push((Source::file(name, text), table));
+            let text = fs_err::read_to_string(path).context(settings::WANTED)?;
+            layers.push(settings::of_file(path, &text).map_err(|problem| bad(problem.to_string()))?);
         }
         let mut flags = Table::new();
         for (key, value) in overrides {
@@ -111,23 +102,8 @@ impl RunConfig {
             }
         }
         let preset = named.map_or(sac::Preset::DESKTOP, |(_, preset)| preset);
-        let mut merged = Table::try_from(Self::preset(preset)).expect("a configuration is a table");
-        for (source, mut table) in layers {
-            if let Some(setup) = table.remove("setup") {
-                let name = setup.as_str().map_or_else(|| setup.to_string(), String::from);
-                overlay(
-                    &mut merged,
-                    setup::settings(&name).map_err(|error| bad(format!("{}: {error}", source.at("setup"))))?,
-                );
-            }
-            spaces::lay_over(&mut merged, table);
-            let check: Result<Self, _> = merged.clone().try_into();
-            check.map_err(|error| {
-                let problem = explain(&error, &merged);
-                bad(format!("{}: {}", source.at(&problem.key), problem.message))
-            })?;
-        }
-        let config: Self = merged.try_into().expect("checked with the last layer");
+        let base = Table::try_from(Self::preset(preset)).expect("a configuration is a table");
+        let config: Self = layered(base, layers).map_err(|error| bad(error.to_string()))?;
         config.validate().map_err(|e| bad(e.to_string()))?;
         Ok(config)
     }
@@ -205,15 +181,6 @@ pub fn parse_override(text: &str) -> Result<(String, Value), String> {
     let table: Result<Table, _> = format!("value = {value}").parse();
     let value = table.ok().and_then(|mut t| t.remove("value")).unwrap_or_else(|| Value::String(value.into()));
     Ok((key.trim().into(), value))
-}
-
-/// A table with one value, under a dotted key.
-pub(crate) fn nested(key: &str, value: Value) -> Table {
-    let value = |key: &str| match key.split_once('.') {
-        None => (key.to_string(), value),
-        Some((head, rest)) => (head.to_string(), Value::Table(nested(rest, value))),
-    };
-    Table::from_iter([value(key)])
 }
 
 #[cfg(test)]

@@ -7,14 +7,14 @@ use aforce::overlay;
 use anyhow::{Context, Result};
 use output::program::bad;
 use serde::Deserialize;
+use settings::{Source, nested, parse, spaces};
 use tasks::TaskName;
 use toml::{Table, Value};
 
 use crate::config::cli::record;
 use crate::config::draws::Draws;
-use crate::config::run_config::nested;
 use crate::config::run_id::{NAME_CHARACTERS, is_name_character};
-use crate::config::{RunConfig, RunId, Source, parse, spaces};
+use crate::config::{RunConfig, RunId};
 
 /// Runs that belong together.
 #[derive(Debug, Clone, PartialEq)]

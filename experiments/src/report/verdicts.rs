@@ -9,9 +9,10 @@ use output::rank_test::{holm, p_value, smallest_detectable};
 use output::statistics::{FEWEST_FOR_INTERVAL, interval, mean, probability_of_improvement};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use settings::parse;
 use tasks::TaskName;
 
-use crate::config::{label, parse};
+use crate::config::label;
 use crate::report::summary::RunSummary;
 
 /// Probability of calling one difference of a task real though there is none, over all its hypotheses.

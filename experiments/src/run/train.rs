@@ -8,9 +8,10 @@ use output::statistics::mean_of;
 use rand_chacha::ChaCha8Rng;
 use sac::{Act, Checkpoint, Replay, Sac, Transition};
 use serde::{Deserialize, Serialize};
+use settings::setup;
 use tasks::{Env, Episode, Outcome, Step};
 
-use crate::config::{RunConfig, RunId, setup};
+use crate::config::{RunConfig, RunId};
 use crate::run::checkpoint_record::CheckpointRecord;
 use crate::run::clock::{Clock, Spent};
 use crate::run::csv_table::CsvTable;

@@ -6,10 +6,11 @@ use anyhow::{Context, Result, bail};
 use clap::{ArgGroup, Args, ValueEnum};
 use output::program::bad;
 use sac::{Act, Actor, Checkpoint};
+use settings::spaces;
 use tasks::Env;
 
 use crate::config::cli::{EnvArgs, SettingArgs};
-use crate::config::{RunConfig, RunId, spaces};
+use crate::config::{RunConfig, RunId};
 use crate::run::checkpoint_record::CheckpointRecord;
 use crate::run::folder::RunFolder;
 use crate::run::rollout::Policy;

@@ -5,7 +5,7 @@ use tasks::EnvConfig;
 use toml::Table;
 
 /// Name, how far an action entry of 1 moves the goal (m, rad), and what for.
-pub(crate) const SETUPS: [(&str, [f64; 2], &str); 2] = [
+pub const SETUPS: [(&str, [f64; 2], &str); 2] = [
     ("paper-steps", [0.05, 0.5], "robosuite's action steps, which the paper has (default)"),
     ("small-steps", [0.02, 0.15], "less than half of them: calmer, and learned sooner"),
 ];
@@ -14,7 +14,7 @@ pub(crate) const SETUPS: [(&str, [f64; 2], &str); 2] = [
 ///
 /// # Errors
 /// If it is unknown.
-pub(crate) fn settings(name: &str) -> Result<Table> {
+pub fn settings(name: &str) -> Result<Table> {
     let Some((_, [position, rotation], _)) = SETUPS.iter().find(|setup| setup.0 == name) else {
         bail!("setup = {name:?}: known are {}", SETUPS.map(|setup| setup.0).join(", "));
     };

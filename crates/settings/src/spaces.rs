@@ -6,7 +6,7 @@ use aforce::{ActionSpace, overlay};
 use anyhow::{Context, Result, bail, ensure};
 use toml::{Table, Value};
 
-use crate::config::toml_text::parse;
+use crate::toml_text::parse;
 
 /// A built-in space by its name, or a record of one's own from a file that ends with `.toml`, counted from `folder`. Without a
 /// `name` the record is called as its file is.

@@ -4,7 +4,10 @@ use serde::de::DeserializeOwned;
 use toml::Table;
 use toml::de::{DeTable, DeValue};
 
-/// Reads a TOML document; an error tells the line and the key.
+/// Reads a TOML document.
+///
+/// # Errors
+/// Tells the line and the key.
 pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     toml::from_str(text).map_err(|error| {
         let before = error.span().map(|span| &text[..span.start.min(text.len())]);

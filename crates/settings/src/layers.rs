@@ -1,0 +1,109 @@
+//! Layers of settings, one over the other.
+
+use std::path::Path;
+
+use aforce::overlay;
+use anyhow::{Error, Result, anyhow, ensure};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use tasks::EnvConfig;
+use toml::{Table, Value};
+
+use crate::toml_text::{Source, explain, parse};
+use crate::{setup, spaces};
+
+/// What a file of settings is.
+pub const WANTED: &str = "a TOML file is wanted, such as a run's config.toml";
+
+/// The text of the file `path` as a layer: where it comes from, and its keys with the action space worked out.
+///
+/// # Errors
+/// Names the file and what is wrong in it.
+pub fn of_file(path: &Path, text: &str) -> Result<(Source, Table)> {
+    let name = path.display().to_string();
+    let mut table: Table = parse(text).map_err(|problem| anyhow!("{name}: {problem}; {WANTED}"))?;
+    ensure!(!table.contains_key("group"), "{name}: the file of a sweep: give it to `sweep`");
+    let folder = path.parent().unwrap_or(Path::new(""));
+    spaces::work_out(&mut table, folder).map_err(|problem| anyhow!("{name}: {problem:#}"))?;
+    Ok((Source::file(name, text.into()), table))
+}
+
+/// The settings that result from laying named tables over `base`, the last one on top. The key `setup` of a table stands for
+/// two others ([`setup`]).
+///
+/// # Errors
+/// Names the layer and the key, and the nearest known key if it is unknown.
+pub fn layered<T: DeserializeOwned>(mut base: Table, layers: Vec<(Source, Table)>) -> Result<T> {
+    for (source, mut table) in layers {
+        if let Some(setup) = table.remove("setup") {
+            let name = setup.as_str().map_or_else(|| setup.to_string(), String::from);
+            overlay(&mut base, setup::settings(&name).map_err(|error| anyhow!("{}: {error}", source.at("setup")))?);
+        }
+        spaces::lay_over(&mut base, table);
+        let check: Result<T, _> = base.clone().try_into();
+        check.map_err(|error| {
+            let problem = explain(&error, &base);
+            anyhow!("{}: {}", source.at(&problem.key), problem.message)
+        })?;
+    }
+    base.try_into().map_err(Error::from)
+}
+
+/// An environment's settings as they stand in a larger document.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Document {
+    env: EnvConfig,
+}
+
+/// The environment that results from laying tables, each with the keys `env` and `setup`, over `base`. It is checked.
+///
+/// # Errors
+/// As [`layered`]; also the first value that is not allowed.
+pub fn env(base: EnvConfig, layers: Vec<(Source, Table)>) -> Result<EnvConfig> {
+    let base = Table::try_from(Document { env: base }).expect("a configuration is a table");
+    let Document { env } = layered(base, layers)?;
+    env.validate()?;
+    Ok(env)
+}
+
+/// A table with one value, under a dotted key.
+pub fn nested(key: &str, value: Value) -> Table {
+    let value = |key: &str| match key.split_once('.') {
+        None => (key.to_string(), value),
+        Some((head, rest)) => (head.to_string(), Value::Table(nested(rest, value))),
+    };
+    Table::from_iter([value(key)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn keys(text: &str) -> Result<EnvConfig> {
+        let mut table: Table = text.parse().unwrap();
+        spaces::work_out(&mut table, Path::new(""))?;
+        env(EnvConfig::default(), vec![(Source::named("keys"), table)])
+    }
+
+    #[test]
+    fn a_part_of_a_section_leaves_the_rest() {
+        let config = keys("setup = 'small-steps'\n[env]\nspace = 'osc'\nforce_penalty.limit = 40").unwrap();
+        assert_eq!((config.force_penalty.limit, config.force_penalty.weight), (40.0, 0.05));
+        assert_eq!((config.space.name.as_str(), config.controller.position_step), ("osc", 0.02));
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_with_its_key() {
+        for (text, words) in [
+            ("env.horzon = 3", "keys: unknown key \"env.horzon\"; did you mean \"env.horizon\"?"),
+            ("learner.gamma = 1", "unknown key \"learner\""),
+            ("env.horizon = 0", "env.horizon = 0 is not allowed; allowed: 1 to 1000000"),
+            ("env.space = 'aforze'", "did you mean `aforce`"),
+            ("setup = 'tiny'", "known are paper-steps, small-steps"),
+        ] {
+            let error = format!("{:#}", keys(text).unwrap_err());
+            assert!(error.contains(words), "{text}: {error}");
+        }
+    }
+}

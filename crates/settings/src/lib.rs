@@ -1,0 +1,11 @@
+//! The settings of an environment: layers of keys, of which the last wins, a file, names of action spaces and set-ups.
+//!
+//! Needs no libtorch: the programs lay a learner's settings beside these, Python's environments have no others.
+
+mod layers;
+pub mod setup;
+pub mod spaces;
+mod toml_text;
+
+pub use layers::{WANTED, env, layered, nested, of_file};
+pub use toml_text::{Source, parse};
