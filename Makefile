@@ -19,7 +19,12 @@ GALLERY ?= runs/gallery
 SHOWN = lift door wipe
 KEPT = $(patsubst results/%/checkpoints/best/actor.safetensors,%,$(wildcard results/*/*/*/*/checkpoints/best/actor.safetensors))
 
-.PHONY: setup demo test test-franka check book bench reproduce gallery
+# Python's wheel, and where it is built and tried.
+VENV = target/venv
+# With zig's linker the wheel is one for glibc 2.17.
+ZIG = $(shell PATH=$(VENV)/bin:$$PATH command -v zig python-zig >/dev/null && echo --zig --compatibility manylinux2014)
+
+.PHONY: setup demo test test-franka wheel test-python check book bench reproduce gallery
 
 # libtorch, pinned and verified, into third_party/libtorch (about 500 MB).
 setup:
@@ -39,6 +44,22 @@ test: setup
 # The Franka host, a workspace of its own, over the real protocol against a robot in software: three minutes.
 test-franka:
 	$(CARGO) test --release --manifest-path hosts/franka/Cargo.toml
+
+$(VENV)/installed: python/requirements.txt
+	$(PYTHON) -m venv $(VENV)
+	$(VENV)/bin/pip install --quiet --requirement python/requirements.txt
+	touch $@
+
+# The package `aforce`, in target/wheels.
+wheel: $(VENV)/installed
+	$(PYTHON) python/third_party.py python/THIRD-PARTY.txt
+	rm -f target/wheels/aforce-*.whl
+	$(VENV)/bin/maturin build --release --quiet $(ZIG) --manifest-path python/Cargo.toml --target-dir target/python --out target/wheels
+
+# Tests of the wheel, in an environment of their own. Those of other packages run where these are there: `pip install` them in $(VENV).
+test-python: wheel
+	$(VENV)/bin/pip install --quiet --force-reinstall --no-deps target/wheels/aforce-*.whl
+	$(VENV)/bin/python -m pytest -q -rs python/tests
 
 check: setup
 	$(CARGO) fmt --all --check

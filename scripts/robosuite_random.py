@@ -23,11 +23,16 @@ from robosuite.environments.manipulation.wipe import DEFAULT_WIPE_CONFIG
 ROOT = Path(__file__).resolve().parent.parent
 HORIZON = 500
 LIMIT, WEIGHT = 60.0, 0.05
-SPACES = {"variable": "variable_kp", "osc": "fixed"}
 
 
-def make(task, space):
-    config = robosuite.load_controller_config(default_controller="OSC_POSE") | {"impedance_mode": SPACES[space]}
+def osc(impedance_mode):
+    return robosuite.load_controller_config(default_controller="OSC_POSE") | {"impedance_mode": impedance_mode}
+
+
+SPACES = {"variable": osc("variable_kp"), "osc": osc("fixed")}
+
+
+def make(task, config):
     extra = {"task_config": DEFAULT_WIPE_CONFIG | {"early_terminations": False}} if task == "wipe" else {}
     return robosuite.make(
         task.capitalize(), robots="Panda", controller_configs=config, has_renderer=False, has_offscreen_renderer=False,
@@ -49,9 +54,9 @@ def meter(env):
     return energy
 
 
-def measure(task, space, episodes, seed):
+def measure(task, space, config, episodes, seed):
     np.random.seed(seed)  # robosuite draws placements from the global generator
-    rng, env = np.random.default_rng(seed), make(task, space)
+    rng, env = np.random.default_rng(seed), make(task, config)
     energy, returns, forces = meter(env), [], []
     low, high = env.action_spec
     for _ in range(episodes):
@@ -74,17 +79,31 @@ def measure(task, space, episodes, seed):
     }
 
 
+def table(spaces, episodes, seed):
+    """A row for each task and controller configuration, by name."""
+    rows = []
+    for task in ("lift", "door", "wipe"):
+        for space, config in spaces.items():
+            row = measure(task, space, config, episodes, seed)
+            rows.append({key: round(value, 4) if isinstance(value, float) else value for key, value in row.items()})
+    return rows
+
+
+def write(path, rows):
+    """A new table: one that exists is not overwritten."""
+    with path.open("x", newline="") as file:
+        writer = csv.DictWriter(file, rows[0], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--episodes", type=int, default=30)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path, default=ROOT / "results" / "robosuite_random.csv")
     arguments = parser.parse_args()
-    rows = [measure(task, space, arguments.episodes, arguments.seed) for task in ("lift", "door", "wipe") for space in SPACES]
-    with arguments.out.open("x", newline="") as file:
-        writer = csv.DictWriter(file, rows[0], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows({key: round(value, 4) if isinstance(value, float) else value for key, value in row.items()} for row in rows)
+    write(arguments.out, table(SPACES, arguments.episodes, arguments.seed))
 
 
 if __name__ == "__main__":

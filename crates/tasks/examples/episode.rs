@@ -1,0 +1,25 @@
+//! Plays actions that it is given: `episode TASK SPACE SEED HORIZON < actions.csv`, a row per action, prints after each of them the
+//! reward, the energy (J) and the observation. Other hosts of the environment are held against it.
+
+use std::error::Error;
+use std::io::stdin;
+
+use tasks::{Env, EnvConfig, TaskName};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [task, space, seed, horizon] = arguments.as_slice() else {
+        return Err("usage: episode TASK SPACE SEED HORIZON".into());
+    };
+    let task = TaskName::ALL.into_iter().find(|name| name.as_str() == task).ok_or("no such task")?;
+    let mut env = Env::new(EnvConfig { task, space: space.parse()?, horizon: horizon.parse()?, ..EnvConfig::default() }, 0)?;
+    env.reset(Some(seed.parse()?));
+    for line in stdin().lines() {
+        let action = line?.split(',').map(str::parse).collect::<Result<Vec<f64>, _>>()?;
+        let step = env.step(&action);
+        // The shortest decimals that read back as the same numbers.
+        let observation: Vec<String> = env.observation().iter().map(f32::to_string).collect();
+        println!("{},{},{}", step.reward, step.interval.energy.absolute, observation.join(","));
+    }
+    Ok(())
+}

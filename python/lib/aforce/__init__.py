@@ -1,0 +1,27 @@
+"""Contact tasks with the AFORCE control law: Gymnasium environments, and the law alone.
+
+    import gymnasium as gym, aforce
+    env = gym.make("aforce/Lift-v0", space="aforce", scaled=True)
+
+The environments `aforce/Lift-v0`, `aforce/Door-v0` and `aforce/Wipe-v0` are registered by the import. See `Env`, `VectorEnv`,
+`Controller`, `Measurement`, `Policy`, `Recorder`.
+"""
+
+from gymnasium import register
+
+from ._native import Controller, Measurement, __version__, spaces
+from .env import Env
+from .policy import Policy
+from .recorder import Recorder
+from .sb3 import SB3_SAC
+from .vector import VectorEnv
+
+__all__ = ["SB3_SAC", "Controller", "Env", "Measurement", "Policy", "Recorder", "VectorEnv", "__version__", "spaces"]
+
+for _task in ("lift", "door", "wipe"):
+    register(
+        id=f"aforce/{_task.capitalize()}-v0",
+        entry_point="aforce:Env",
+        vector_entry_point="aforce:VectorEnv",
+        kwargs={"task": _task},
+    )

@@ -1,0 +1,93 @@
+"""One environment."""
+
+import json
+import os
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.utils import EzPickle
+
+from ._native import Env as Native
+
+
+def spaces_of(description, scaled):
+    """Spaces of observation and action: finite where observations are scaled."""
+    limit = description["scaled_limit"] if scaled else np.inf
+    observation = gym.spaces.Box(-limit, limit, (len(description["observation"]),), np.float32)
+    return observation, gym.spaces.Box(-1.0, 1.0, (len(description["action"]),), np.float32)
+
+
+def checked_seed(seed):
+    """A seed as the simulation takes it: a whole number of 64 bits."""
+    if seed is not None and not (isinstance(seed, (int, np.integer)) and 0 <= seed < 2**64):
+        raise ValueError(f"seed = {seed!r} is not allowed; allowed: a whole number from 0 to 2**64 - 1")
+    return None if seed is None else int(seed)
+
+
+def checked_options(options):
+    if options:
+        raise ValueError(f"reset has no option {next(iter(options))!r}")
+
+
+class Env(gym.Env, EzPickle):
+    """A Panda, a task and an action space; made by `gymnasium.make("aforce/Lift-v0", ...)`, `Door-v0` or `Wipe-v0`.
+
+    space        name of `aforce.spaces()`, file, or dict: what an action is; "aforce" if not given
+    config       path of a run's config.toml: its environment, on top of which keywords come
+    scaled       whether every number of an observation is scaled to about 1, and clipped to 10
+    render_mode  None or "rgb_array"
+    render_size  width and height of a picture
+    **settings   everything else that `env` of a configuration has, with the same names, defaults and messages: setup, horizon,
+                 controller, force_penalty, disturbance, observation, ends_on_success, motion_price, ..
+
+    Observations and actions are float32; NaN or a wrong shape is a ValueError. An episode is truncated at its horizon, and
+    terminated only if the simulation diverges. `info`: is_success, energy (J, of this action), force and hand_force (N, largest
+    sustained of the whole arm, and beyond the wrist), penalty, reward_terms.
+    """
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 20}
+
+    def __init__(self, task, *, config=None, scaled=False, render_mode=None, render_size=(480, 360), **settings):
+        EzPickle.__init__(
+            self, task, config=config, scaled=scaled, render_mode=render_mode, render_size=render_size, **settings
+        )
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise ValueError(f'render_mode = {render_mode!r} is not allowed; allowed: None, "rgb_array"')
+        self.task, self.scaled, self.render_mode = task, scaled, render_mode
+        self._width, self._height = (int(side) for side in render_size)
+        if min(self._width, self._height) < 1:
+            raise ValueError(f"render_size = {render_size!r} is not allowed; allowed: a width and a height, 1 or above")
+        self._native = Native(task, None if config is None else os.fspath(config), settings, bool(scaled))
+        description = self.describe()
+        self.observation_space, self.action_space = spaces_of(description, scaled)
+        self.metadata = {**self.metadata, "render_fps": description["env"]["controller"]["policy_hz"]}
+
+    def reset(self, *, seed=None, options=None):
+        """Starts an episode: that of `seed`, which also fixes all later episodes that are given none."""
+        checked_options(options)
+        seed = checked_seed(seed)
+        super().reset(seed=seed)
+        return self._native.reset(seed), {}
+
+    def step(self, action):
+        return self._native.step(action)
+
+    def render(self):
+        return self._native.render(self._width, self._height) if self.render_mode else None
+
+    def close(self):
+        self._native.close()
+
+    def expert_action(self):
+        """What the task's script would do now."""
+        return self._native.expert_action()
+
+    @property
+    def episode_seed(self):
+        """Seed of the present episode, by which `reset` brings it back."""
+        return self._native.episode_seed()
+
+    def describe(self):
+        """Entries of action and observation with unit, frame and scaling, reward terms, the action space's record and what
+        follows from it, all settings: what `train --describe --json` prints."""
+        return json.loads(self._native.describe())

@@ -1,0 +1,92 @@
+"""What `train` has learned, played with numpy alone."""
+
+import json
+import struct
+from pathlib import Path
+
+import gymnasium as gym
+import numpy as np
+
+FORMAT = 1
+
+
+class Policy:
+    """A trained policy: `Policy.load("runs/mine/lift/aforce/seed_1")`.
+
+    task, space, step  what it was trained for, and after how many actions it was kept
+    scaled             whether it expects scaled observations
+    config             path of its run's config.toml
+    """
+
+    def __init__(self, layers, log_std_range, *, task, space, step, scaled, config):
+        self._layers, self._log_std_range = layers, log_std_range
+        self.task, self.space, self.step, self.scaled, self.config = task, space, step, scaled, config
+
+    @classmethod
+    def load(cls, run, checkpoint="best"):
+        """The policy of a run folder: of its best evaluation, or its last."""
+        folder = Path(run) / "checkpoints" / checkpoint
+        if not folder.is_dir():
+            raise FileNotFoundError(f"{folder}: no such checkpoint; a run folder of `train` is wanted")
+        state = json.loads((folder / "state.json").read_text())
+        if state["format"] != FORMAT:
+            raise ValueError(f"{folder}: format {state['format']}, this version reads {FORMAT}")
+        tensors = read_safetensors(folder / "actor.safetensors")
+        layers = [
+            (tensors[name], tensors[name.replace("weight", "bias")])
+            for name in sorted((name for name in tensors if name.endswith("weight")), key=lambda n: int(n.split(".")[1]))
+        ]
+        sizes = [state["observation_dim"], *state["config"]["hidden"], 2 * state["action_dim"]]
+        found = [layers[0][0].shape[1], *(weight.shape[0] for weight, _ in layers)] if layers else []
+        if found != sizes:
+            raise ValueError(f"{folder}: the network has layers of {found}, state.json says {sizes}")
+        if not all(np.isfinite(part).all() for layer in layers for part in layer):
+            raise ValueError(f"{folder}: a weight is not finite")
+        made_for, learner = state["caller"], state["config"]
+        return cls(
+            layers,
+            (learner["log_std_min"], learner["log_std_max"]),
+            task=made_for["task"],
+            space=made_for["space"],
+            step=made_for["step"],
+            scaled=learner["scaled_observations"],
+            config=Path(run) / "config.toml",
+        )
+
+    def make(self, **keywords):
+        """The environment in which it was trained; keywords change it."""
+        return gym.make(f"aforce/{self.task.capitalize()}-v0", config=self.config, scaled=self.scaled, **keywords)
+
+    def predict(self, observation, deterministic=True, rng=None):
+        """The action, or an array of actions, for an observation or an array of them, and None: Stable-Baselines3's form.
+        Not `deterministic` is a sample of the policy, drawn with `rng`, a numpy.random.Generator."""
+        x = np.asarray(observation, np.float32)
+        if x.shape[-1:] != self._layers[0][0].shape[1:]:
+            raise ValueError(f"observation has shape {x.shape}, must end with {self._layers[0][0].shape[1]}")
+        for weight, bias in self._layers[:-1]:
+            x = np.maximum(x @ weight.T + bias, 0.0)
+        weight, bias = self._layers[-1]
+        mean, log_std = np.split(x @ weight.T + bias, 2, axis=-1)
+        if not deterministic:
+            low, high = self._log_std_range
+            spread = np.exp(low + 0.5 * (high - low) * (np.tanh(log_std) + 1.0))
+            mean = mean + spread * (rng or np.random.default_rng()).standard_normal(mean.shape, np.float32)
+        return np.tanh(mean).astype(np.float32), None
+
+
+def read_safetensors(path):
+    """The tensors of a file, all float32, by name."""
+    data = Path(path).read_bytes()
+    try:
+        (length,) = struct.unpack_from("<Q", data)
+        header = json.loads(data[8 : 8 + length])
+        header.pop("__metadata__", None)
+        tensors = {}
+        for name, entry in header.items():
+            if entry["dtype"] != "F32":
+                raise ValueError(f"{name} is {entry['dtype']}, not F32")
+            begin, end = (8 + length + offset for offset in entry["data_offsets"])
+            tensors[name] = np.frombuffer(data[begin:end], "<f4").reshape(entry["shape"])
+        return tensors
+    except (ValueError, KeyError, struct.error) as error:
+        raise ValueError(f"{path}: no file of weights: {error}") from None

@@ -1,0 +1,42 @@
+"""Episodes as pages for a browser."""
+
+import os
+
+import gymnasium as gym
+
+from .env import Env
+
+
+class Recorder(gym.Wrapper):
+    """Writes every episode of an environment as an interactive page: `Recorder(env, "lift.html")`, one file that any browser
+    opens, with the scene in three dimensions and all curves. The next episode replaces it, unless the name holds `{}`, which
+    becomes the episode's number. An episode that is broken off is written at the next reset, or by `close`."""
+
+    def __init__(self, env, path, who="Python"):
+        super().__init__(env)
+        if not isinstance(env.unwrapped, Env):
+            raise TypeError(f"Recorder wants an environment of aforce, not {env.unwrapped}")
+        self._path, self._who, self._episode, self._unwritten = os.fspath(path), who, 0, False
+        env.unwrapped._native.record(True)
+
+    def reset(self, **keywords):
+        self.write()
+        return self.env.reset(**keywords)
+
+    def step(self, action):
+        result = self.env.step(action)
+        self._unwritten = True
+        if result[2] or result[3]:
+            self.write()
+        return result
+
+    def write(self):
+        """Writes what happened since the last reset, unless it is written."""
+        if self._unwritten:
+            self.env.unwrapped._native.write_page(self._path.replace("{}", str(self._episode)), self._who)
+            self._unwritten = False
+            self._episode += 1
+
+    def close(self):
+        self.write()
+        super().close()

@@ -1,0 +1,87 @@
+"""Several environments in one process, on several threads."""
+
+import os
+
+import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv as Base
+from gymnasium.vector.utils import batch_space
+
+from ._native import Vector as Native
+from .env import Env, checked_seed, spaces_of
+
+
+class VectorEnv(Base):
+    """`num_envs` environments that take their actions at the same time; made by
+    `gymnasium.make_vec("aforce/Lift-v0", num_envs=8, threads=2)`.
+
+    threads         on how many threads; all processors if not given
+    autoreset_mode  gymnasium.vector.AutoresetMode: NEXT_STEP, SAME_STEP (with `final_obs` and `final_info`) or DISABLED
+
+    Everything else as in `Env`. Environment i of `reset(seed=s)` plays the episode of seed s + i. `info` has arrays.
+    """
+
+    def __init__(
+        self, task, num_envs=1, *, threads=None, autoreset_mode=AutoresetMode.NEXT_STEP, config=None, scaled=False, **settings
+    ):
+        template = Env(task, config=config, scaled=scaled, **settings)
+        self.single_observation_space, self.single_action_space = template.observation_space, template.action_space
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        self.metadata = {**template.metadata, "render_modes": [], "autoreset_mode": self.autoreset_mode}
+        self.num_envs = num_envs
+        threads = len(os.sched_getaffinity(0)) if threads is None else threads
+        config = None if config is None else os.fspath(config)
+        self._native = Native(num_envs, threads, task, config, settings, bool(scaled))
+        self._ended = np.zeros(num_envs, bool)
+
+    def reset(self, *, seed=None, options=None):
+        """`seed`: a number, or one (or None) for each environment; `options={"reset_mask": mask}` resets some of them."""
+        options = dict(options or {})
+        mask = np.asarray(options.pop("reset_mask", np.ones(self.num_envs, bool)))
+        if mask.shape != (self.num_envs,) or mask.dtype != bool or not mask.any():
+            raise ValueError(f"reset_mask must be {self.num_envs} booleans, one of them true")
+        if options:
+            raise ValueError(f"reset has no option {next(iter(options))!r}")
+        if seed is None or isinstance(seed, (int, np.integer)):
+            first = checked_seed(seed)
+            seeds = [None if first is None else first + i for i in range(self.num_envs)]
+        else:
+            seeds = list(seed)
+        if len(seeds) != self.num_envs:
+            raise ValueError(f"{len(seeds)} seeds for {self.num_envs} environments")
+        observations = self._native.reset([checked_seed(seed) for seed in seeds], mask.tolist())
+        self._ended[mask] = False
+        return observations, {}
+
+    def step(self, actions):
+        """Observations, rewards, terminated, truncated, info: arrays, one row for each environment."""
+        if self.autoreset_mode == AutoresetMode.DISABLED and self._ended.any():
+            raise RuntimeError(f"environment {self._ended.argmax()} has ended: reset it (reset_mask)")
+        begins = self._ended if self.autoreset_mode == AutoresetMode.NEXT_STEP else np.zeros(self.num_envs, bool)
+        observations, rewards, terminated, truncated, numbers = self._native.step(actions, begins.tolist())
+        self._ended = terminated | truncated
+        info = self._masked(numbers, ~begins)
+        if self.autoreset_mode == AutoresetMode.SAME_STEP and self._ended.any():
+            ended, self._ended = self._ended, np.zeros(self.num_envs, bool)
+            final = np.full(self.num_envs, None, object)
+            for i in ended.nonzero()[0]:
+                final[i] = observations[i].copy()
+            info = self._masked(numbers, ~ended)
+            info |= {"final_obs": final, "_final_obs": ended}
+            info |= {"final_info": self._masked(numbers, ended), "_final_info": ended.copy()}
+            observations = self._native.reset([None] * self.num_envs, ended.tolist())
+        return observations, rewards, terminated, truncated, info
+
+    @classmethod
+    def _masked(cls, numbers, mask):
+        """Gymnasium's form: beside each array of info stands of which environments it has numbers."""
+        info = {}
+        for name, values in numbers.items() if mask.any() else ():
+            nested = isinstance(values, dict)
+            info[name] = cls._masked(values, mask) if nested else np.where(mask, values, values.dtype.type(0))
+            info[f"_{name}"] = mask.copy()
+        return info
+
+    def close_extras(self, **kwargs):
+        self._native.close()

@@ -1,0 +1,48 @@
+//! Numbers from Python: what has the wrong shape, or is no number, is answered with its name.
+
+use numpy::{AllowTypeChange, PyArray1, PyArrayLikeDyn, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+
+/// The numbers of an array-like of the given shape, row by row.
+///
+/// # Errors
+/// `TypeError` if it is no array of numbers, `ValueError` if its shape is another one.
+pub fn numbers(value: &Bound<'_, PyAny>, name: &str, shape: &[usize]) -> PyResult<Vec<f64>> {
+    // The usual action, without a detour through numpy.
+    if let Ok(array) = value.cast::<PyArray1<f32>>() {
+        check_shape(name, array.shape(), shape)?;
+        return Ok(array.readonly().as_array().iter().map(|&v| f64::from(v)).collect());
+    }
+    let array: PyArrayLikeDyn<'_, f64, AllowTypeChange> =
+        value.extract().map_err(|_| PyTypeError::new_err(format!("{name} must be an array of numbers")))?;
+    check_shape(name, array.shape(), shape)?;
+    Ok(array.as_array().iter().copied().collect())
+}
+
+/// An action, or several: finite numbers.
+///
+/// # Errors
+/// As [`numbers`], and `ValueError` for NaN or infinity.
+pub fn action(value: &Bound<'_, PyAny>, shape: &[usize]) -> PyResult<Vec<f64>> {
+    let action = numbers(value, "action", shape)?;
+    match action.iter().position(|v| !v.is_finite()) {
+        Some(at) => Err(PyValueError::new_err(format!("action: entry {at} is {}, must be a finite number", action[at]))),
+        None => Ok(action),
+    }
+}
+
+fn check_shape(name: &str, found: &[usize], wanted: &[usize]) -> PyResult<()> {
+    if found == wanted {
+        return Ok(());
+    }
+    Err(PyValueError::new_err(format!("{name} has shape {}, must have {}", tuple(found), tuple(wanted))))
+}
+
+/// As Python writes it.
+fn tuple(shape: &[usize]) -> String {
+    match shape {
+        [one] => format!("({one},)"),
+        all => format!("({})", all.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")),
+    }
+}

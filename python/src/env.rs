@@ -1,0 +1,122 @@
+//! One environment.
+
+use std::path::PathBuf;
+
+use numpy::ndarray::Array3;
+use numpy::{IntoPyArray, PyArray1, PyArray3};
+use pyo3::exceptions::PyOSError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use show::page;
+use tasks::{Description, Step};
+
+use crate::arrays;
+use crate::episodes::{Episodes, NUMBERS};
+use crate::exclusive::Exclusive;
+use crate::keywords::env_config;
+use crate::value_error;
+
+/// Observation, reward, terminated, truncated, info.
+type Stepped<'py> = (Bound<'py, PyArray1<f32>>, f64, bool, bool, Bound<'py, PyDict>);
+
+/// An environment; Gymnasium's interface is `aforce.Env`.
+#[pyclass(frozen)]
+pub struct Env(Exclusive<Episodes>);
+
+#[pymethods]
+impl Env {
+    #[new]
+    fn new(task: &str, config: Option<PathBuf>, keywords: &Bound<'_, PyDict>, scaled: bool) -> PyResult<Self> {
+        Episodes::new(env_config(task, config, keywords)?, scaled).map(|episodes| Self(Exclusive::new(episodes)))
+    }
+
+    fn reset<'py>(&self, py: Python<'py>, seed: Option<u64>) -> PyResult<Bound<'py, PyArray1<f32>>> {
+        let observation = self.0.with(|episodes| {
+            Ok(py.detach(|| {
+                episodes.reset(seed);
+                episodes.observation()
+            }))
+        })?;
+        Ok(PyArray1::from_vec(py, observation))
+    }
+
+    fn step<'py>(&self, py: Python<'py>, action: &Bound<'py, PyAny>) -> PyResult<Stepped<'py>> {
+        self.0.with(|episodes| {
+            episodes.seed()?;
+            let action = arrays::action(action, &[episodes.env.action_dim()])?;
+            let (step, observation) = py.detach(|| (episodes.step(&action), episodes.observation()));
+            let info = info(py, &step, episodes.env.task().reward_terms())?;
+            let observation = PyArray1::from_vec(py, observation);
+            Ok((observation, step.reward, step.terminated, step.truncated, info))
+        })
+    }
+
+    fn expert_action<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f32>>> {
+        self.0.with(|episodes| {
+            episodes.seed()?;
+            let action = py.detach(move || episodes.env.expert_action());
+            Ok(PyArray1::from_iter(py, action.into_iter().map(|v| v as f32)))
+        })
+    }
+
+    /// Seed of the present episode.
+    fn episode_seed(&self) -> PyResult<u64> {
+        self.0.with(|episodes| episodes.seed())
+    }
+
+    /// Description as JSON.
+    fn describe(&self) -> PyResult<String> {
+        self.0.with(|episodes| serde_json::to_string(&Description::of(&episodes.env)).map_err(value_error))
+    }
+
+    fn render<'py>(&self, py: Python<'py>, width: usize, height: usize) -> PyResult<Bound<'py, PyArray3<u8>>> {
+        let rgb = self.0.with(|episodes| {
+            episodes.seed()?;
+            Ok(py.detach(move || {
+                let task = episodes.env.task();
+                task.camera().render(episodes.env.simulation(), &task.decals(), width, height).rgb
+            }))
+        })?;
+        Ok(Array3::from_shape_vec((height, width, 3), rgb).map_err(value_error)?.into_pyarray(py))
+    }
+
+    /// Whether episodes are recorded from the next reset on.
+    fn record(&self, on: bool) -> PyResult<()> {
+        self.0.with(|episodes| {
+            episodes.records = on;
+            Ok(())
+        })
+    }
+
+    /// Writes the present episode, played by `who`, as a page; false if nothing of it is recorded.
+    fn write_page(&self, path: PathBuf, who: &str) -> PyResult<bool> {
+        self.0.with(|episodes| {
+            let Some(playback) = episodes.playback.as_mut().filter(|playback| playback.traces.actions() > 0) else {
+                return Ok(false);
+            };
+            playback.end(who);
+            page::write(&path, std::slice::from_ref(playback))
+                .map_err(|error| PyOSError::new_err(format!("{error:#}")))?;
+            Ok(true)
+        })
+    }
+
+    fn close(&self) -> PyResult<()> {
+        self.0.close()
+    }
+}
+
+/// What an action led to besides observation and reward.
+fn info<'py>(py: Python<'py>, step: &Step, terms: &[&str]) -> PyResult<Bound<'py, PyDict>> {
+    let info = PyDict::new(py);
+    info.set_item("is_success", step.success)?;
+    for (name, of) in NUMBERS {
+        info.set_item(name, of(step))?;
+    }
+    let parts = PyDict::new(py);
+    for (term, value) in terms.iter().zip(step.reward_terms) {
+        parts.set_item(term, value)?;
+    }
+    info.set_item("reward_terms", parts)?;
+    Ok(info)
+}

@@ -1,0 +1,89 @@
+//! One environment and the episodes that are played in it.
+
+use pyo3::PyResult;
+use pyo3::exceptions::PyRuntimeError;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use show::Playback;
+use tasks::{Env, EnvConfig, Step};
+
+use crate::value_error;
+
+/// The numbers that info holds of an action, by name.
+pub const NUMBERS: [(&str, fn(&Step) -> f64); 4] = [
+    // Sum over joints of |tau qd| dt (J).
+    ("energy", |step| step.interval.energy.absolute),
+    // Largest sustained contact force of the whole arm, and beyond the wrist (N).
+    ("force", |step| step.interval.arm.max),
+    ("hand_force", |step| step.interval.hand.max),
+    // Of the force, unscaled, whether or not the task takes it off.
+    ("penalty", |step| step.penalty),
+];
+
+/// An environment with Gymnasium's seeding, and what is recorded of the present episode.
+pub struct Episodes {
+    /// The environment.
+    pub env: Env,
+    /// Whether observations are scaled.
+    scaled: bool,
+    /// Seeds of the episodes that are given none.
+    stream: ChaCha8Rng,
+    /// Seed of the present episode; `None` while there is none.
+    seed: Option<u64>,
+    /// Whether episodes are recorded.
+    pub records: bool,
+    /// The present episode, if it is.
+    pub playback: Option<Playback>,
+}
+
+impl Episodes {
+    /// Episodes without a seed are others every time, until a seed is given.
+    ///
+    /// # Errors
+    /// `ValueError`, as [`Env::new`].
+    pub fn new(config: EnvConfig, scaled: bool) -> PyResult<Self> {
+        let env = Env::new(config, 0).map_err(value_error)?;
+        let stream = ChaCha8Rng::seed_from_u64(rand::random());
+        Ok(Self { env, scaled, stream, seed: None, records: false, playback: None })
+    }
+
+    /// Starts an episode: the one of `seed`, which also fixes those that come after it without a seed.
+    pub fn reset(&mut self, seed: Option<u64>) {
+        if let Some(seed) = seed {
+            self.stream = ChaCha8Rng::seed_from_u64(seed);
+        }
+        let seed = seed.unwrap_or_else(|| self.stream.next_u64());
+        self.env.reset(Some(seed));
+        self.seed = Some(seed);
+        self.playback = self.records.then(|| Playback::begin(&self.env));
+    }
+
+    /// Takes one action.
+    ///
+    /// # Panics
+    /// If it has not the environment's length.
+    pub fn step(&mut self, action: &[f64]) -> Step {
+        let Some(playback) = &mut self.playback else { return self.env.step(action) };
+        let observation = self.env.observation().to_vec();
+        let step = self.env.step(action);
+        playback.add(&self.env, &observation, action, &step);
+        step
+    }
+
+    /// Seed of the present episode.
+    ///
+    /// # Errors
+    /// `RuntimeError` before the first reset.
+    pub fn seed(&self) -> PyResult<u64> {
+        self.seed.ok_or_else(|| PyRuntimeError::new_err("call reset first: no episode has begun"))
+    }
+
+    /// What a policy sees now.
+    pub fn observation(&self) -> Vec<f32> {
+        let mut observation = self.env.observation().to_vec();
+        if self.scaled {
+            tasks::scale(self.env.observation_components(), &mut observation);
+        }
+        observation
+    }
+}

@@ -1,0 +1,88 @@
+//! Settings as Python has them: keywords with the names and meanings of the keys below `env` in a configuration file.
+
+use std::path::{Path, PathBuf};
+
+use pyo3::exceptions::{PyOverflowError, PyTypeError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple};
+use settings::spaces;
+use tasks::{EnvConfig, TaskName};
+use toml::{Table, Value};
+
+use crate::value_error;
+
+/// The name of this layer of settings in messages.
+const SOURCE: &str = "keywords";
+
+/// The environment of `task` that a run's `config.toml`, if one is given, and keywords on top of it describe.
+///
+/// # Errors
+/// As a program answers the same keys.
+pub fn env_config(task: &str, config: Option<PathBuf>, keywords: &Bound<'_, PyDict>) -> PyResult<EnvConfig> {
+    let wanted = TaskName::ALL.into_iter().find(|name| name.as_str() == task);
+    let wanted = wanted.ok_or_else(|| value_error(format!("no task is called {task:?}")))?;
+    let mut layers = vec![];
+    if let Some(path) = config {
+        let text = fs_err::read_to_string(&path)?;
+        let (name, mut table) = settings::of_file(&path, &text).map_err(value_error)?;
+        // The learner's settings have no part in an environment.
+        table.retain(|key, _| key == "env" || key == "setup");
+        layers.push((name, table));
+    }
+    let mut env = table(keywords)?;
+    let setup = env.remove("setup").map(|setup| ("setup".to_string(), setup));
+    let mut layer = Table::from_iter([("env".to_string(), Value::Table(env))].into_iter().chain(setup));
+    spaces::work_out(&mut layer, Path::new("")).map_err(value_error)?;
+    layers.push((SOURCE.into(), layer));
+    let config = settings::env(EnvConfig { task: wanted, ..EnvConfig::default() }, layers).map_err(value_error)?;
+    if config.task != wanted {
+        let (there, here) = (config.task.as_str(), wanted.as_str());
+        return Err(value_error(format!("env.task = {there:?} contradicts the environment's name, which says {here:?}")));
+    }
+    Ok(config)
+}
+
+/// A dictionary as a table of settings.
+fn table(dict: &Bound<'_, PyDict>) -> PyResult<Table> {
+    let entry = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+        let key: String = key.extract().map_err(|_| PyTypeError::new_err(format!("{key}: a setting's name is a string")))?;
+        let value = setting(&key, &value)?;
+        Ok((key, value))
+    };
+    dict.iter().map(entry).collect()
+}
+
+fn setting(key: &str, value: &Bound<'_, PyAny>) -> PyResult<Value> {
+    if value.is_instance_of::<PyBool>() {
+        return Ok(Value::Boolean(value.extract()?));
+    }
+    if value.is_instance_of::<PyString>() {
+        return Ok(Value::String(value.extract()?));
+    }
+    if value.is_instance_of::<PyInt>() {
+        let too_large = || PyOverflowError::new_err(format!("{key} = {value} is too large"));
+        return Ok(Value::Integer(value.extract().map_err(|_| too_large())?));
+    }
+    if value.is_instance_of::<PyFloat>() {
+        return Ok(Value::Float(value.extract()?));
+    }
+    if let Ok(dict) = value.cast::<PyDict>() {
+        return Ok(Value::Table(table(dict)?));
+    }
+    if let Ok(mapping) = value.cast::<PyMapping>() {
+        let dict = PyDict::new(value.py());
+        dict.update(mapping)?;
+        return Ok(Value::Table(table(&dict)?));
+    }
+    if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() || value.hasattr("tolist")? {
+        // numpy's arrays and numbers become Python's.
+        let plain = if value.hasattr("tolist")? { value.call_method0("tolist")? } else { value.clone() };
+        let Ok(items) = plain.try_iter() else { return setting(key, &plain) };
+        return items.map(|item| setting(key, &item?)).collect::<PyResult<_>>().map(Value::Array);
+    }
+    if let Ok(path) = value.extract::<PathBuf>() {
+        return Ok(Value::String(path.to_string_lossy().into_owned()));
+    }
+    let kind = value.get_type().name()?;
+    Err(PyTypeError::new_err(format!("{key} is a {kind}: a setting is a number, a string, a list or a dict")))
+}

@@ -1,0 +1,28 @@
+//! The part of the Python package `aforce` that is not Python.
+
+mod arrays;
+mod controller;
+mod env;
+mod episodes;
+mod exclusive;
+mod keywords;
+mod vector;
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+/// An error of the Rust side as the exception it is in Python: something is wrong with a value.
+fn value_error(error: impl std::fmt::Display) -> PyErr {
+    // The causes after colons.
+    PyValueError::new_err(format!("{error:#}").replace('\n', " "))
+}
+
+#[pymodule]
+fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<env::Env>()?;
+    module.add_class::<vector::Vector>()?;
+    module.add_class::<controller::Controller>()?;
+    module.add_class::<controller::Measurement>()?;
+    module.add_function(wrap_pyfunction!(controller::spaces, module)?)
+}

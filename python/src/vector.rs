@@ -1,0 +1,154 @@
+//! Several environments that take their actions at the same time.
+
+use std::path::PathBuf;
+use std::sync::Mutex;
+
+use numpy::ndarray::Array2;
+use numpy::{IntoPyArray, PyArray1, PyArray2};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use tasks::Step;
+
+use crate::arrays;
+use crate::episodes::{Episodes, NUMBERS};
+use crate::exclusive::Exclusive;
+use crate::keywords::env_config;
+
+/// Environments, each with what its latest action led to.
+struct Fleet {
+    members: Vec<(Episodes, Option<Step>)>,
+    threads: usize,
+}
+
+impl Fleet {
+    /// Lets `work` loose on every member, on all threads. They are started for each call: a process that forks has none that
+    /// it could lose, and starting one takes a fraction of what an action does.
+    fn each(&mut self, work: impl Fn(usize, &mut Episodes) -> Option<Step> + Sync) {
+        let next = Mutex::new(self.members.iter_mut().enumerate());
+        let worker = || {
+            loop {
+                let member = next.lock().expect("no member panics while it is handed out").next();
+                let Some((index, (episodes, step))) = member else { return };
+                *step = work(index, episodes);
+            }
+        };
+        std::thread::scope(|scope| {
+            for _ in 1..self.threads {
+                scope.spawn(worker);
+            }
+            worker();
+        });
+    }
+
+    fn observations<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
+        let rows: Vec<f32> = self.members.iter().flat_map(|(episodes, _)| episodes.observation()).collect();
+        let shape = (self.members.len(), rows.len() / self.members.len());
+        Array2::from_shape_vec(shape, rows).expect("rows of one length").into_pyarray(py)
+    }
+
+    /// A number of every member's latest step, 0 of those that were reset.
+    fn column<'py, T: numpy::Element + Default>(
+        &self,
+        py: Python<'py>,
+        of: impl Fn(&Step) -> T,
+    ) -> Bound<'py, PyArray1<T>> {
+        PyArray1::from_iter(py, self.members.iter().map(|(_, step)| step.as_ref().map_or_else(T::default, &of)))
+    }
+}
+
+/// Observations, rewards, terminated, truncated, numbers of info.
+type Stepped<'py> = (
+    Bound<'py, PyArray2<f32>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<bool>>,
+    Bound<'py, PyArray1<bool>>,
+    Bound<'py, PyDict>,
+);
+
+/// A vector of environments; Gymnasium's interface is `aforce.VectorEnv`.
+#[pyclass(frozen)]
+pub struct Vector(Exclusive<Fleet>);
+
+#[pymethods]
+impl Vector {
+    #[new]
+    fn new(
+        count: usize,
+        threads: usize,
+        task: &str,
+        config: Option<PathBuf>,
+        keywords: &Bound<'_, PyDict>,
+        scaled: bool,
+    ) -> PyResult<Self> {
+        if count == 0 || threads == 0 {
+            return Err(PyValueError::new_err("num_envs and threads must be at least 1"));
+        }
+        let config = env_config(task, config, keywords)?;
+        let member = || Episodes::new(config.clone(), scaled).map(|episodes| (episodes, None));
+        let members = (0..count).map(|_| member()).collect::<PyResult<Vec<_>>>()?;
+        Ok(Self(Exclusive::new(Fleet { members, threads: threads.min(count) })))
+    }
+
+    /// Starts an episode in each environment that `which` names, and returns all observations.
+    fn reset<'py>(
+        &self,
+        py: Python<'py>,
+        seeds: Vec<Option<u64>>,
+        which: Vec<bool>,
+    ) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        self.0.with(|fleet| {
+            py.detach(|| {
+                fleet.each(|index, episodes| {
+                    if which[index] {
+                        episodes.reset(seeds[index]);
+                    }
+                    None
+                });
+            });
+            Ok(fleet.observations(py))
+        })
+    }
+
+    /// Every environment takes its action, but those that `reset` names begin an episode instead, for no reward.
+    fn step<'py>(&self, py: Python<'py>, actions: &Bound<'py, PyAny>, reset: Vec<bool>) -> PyResult<Stepped<'py>> {
+        self.0.with(|fleet| {
+            for (episodes, _) in &fleet.members {
+                episodes.seed()?;
+            }
+            let dim = fleet.members[0].0.env.action_dim();
+            let actions = arrays::action(actions, &[fleet.members.len(), dim])?;
+            py.detach(|| {
+                fleet.each(|index, episodes| {
+                    if reset[index] {
+                        episodes.reset(None);
+                        None
+                    } else {
+                        Some(episodes.step(&actions[index * dim..][..dim]))
+                    }
+                });
+            });
+            let info = PyDict::new(py);
+            info.set_item("is_success", fleet.column(py, |step| step.success))?;
+            for (name, of) in NUMBERS {
+                info.set_item(name, fleet.column(py, of))?;
+            }
+            let terms = PyDict::new(py);
+            for (at, term) in fleet.members[0].0.env.task().reward_terms().iter().enumerate() {
+                terms.set_item(term, fleet.column(py, |step| step.reward_terms[at]))?;
+            }
+            info.set_item("reward_terms", terms)?;
+            Ok((
+                fleet.observations(py),
+                fleet.column(py, |step| step.reward),
+                fleet.column(py, |step| step.terminated),
+                fleet.column(py, |step| step.truncated),
+                info,
+            ))
+        })
+    }
+
+    fn close(&self) -> PyResult<()> {
+        self.0.close()
+    }
+}

@@ -1,0 +1,228 @@
+"""The environments keep Gymnasium's promises, and those of this package."""
+
+import copy
+import pickle
+import threading
+import warnings
+
+import numpy as np
+import pytest
+from common import TASKS, make
+from gymnasium.utils.env_checker import check_env
+
+import aforce
+
+OPTIONS = [
+    {"observation": {"markers": "ends", "controller": True}},
+    {"disturbance": {"friction": [0.5, 2.0], "position_noise_rad": 0.001}},
+    {"setup": "small-steps", "horizon": 7, "ends_on_success": True, "motion_price": 0.01},
+    {"robot": "identified", "controller": {"policy_hz": 10}},
+    {"render_mode": "rgb_array", "render_size": (32, 24)},
+]
+
+
+@pytest.mark.parametrize("scaled", [False, True])
+@pytest.mark.parametrize("space", aforce.spaces())
+@pytest.mark.parametrize("task", TASKS)
+def test_both_checkers_pass_in_every_space(task, space, scaled):
+    check(make(task, space=space, scaled=scaled))
+
+
+@pytest.mark.parametrize("options", OPTIONS, ids=str)
+@pytest.mark.parametrize("task", TASKS)
+def test_both_checkers_pass_under_every_kind_of_option(task, options):
+    check(make(task, scaled=True, **options))
+
+
+def check(env):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        # An observation that is not scaled has no bounds.
+        warnings.filterwarnings("ignore", ".*Box observation space m.*imum value is -?infinity.*")
+        check_env(env.unwrapped, skip_render_check=env.render_mode is None)
+        try:
+            from stable_baselines3.common.env_checker import check_env as check_sb3
+        except ImportError:
+            return
+        check_sb3(env.unwrapped, warn=True)
+
+
+def test_a_seed_fixes_this_episode_and_all_that_follow():
+    first, second = make(), make()
+    starts = [[env.reset(seed=7)[0], *(env.reset()[0] for _ in range(3))] for env in (first, second)]
+    assert np.array_equal(*starts)
+    assert len({start.tobytes() for start in starts[0]}) == 4
+    # Any of them comes back by its own seed.
+    again, _ = second.reset(seed=first.unwrapped.episode_seed)
+    assert np.array_equal(again, starts[0][-1])
+    # Without a seed episodes are others every time.
+    assert not np.array_equal(make().reset()[0], make().reset()[0])
+
+
+def test_info_and_description_say_what_happened():
+    env = make("Door", space="aforce-force", scaled=True)
+    env.reset(seed=1)
+    total = 0.0
+    for _ in range(100):
+        _, reward, terminated, truncated, info = env.step(env.unwrapped.expert_action())
+        assert sum(info["reward_terms"].values()) == pytest.approx(reward, abs=1e-12)
+        total += info["energy"]
+    assert list(info) == ["is_success", "energy", "force", "hand_force", "penalty", "reward_terms"]
+    assert total > 1 and info["force"] >= 0 and not terminated and not truncated
+    description = env.unwrapped.describe()
+    assert [entry["name"] for entry in description["action"]][-2:] == ["normal_force", "gripper"]
+    assert len(description["observation"]) == env.observation_space.shape[0]
+    assert description["env"]["space"]["force"] and description["reward_terms"] == list(info["reward_terms"])
+
+
+def test_the_script_lifts_the_cube():
+    env = make(setup="small-steps", ends_on_success=True)
+    env.reset(seed=1)
+    while True:
+        *_, terminated, truncated, info = env.step(env.unwrapped.expert_action())
+        if terminated or truncated:
+            break
+    assert truncated and info["is_success"]
+
+
+def test_every_call_returns_arrays_of_its_own():
+    env = make()
+    first, _ = env.reset(seed=1)
+    kept = first.copy()
+    second, *_ = env.step(env.action_space.sample())
+    assert first is not second and np.array_equal(first, kept)
+    second[:] = 0
+    assert env.step(env.action_space.sample())[0].any()
+
+
+def test_a_picture_shows_something():
+    env = make(render_mode="rgb_array", render_size=(64, 48))
+    env.reset(seed=1)
+    picture = env.render()
+    assert picture.shape == (48, 64, 3) and picture.dtype == np.uint8 and picture.std() > 10
+
+
+def test_pickle_and_deepcopy_make_the_same_environment_anew():
+    env = make("Wipe", space={"extends": "low", "name": "soft", "stiffness": {"fixed": [90, 9]}}, horizon=9).unwrapped
+    for other in (pickle.loads(pickle.dumps(env)), copy.deepcopy(env)):
+        assert other.describe()["env"] == env.describe()["env"]
+        assert np.array_equal(other.reset(seed=4)[0], env.reset(seed=4)[0])
+
+
+def test_a_space_is_a_name_a_file_or_changes(tmp_path):
+    file = tmp_path / "soft.toml"
+    file.write_text("extends = 'osc-force'\nstiffness.fixed = 45")
+    for space, name in [("osc", "osc"), (str(file), "soft"), (file, "soft"), ({"force": True}, "aforce")]:
+        assert make(space=space).unwrapped.describe()["env"]["space"]["name"] == name
+
+
+def test_a_runs_configuration_is_taken_over(tmp_path):
+    config = tmp_path / "config.toml"
+    config.write_text("steps = 7\n[learner]\ngamma = 0.5\n[env]\ntask = 'wipe'\nhorizon = 5\nspace = 'low'")
+    settings = make("Wipe", config=config, horizon=6).unwrapped.describe()["env"]
+    assert (settings["horizon"], settings["space"]["name"]) == (6, "low")
+    with pytest.raises(ValueError, match='env.task = "wipe" contradicts'):
+        make("Door", config=config)
+
+
+def bad(words, kind=ValueError, **keywords):
+    return pytest.param(kind, words, keywords, id=words)
+
+
+@pytest.mark.parametrize(
+    "kind, words, keywords",
+    [
+        bad('unknown key "env.horzon"; did you mean "env.horizon"?', horzon=3),
+        bad("env.horizon = 0 is not allowed; allowed: 1 to 1000000", horizon=0),
+        bad('env.force_penalty.limt"; did you mean "env.force_penalty.limit"?', force_penalty={"limt": 1}),
+        bad("env.force_penalty.limit = NaN is not allowed", force_penalty={"limit": np.nan}),
+        bad("did you mean `aforce`", space="aforze"),
+        bad("env.space.stiffness.adaptive.alpha (axis x) = 100000 is unstable", space={"stiffness": {"adaptive": {"alpha": 1e5}}}),
+        bad("control_hz = 500 is not a whole multiple of policy_hz = 30", controller={"policy_hz": 30}),
+        bad("invalid type: string", horizon="many"),
+        bad("setup = \"tiny\": known are paper-steps, small-steps", setup="tiny"),
+        bad("horizon is a object", TypeError, horizon=object()),
+        bad("horizon = 1180591620717411303424 is too large", OverflowError, horizon=2**70),
+        bad("hinge_spring: door has it, lift has not", disturbance={"hinge_spring": 1.0}),
+        bad("none.toml", FileNotFoundError, config="none.toml"),
+        bad("none.toml", space="none.toml"),
+        bad("render_mode = 'ansi' is not allowed", render_mode="ansi"),
+        bad("render_size", render_size=(0, 5)),
+    ],
+)
+def test_bad_settings_are_answered(kind, words, keywords):
+    with pytest.raises(kind) as error, warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # gym.make also warns of an unknown render mode.
+        make(**keywords)
+    assert words in str(error.value) and "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "kind, words, action",
+    [
+        (ValueError, "action has shape (3,), must have (7,)", np.zeros(3)),
+        (ValueError, "action has shape (1, 7), must have (7,)", np.zeros((1, 7), np.float32)),
+        (ValueError, "action: entry 2 is NaN, must be a finite number", np.array([0, 0, np.nan, 0, 0, 0, 0])),
+        (ValueError, "entry 0 is inf", np.full(7, np.inf, np.float32)),
+        (TypeError, "action must be an array of numbers", "forward"),
+        (ValueError, "action has shape (), must have (7,)", None),
+    ],
+)
+def test_bad_actions_are_answered(kind, words, action):
+    env = make().unwrapped
+    env.reset(seed=1)
+    with pytest.raises(kind) as error:
+        env.step(action)
+    assert words in str(error.value)
+    env.step([0] * 7)  # And nothing is lost.
+
+
+@pytest.mark.parametrize("seed", [-1, 2**64, 1.5, "one"])
+def test_bad_seeds_are_answered(seed):
+    with pytest.raises(ValueError, match="allowed: a whole number from 0 to 2"):
+        make().unwrapped.reset(seed=seed)
+
+
+def test_bad_order_is_answered():
+    env = make(render_mode="rgb_array").unwrapped
+    for early in (lambda: env.step(np.zeros(7)), env.render, env.expert_action, lambda: env.episode_seed):
+        with pytest.raises(RuntimeError, match="call reset first"):
+            early()
+    with pytest.raises(ValueError, match="no option 'x'"):
+        env.reset(options={"x": 1})
+    env.reset(seed=1)
+    env.close()
+    env.close()
+    for late in (lambda: env.step(np.zeros(7)), env.reset, env.render, env.describe):
+        with pytest.raises(RuntimeError, match="closed"):
+            late()
+
+
+def test_two_threads_on_one_environment_are_told_so():
+    env = make(render_mode="rgb_array", render_size=(640, 480)).unwrapped
+    env.reset(seed=1)
+    started, errors = threading.Event(), []
+
+    def draw():
+        started.set()
+        env.render()
+
+    drawing = threading.Thread(target=draw)
+    drawing.start()
+    started.wait()
+    while drawing.is_alive():  # Half a second of drawing, in which Python is free.
+        try:
+            env.step(np.zeros(7))
+        except RuntimeError as error:
+            errors.append(str(error))
+    drawing.join()
+    assert "another thread is using this environment" in errors
+    env.step(np.zeros(7))
+
+
+def test_wild_starts_do_not_panic():
+    for task in TASKS:
+        env = make(task, initial_noise=0.5)
+        for seed in range(5):
+            env.reset(seed=seed)
+            env.step(env.action_space.sample())

@@ -1,0 +1,80 @@
+"""Policies that `train` left play in Python."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+from common import ROOT, cargo, rows
+
+from aforce import Policy
+
+RESULTS = ROOT / "results"
+ZOO = json.loads((RESULTS / "zoo.json").read_text())
+LIFT = RESULTS / "table-1" / "lift" / "osc" / "seed_1"
+
+
+@pytest.mark.parametrize("entry", ZOO, ids=lambda entry: entry["run"])
+def test_every_kept_policy_plays_in_its_environment(entry):
+    policy = Policy.load(RESULTS / entry["run"])
+    assert (policy.task, policy.space, policy.step) == (entry["task"], entry["space"], entry["step"])
+    env = policy.make()
+    observation, _ = env.reset(seed=1)
+    for _ in range(3):
+        action, _ = policy.predict(observation)
+        assert env.action_space.contains(action)
+        observation, *_ = env.step(action)
+
+
+@pytest.mark.skipif(not (ROOT / "target/release/replay").exists(), reason="no replay to compare with: cargo build --release")
+def test_actions_are_those_of_the_programs(tmp_path):
+    table = tmp_path / "episode.csv"
+    cargo("run", "--quiet", "--release", "--bin", "replay", "--", "--run", str(LIFT), "--actions", "20", "--csv", str(table))
+    policy = Policy.load(LIFT)
+    description = policy.make().unwrapped.describe()
+    parts = description["observation"]
+    centre, scale = (np.array([part[key] for part in parts], np.float32) for key in ("centre", "scale"))
+    played = list(rows(table))
+    assert len(played) == 20
+    for row in played:
+        observation = np.array([row[f"Observation, {part['name']} ({part['unit']})"] for part in parts], np.float32)
+        limit = description["scaled_limit"]
+        action, _ = policy.predict(np.clip((observation - centre) * scale, -limit, limit))
+        done = [float(row[f"Action, {entry['name']} (-1 to 1)"]) for entry in description["action"]]
+        np.testing.assert_allclose(action, done, atol=2e-6)
+
+
+def test_a_sample_scatters_about_the_mean():
+    policy = Policy.load(LIFT)
+    observation = np.zeros((500, 42), np.float32)
+    sampled, _ = policy.predict(observation, deterministic=False, rng=np.random.default_rng(1))
+    mean, _ = policy.predict(observation)
+    assert sampled.shape == mean.shape == (500, 7) and np.ptp(mean, axis=0).max() < 1e-6
+    off = np.arctanh(np.clip(sampled, -0.999999, 0.999999)) - np.arctanh(mean)
+    assert (np.abs(off.mean(axis=0)) < 0.25 * off.std(axis=0)).all() and off.std() > 0.01
+
+
+def test_what_is_no_policy_is_answered(tmp_path):
+    with pytest.raises(FileNotFoundError, match="no such checkpoint; a run folder"):
+        Policy.load(tmp_path)
+    with pytest.raises(ValueError, match="must end with 42"):
+        Policy.load(LIFT).predict(np.zeros(3))
+
+    def damaged(change, run=tmp_path / "run"):
+        shutil.rmtree(run, ignore_errors=True)
+        shutil.copytree(LIFT / "checkpoints", run / "checkpoints")
+        change(run / "checkpoints" / "best")
+        return run
+
+    def weights(folder, to):
+        file = folder / "actor.safetensors"
+        file.write_bytes(to(file.read_bytes()))
+
+    for change, words in [
+        (lambda folder: weights(folder, lambda data: data[:-400] + b"\xff" * 400), "not finite"),
+        (lambda folder: weights(folder, lambda data: data[:1000]), "no file of weights"),
+        (lambda folder: weights(folder, lambda data: b""), "no file of weights"),
+        (lambda folder: (folder / "state.json").write_text('{"format": 9}'), "format 9, this version reads 1"),
+    ]:
+        with pytest.raises(ValueError, match=words):
+            Policy.load(damaged(change))

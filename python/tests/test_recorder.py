@@ -1,0 +1,44 @@
+"""Episodes as pages."""
+
+import base64
+import json
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from common import make
+
+from aforce import Recorder
+
+
+def data(page):
+    text = page.read_text()
+    return json.loads(text.partition('<script id="data" type="application/json">')[2].partition("</script>")[0])
+
+
+def test_every_episode_becomes_a_page(tmp_path):
+    env = Recorder(make(horizon=4), tmp_path / "lift_{}.html", who="a test")
+    total = 0.0
+    for seed in range(2):
+        env.reset(seed=seed)
+        for _ in range(4):
+            total += env.step(env.action_space.sample())[1]
+    env.reset()
+    env.step(env.action_space.sample())
+    env.close()  # The third is broken off.
+    pages = sorted(tmp_path.iterdir())
+    assert [page.name for page in pages] == ["lift_0.html", "lift_1.html", "lift_2.html"]
+    episodes = [data(page)["episodes"][0] for page in pages]
+    assert [episode["frames"] for episode in episodes] == [4, 4, 1]
+    assert episodes[0]["title"] == "lift aforce" and episodes[0]["detail"].startswith("a test: return")
+    tool = np.frombuffer(base64.b64decode(episodes[0]["tool"]), "<f4")
+    assert len(tool) == 12 and 0.5 < tool[2] < 1.5
+
+
+def test_what_cannot_be_recorded_is_answered(tmp_path):
+    with pytest.raises(TypeError, match="wants an environment of aforce"):
+        Recorder(gym.make("CartPole-v1"), tmp_path / "page.html")
+    env = Recorder(make(horizon=1), tmp_path / "none" / "page.html")
+    env.reset(seed=1)
+    with pytest.raises(OSError, match="page.html"):
+        env.step(env.action_space.sample())

@@ -1,0 +1,84 @@
+"""The native vector is what Gymnasium's vector of single environments is."""
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from common import make
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+
+
+def vector(count=3, task="Lift", **keywords):
+    return gym.make_vec(f"aforce/{task}-v0", num_envs=count, **keywords)
+
+
+def same(a, b):
+    """Whether two infos say the same; whose numbers an entry has stands under a name with _."""
+    assert a.keys() == b.keys()
+    for key, value in a.items():
+        if isinstance(value, dict):
+            same(value, b[key])
+        elif value.dtype == object:
+            assert all(x is y is None or np.array_equal(x, y) for x, y in zip(value, b[key], strict=True))
+        else:
+            assert np.array_equal(value, b[key]), key
+
+
+@pytest.mark.parametrize("threads", [1, 2, 5])
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+def test_it_does_what_gymnasiums_own_vector_does(mode, threads):
+    ours = vector(scaled=True, horizon=3, autoreset_mode=mode, threads=threads)
+    theirs = SyncVectorEnv([lambda: make(scaled=True, horizon=3)] * 3, autoreset_mode=mode)
+    assert ours.metadata["autoreset_mode"] == mode
+    assert (ours.observation_space, ours.action_space) == (theirs.observation_space, theirs.action_space)
+    ours.action_space.seed(1)
+    assert np.array_equal(ours.reset(seed=5)[0], theirs.reset(seed=5)[0])
+    for _ in range(8):
+        actions = ours.action_space.sample()
+        (*a, our_info), (*b, their_info) = ours.step(actions), theirs.step(actions)
+        assert all(np.array_equal(x, y) and x.dtype == y.dtype for x, y in zip(a, b, strict=True))
+        same(our_info, their_info)
+        if mode == AutoresetMode.DISABLED and a[3].any():
+            mask = {"reset_mask": a[3]}
+            assert np.array_equal(ours.reset(options=dict(mask))[0], theirs.reset(options=dict(mask))[0])
+
+
+def test_environment_i_plays_seed_plus_i():
+    envs, single = vector(), make()
+    observations, _ = envs.reset(seed=10)
+    for i in range(3):
+        assert np.array_equal(observations[i], single.reset(seed=10 + i)[0])
+    observations, _ = envs.reset(seed=[4, None, 4])
+    assert np.array_equal(observations[0], observations[2]) and not np.array_equal(observations[0], observations[1])
+
+
+def test_wrappers_for_vectors_take_it():
+    envs = gym.wrappers.vector.RecordEpisodeStatistics(vector(horizon=3))
+    envs = gym.wrappers.vector.NormalizeObservation(envs)
+    envs.reset(seed=1)
+    for _ in range(3):
+        *_, info = envs.step(envs.action_space.sample())
+    assert info["episode"]["l"].tolist() == [3, 3, 3]
+
+
+def test_bad_input_is_answered():
+    with pytest.raises(ValueError, match="must be at least 1"):
+        vector(threads=0)
+    with pytest.raises(ValueError, match='unknown key "env.horzon"'):
+        vector(horzon=3)
+    envs = vector(horizon=1, autoreset_mode=AutoresetMode.DISABLED)
+    with pytest.raises(RuntimeError, match="call reset first"):
+        envs.step(np.zeros((3, 7)))
+    for bad in ({"seed": [1, 2]}, {"seed": -1}, {"options": {"reset_mask": [True]}}, {"options": {"x": 1}}):
+        with pytest.raises(ValueError):
+            envs.reset(**bad)
+    envs.reset(seed=1)
+    with pytest.raises(ValueError, match=r"action has shape \(2, 7\), must have \(3, 7\)"):
+        envs.step(np.zeros((2, 7)))
+    with pytest.raises(ValueError, match="entry 8 is NaN"):
+        envs.step(np.where(np.arange(21).reshape(3, 7) == 8, np.nan, 0.0))
+    envs.step(np.zeros((3, 7)))
+    with pytest.raises(RuntimeError, match="environment 0 has ended"):
+        envs.step(np.zeros((3, 7)))
+    envs.close()
+    with pytest.raises(RuntimeError, match="closed"):
+        envs._native.step(np.zeros((3, 7)), [False] * 3)

@@ -1,0 +1,46 @@
+"""The learning curve of a policy of Stable-Baselines3, for the scripts beside this one."""
+
+import csv
+import time
+
+import numpy as np
+from stable_baselines3.common.callbacks import BaseCallback
+
+
+class Curve(BaseCallback):
+    """After `starts[n]` actions, for each n there is, plays an episode from each of its seeds with mean actions, and writes what
+    they came to: means over the episodes, in a row of the table `out`."""
+
+    def __init__(self, env, starts, out):
+        super().__init__()
+        self.env, self.starts, self.out, self.rows = env, starts, out, []
+
+    def _on_step(self):
+        if self.num_timesteps in self.starts:
+            self.evaluate(self.starts[self.num_timesteps])
+        return True
+
+    def evaluate(self, seeds):
+        played = [self.play(seed) for seed in seeds]
+        total, success, energy, force = (round(float(value), 4) for value in np.mean(played, axis=0))
+        row = {
+            "step": self.num_timesteps, "cpu_min": round(time.process_time() / 60, 3), "return": total, "success": success,
+            "energy_per_action_j": energy, "max_force_n": force,
+        }
+        self.rows.append(row)
+        print(row, flush=True)
+        with self.out.open("w", newline="") as file:
+            writer = csv.DictWriter(file, row, lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(self.rows)
+
+    def play(self, seed):
+        observation, _ = self.env.reset(seed=seed)
+        total, energy, force, actions = 0.0, 0.0, 0.0, 0
+        while True:
+            action, _ = self.model.predict(observation, deterministic=True)
+            observation, reward, terminated, truncated, info = self.env.step(action)
+            total, energy, actions = total + reward, energy + info["energy"], actions + 1
+            force = max(force, info["force"])
+            if terminated or truncated:
+                return total, info["is_success"], energy / actions, force

@@ -1,0 +1,63 @@
+#!/usr/bin/env python3
+"""Stable-Baselines3's SAC on Lift with the settings that aforce ships: a curve per seed.
+
+    make wheel && python3 -m venv VENV && VENV/bin/pip install target/wheels/aforce-*.whl stable-baselines3==2.9.2
+    VENV/bin/python scripts/sb3_lift.py --seed 1 --out runs/sb3_lift/seed_1.csv [--steps 150000] [--space aforce]
+
+The set-up is that of `train --task lift --space aforce --setup small-steps`, or with `--like RUN` that of a run of `train`, whose starts
+then serve for the evaluations as well: mean actions, every so many actions. A row has the CPU minutes of the whole process so far,
+evaluations included: `progress.csv` of a run has the same clock.
+"""
+
+import argparse
+import csv
+import os
+from pathlib import Path
+
+for threads in ("OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(threads, "1")
+
+import aforce
+import gymnasium as gym
+import stable_baselines3
+import torch
+from sb3_curve import Curve
+
+
+def starts_of(run):
+    """The seeds from which a run was evaluated after so many actions."""
+    starts = {}
+    with (run / "eval.csv").open(newline="") as file:
+        for row in csv.DictReader(file):
+            if row["policy"] == "mean":
+                starts.setdefault(int(row["step"]), []).append(int(row["episode_seed"]))
+    return starts
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--steps", type=int, default=150_000)
+    parser.add_argument("--space", default="aforce")
+    parser.add_argument("--like", type=Path, metavar="RUN", help="a run folder whose environment and starts are taken over")
+    parser.add_argument("--every", type=int, default=10_000, help="actions between evaluations, of ten episodes")
+    parser.add_argument("--out", type=Path, required=True)
+    arguments = parser.parse_args()
+    if arguments.out.exists():
+        parser.error(f"{arguments.out} exists: it is not overwritten")
+    arguments.out.parent.mkdir(parents=True, exist_ok=True)
+    torch.set_num_threads(1)
+    if arguments.like:
+        settings, starts = {"config": arguments.like / "config.toml"}, starts_of(arguments.like)
+    else:
+        settings = {"space": arguments.space, "setup": "small-steps"}
+        starts = {step: range(step, step + 10) for step in range(arguments.every, arguments.steps + 1, arguments.every)}
+    make = lambda: gym.make("aforce/Lift-v0", scaled=True, **settings)
+    print(f"aforce {aforce.__version__}, stable-baselines3 {stable_baselines3.__version__}, {aforce.SB3_SAC}")
+    model = stable_baselines3.SAC("MlpPolicy", make(), seed=arguments.seed, **aforce.SB3_SAC)
+    model.learn(arguments.steps, callback=Curve(make(), starts, arguments.out))
+    model.save(arguments.out.with_suffix(".zip"))
+
+
+if __name__ == "__main__":
+    main()
