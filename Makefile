@@ -63,7 +63,9 @@ test-python: wheel
 
 check: setup
 	$(CARGO) fmt --all --check
+	$(CARGO) fmt --manifest-path python/Cargo.toml --check
 	$(CARGO) clippy --release --workspace --all-targets -- -D warnings
+	$(CARGO) clippy --release --manifest-path python/Cargo.toml --target-dir target/python -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --release --workspace --no-deps
 	@if command -v cargo-deny > /dev/null; then $(CARGO) deny --offline check licenses bans sources; \
 		else echo "skipped: licences of dependencies (cargo install cargo-deny)"; fi

@@ -50,6 +50,23 @@ fn bad_input_is_named() {
     assert!(!out.join("lift").exists(), "a refused run leaves nothing behind");
 }
 
+#[test]
+fn a_description_is_text_or_data() {
+    let print = |json: bool| {
+        let mut command = program("train");
+        command.args(["--task", "wipe", "--space", "aforce-force", "--describe"]).args(json.then_some("--json"));
+        String::from_utf8(command.assert().success().get_output().stdout.clone()).unwrap()
+    };
+    let (text, data) = (print(false), serde_json::from_str::<serde_json::Value>(&print(true)).unwrap());
+    let (action, observation) = (data["action"].as_array().unwrap(), data["observation"].as_array().unwrap());
+    assert_eq!((action.len(), &action[6]["name"], &action[6]["high"]), (7, &"normal_force".into(), &50.0.into()));
+    for part in action.iter().chain(observation) {
+        assert!(text.contains(part["name"].as_str().unwrap()), "{part}");
+    }
+    assert_eq!(data["env"]["space"]["name"], "aforce-force");
+    expect(&error(program("train").arg("--json"), 2), &["--describe"]);
+}
+
 /// What people do to files and flags, each answered in one line.
 #[test]
 fn what_was_tampered_with_is_named() {

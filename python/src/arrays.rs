@@ -27,7 +27,9 @@ pub fn numbers(value: &Bound<'_, PyAny>, name: &str, shape: &[usize]) -> PyResul
 pub fn action(value: &Bound<'_, PyAny>, shape: &[usize]) -> PyResult<Vec<f64>> {
     let action = numbers(value, "action", shape)?;
     match action.iter().position(|v| !v.is_finite()) {
-        Some(at) => Err(PyValueError::new_err(format!("action: entry {at} is {}, must be a finite number", action[at]))),
+        Some(at) => {
+            Err(PyValueError::new_err(format!("action: entry {at} is {}, must be a finite number", action[at])))
+        }
         None => Ok(action),
     }
 }

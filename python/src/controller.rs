@@ -181,9 +181,7 @@ impl Controller {
 
     /// The joint torques of one control sample (Nm), gravity compensation included.
     fn update<'py>(&self, py: Python<'py>, measurement: &Measurement) -> Numbers<'py> {
-        self.law(|law| {
-            Ok(PyArray1::from_slice(py, law.controller.update(&measurement.0).as_slice()))
-        })
+        self.law(|law| Ok(PyArray1::from_slice(py, law.controller.update(&measurement.0).as_slice())))
     }
 
     /// Numbers in an action.
@@ -292,5 +290,7 @@ fn samples_per_second(dt: f64) -> PyResult<u32> {
     if (1.0..=10_000.0).contains(&rate) && (rate * dt - 1.0).abs() < 1e-9 {
         return Ok(rate as u32);
     }
-    Err(value_error(format!("dt = {dt} is not allowed; allowed: one over a whole number of samples per second, 1 to 10000")))
+    Err(value_error(format!(
+        "dt = {dt} is not allowed; allowed: one over a whole number of samples per second, 1 to 10000"
+    )))
 }

@@ -37,7 +37,9 @@ pub fn env_config(task: &str, config: Option<PathBuf>, keywords: &Bound<'_, PyDi
     let config = settings::env(EnvConfig { task: wanted, ..EnvConfig::default() }, layers).map_err(value_error)?;
     if config.task != wanted {
         let (there, here) = (config.task.as_str(), wanted.as_str());
-        return Err(value_error(format!("env.task = {there:?} contradicts the environment's name, which says {here:?}")));
+        return Err(value_error(format!(
+            "env.task = {there:?} contradicts the environment's name, which says {here:?}"
+        )));
     }
     Ok(config)
 }
@@ -45,7 +47,8 @@ pub fn env_config(task: &str, config: Option<PathBuf>, keywords: &Bound<'_, PyDi
 /// A dictionary as a table of settings.
 fn table(dict: &Bound<'_, PyDict>) -> PyResult<Table> {
     let entry = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
-        let key: String = key.extract().map_err(|_| PyTypeError::new_err(format!("{key}: a setting's name is a string")))?;
+        let key: String =
+            key.extract().map_err(|_| PyTypeError::new_err(format!("{key}: a setting's name is a string")))?;
         let value = setting(&key, &value)?;
         Ok((key, value))
     };

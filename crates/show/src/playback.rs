@@ -179,3 +179,39 @@ mod tests {
         );
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tasks::EnvConfig;
+
+    /// The actions in the table lead to the observations in it, to the last bit.
+    #[test]
+    fn a_table_is_enough_to_play_the_episode_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("episode.csv");
+        let mut env = Env::new(EnvConfig::default(), 0).unwrap();
+        let played = Playback::play(&mut env, Env::expert_action, 3, 10, "script", |_, _, _| Ok(())).unwrap();
+        played.write_csv(&path).unwrap();
+
+        let mut table = csv::Reader::from_path(&path).unwrap();
+        let names = table.headers().unwrap().clone();
+        let columns = |what: &str| {
+            let columns = names.iter().enumerate().filter(|(_, name)| name.starts_with(what));
+            columns.map(|(at, _)| at).collect::<Vec<_>>()
+        };
+        let (observations, actions) = (columns("Observation, "), columns("Action, "));
+        assert_eq!((observations.len(), actions.len()), (env.observation().len(), env.action_dim()));
+        assert_eq!(&names[actions[0]], "Action, delta_x (-1 to 1)");
+        env.reset(Some(3));
+        let mut total = 0.0;
+        for row in table.records() {
+            let row = row.unwrap();
+            let observed: Vec<f32> = observations.iter().map(|&at| row[at].parse().unwrap()).collect();
+            let action: Vec<f64> = actions.iter().map(|&at| row[at].parse().unwrap()).collect();
+            assert_eq!(observed, env.observation());
+            total += env.step(&action).reward;
+        }
+        assert_eq!((total, played.traces.actions()), (played.total, 10));
+    }
+}
