@@ -41,7 +41,7 @@ def test_an_action_moves_the_hand_where_it_says():
     for _ in range(10):
         env.step(action)
     moved = controller.ee_pos - start
-    assert moved[1] > 0.04 and np.abs(moved[[0, 2]]).max() < 0.02
+    assert moved[1] > 0.02 and np.abs(moved[[0, 2]]).max() < 0.02
     # Another episode begins afresh.
     env.reset()
     assert env.robots[0].controller is not controller
