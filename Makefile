@@ -21,8 +21,8 @@ KEPT = $(patsubst results/%/checkpoints/best/actor.safetensors,%,$(wildcard resu
 
 # Python's wheel, and where it is built and tried.
 VENV = target/venv
-# With zig's linker the wheel is one for glibc 2.17.
-ZIG = $(shell PATH=$(VENV)/bin:$$PATH command -v zig python-zig >/dev/null && echo --zig --compatibility manylinux2014)
+# With zig's linker (`pip install ziglang` in $(VENV), or zig on the path) the wheel is one for glibc 2.17.
+ZIG = $(shell { $(VENV)/bin/python -c 'import ziglang' || command -v zig; } >/dev/null 2>&1 && echo --zig --compatibility manylinux2014)
 
 .PHONY: setup demo test test-franka wheel test-python check book bench reproduce gallery
 
