@@ -78,7 +78,7 @@ def learn(arguments):
 
     torch.set_num_threads(1)
     config = spaces(arguments.setup)[arguments.space]
-    starts = {step: range(10) for step in range(arguments.every, arguments.steps + 1, arguments.every)}
+    starts = {step: range(arguments.episodes) for step in range(arguments.every, arguments.steps + 1, arguments.every)}
     np.random.seed(arguments.seed)
     model = SAC("MlpPolicy", Lift(config), seed=arguments.seed, **aforce.SB3_SAC)
     model.learn(arguments.steps, callback=Curve(Lift(config), starts, arguments.out))
@@ -92,7 +92,8 @@ def main():
     random.add_argument("--episodes", type=int, default=30)
     learner.add_argument("--space", choices=spaces("paper-steps"), required=True)
     learner.add_argument("--steps", type=int, default=150_000)
-    learner.add_argument("--every", type=int, default=10_000, help="actions between evaluations, of ten episodes")
+    learner.add_argument("--every", type=int, default=10_000, help="actions between evaluations")
+    learner.add_argument("--episodes", type=int, default=10, help="of an evaluation")
     for kind in (random, learner):
         kind.add_argument("--seed", type=int, default=1)
         kind.add_argument("--setup", choices=STEPS, default="paper-steps" if kind is random else "small-steps")

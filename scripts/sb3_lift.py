@@ -40,7 +40,8 @@ def main():
     parser.add_argument("--steps", type=int, default=150_000)
     parser.add_argument("--space", default="aforce")
     parser.add_argument("--like", type=Path, metavar="RUN", help="a run folder whose environment and starts are taken over")
-    parser.add_argument("--every", type=int, default=10_000, help="actions between evaluations, of ten episodes")
+    parser.add_argument("--every", type=int, default=10_000, help="actions between evaluations")
+    parser.add_argument("--episodes", type=int, default=10, help="of an evaluation")
     parser.add_argument("--out", type=Path, required=True)
     arguments = parser.parse_args()
     if arguments.out.exists():
@@ -51,7 +52,8 @@ def main():
         settings, starts = {"config": arguments.like / "config.toml"}, starts_of(arguments.like)
     else:
         settings = {"space": arguments.space, "setup": "small-steps"}
-        starts = {step: range(step, step + 10) for step in range(arguments.every, arguments.steps + 1, arguments.every)}
+        evaluations = range(arguments.every, arguments.steps + 1, arguments.every)
+        starts = {step: range(step, step + arguments.episodes) for step in evaluations}
     make = lambda: gym.make("aforce/Lift-v0", scaled=True, **settings)
     print(f"aforce {aforce.__version__}, stable-baselines3 {stable_baselines3.__version__}, {aforce.SB3_SAC}")
     model = stable_baselines3.SAC("MlpPolicy", make(), seed=arguments.seed, **aforce.SB3_SAC)

@@ -9,8 +9,11 @@ use tasks::{Env, EnvConfig, Step};
 
 use crate::value_error;
 
-/// The numbers that info holds of an action, by name.
-pub const NUMBERS: [(&str, fn(&Step) -> f64); 4] = [
+/// A number of info: its name, and where it comes from.
+type Number = (&'static str, fn(&Step) -> f64);
+
+/// The numbers that info holds of an action.
+pub const NUMBERS: [Number; 4] = [
     // Sum over joints of |tau qd| dt (J).
     ("energy", |step| step.interval.energy.absolute),
     // Largest sustained contact force of the whole arm, and beyond the wrist (N).

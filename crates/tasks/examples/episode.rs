@@ -12,7 +12,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err("usage: episode TASK SPACE SEED HORIZON".into());
     };
     let task = TaskName::ALL.into_iter().find(|name| name.as_str() == task).ok_or("no such task")?;
-    let mut env = Env::new(EnvConfig { task, space: space.parse()?, horizon: horizon.parse()?, ..EnvConfig::default() }, 0)?;
+    let mut env =
+        Env::new(EnvConfig { task, space: space.parse()?, horizon: horizon.parse()?, ..EnvConfig::default() }, 0)?;
     env.reset(Some(seed.parse()?));
     for line in stdin().lines() {
         let action = line?.split(',').map(str::parse).collect::<Result<Vec<f64>, _>>()?;
