@@ -68,7 +68,7 @@ fn record(space: &str) -> String {
 
 /// What `train --describe` prints last.
 fn follows(space: &str) -> String {
-    let text = tasks::describe(&env("lift", space));
+    let text = tasks::Description::of(&env("lift", space)).in_words();
     let (_, derived) = text.rsplit_once("what follows from it").unwrap();
     format!("```text\n{}\n```\n", derived.split_once('\n').unwrap().1.trim_end())
 }

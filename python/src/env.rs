@@ -94,7 +94,7 @@ impl Env {
             let Some(playback) = episodes.playback.as_mut().filter(|playback| playback.traces.actions() > 0) else {
                 return Ok(false);
             };
-            playback.end(who);
+            playback.end(&episodes.env, who);
             page::write(&path, std::slice::from_ref(playback))
                 .map_err(|error| PyOSError::new_err(format!("{error:#}")))?;
             Ok(true)

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple};
-use settings::spaces;
+use settings::{Source, spaces};
 use tasks::{EnvConfig, TaskName};
 use toml::{Table, Value};
 
@@ -24,16 +24,16 @@ pub fn env_config(task: &str, config: Option<PathBuf>, keywords: &Bound<'_, PyDi
     let mut layers = vec![];
     if let Some(path) = config {
         let text = fs_err::read_to_string(&path)?;
-        let (name, mut table) = settings::of_file(&path, &text).map_err(value_error)?;
+        let (source, mut table) = settings::of_file(&path, text).map_err(value_error)?;
         // The learner's settings have no part in an environment.
         table.retain(|key, _| key == "env" || key == "setup");
-        layers.push((name, table));
+        layers.push((source, table));
     }
     let mut env = table(keywords)?;
     let setup = env.remove("setup").map(|setup| ("setup".to_string(), setup));
     let mut layer = Table::from_iter([("env".to_string(), Value::Table(env))].into_iter().chain(setup));
     spaces::work_out(&mut layer, Path::new("")).map_err(value_error)?;
-    layers.push((SOURCE.into(), layer));
+    layers.push((Source::named(SOURCE), layer));
     let config = settings::env(EnvConfig { task: wanted, ..EnvConfig::default() }, layers).map_err(value_error)?;
     if config.task != wanted {
         let (there, here) = (config.task.as_str(), wanted.as_str());

@@ -30,7 +30,7 @@ def test_every_episode_becomes_a_page(tmp_path):
     assert [page.name for page in pages] == ["lift_0.html", "lift_1.html", "lift_2.html"]
     episodes = [data(page)["episodes"][0] for page in pages]
     assert [episode["frames"] for episode in episodes] == [4, 4, 1]
-    assert episodes[0]["title"] == "lift aforce" and episodes[0]["detail"].startswith("a test: return")
+    assert (episodes[0]["title"], episodes[0]["who"]) == ("lift aforce", "a test")
     tool = np.frombuffer(base64.b64decode(episodes[0]["tool"]), "<f4")
     assert len(tool) == 12 and 0.5 < tool[2] < 1.5
 

@@ -15,17 +15,17 @@ use crate::{setup, spaces};
 /// What a file of settings is.
 pub const WANTED: &str = "a TOML file is wanted, such as a run's config.toml";
 
-/// The text of the file `path` as a layer: where it comes from, and its keys with the action space worked out.
+/// The file `path` with this text as a layer: its keys, the action space worked out.
 ///
 /// # Errors
 /// Names the file and what is wrong in it.
-pub fn of_file(path: &Path, text: &str) -> Result<(Source, Table)> {
+pub fn of_file(path: &Path, text: String) -> Result<(Source, Table)> {
     let name = path.display().to_string();
-    let mut table: Table = parse(text).map_err(|problem| anyhow!("{name}: {problem}; {WANTED}"))?;
+    let mut table: Table = parse(&text).map_err(|problem| anyhow!("{name}: {problem}; {WANTED}"))?;
     ensure!(!table.contains_key("group"), "{name}: the file of a sweep: give it to `sweep`");
     let folder = path.parent().unwrap_or(Path::new(""));
     spaces::work_out(&mut table, folder).map_err(|problem| anyhow!("{name}: {problem:#}"))?;
-    Ok((Source::file(name, text.into()), table))
+    Ok((Source::file(name, text), table))
 }
 
 /// The settings that result from laying named tables over `base`, the last one on top. The key `setup` of a table stands for

@@ -64,9 +64,9 @@ impl Playback {
     /// The episode of `env` is over; `who` says who played.
     pub fn end(&mut self, env: &Env, who: &str) {
         let outcome = self.episode.outcome();
+        let limit = env.config().force_penalty.limit;
         self.who = who.into();
-        self.story =
-            story(env.task().achievement(), &outcome, self.traces.time(), env.config().force_penalty.limit);
+        self.story = story(env.task().achievement(), &outcome, self.traces.time(), limit);
         let (total, energy) = (self.total, outcome.energy_per_action_j);
         self.detail = format!("return {total:.1} in {} actions, {energy:.2} J per action", outcome.length);
     }
@@ -155,6 +155,7 @@ fn story(achievement: &str, outcome: &Outcome, time: f64, limit: f64) -> String 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use tasks::EnvConfig;
 
     #[test]
     fn a_story_says_when_how_and_what_went_wrong() {
@@ -178,12 +179,6 @@ mod tests {
             "Never lifts the cube in 2.5 s. The simulation diverged."
         );
     }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use tasks::EnvConfig;
 
     /// The actions in the table lead to the observations in it, to the last bit.
     #[test]

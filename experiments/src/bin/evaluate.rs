@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::{Result, bail};
 use clap::Parser;
-use experiments::config::{RunId, setup};
+use experiments::config::RunId;
 use experiments::run::csv_writer::CsvWriter;
 use experiments::run::disturbances::{self, Case};
 use experiments::run::rollout::evaluate;
@@ -14,6 +14,7 @@ use experiments::run::seeds::evaluation_seed;
 use experiments::show::source::{Player, SourceArgs};
 use output::statistics::{deviation, mean, mean_of, range};
 use output::{file, program};
+use settings::setup;
 use tasks::{Env, Outcome};
 
 /// Evaluate a trained policy, a scripted expert or random actions.

@@ -69,7 +69,7 @@ impl RunConfig {
         let mut layers = vec![];
         if let Some(path) = file {
             let text = fs_err::read_to_string(path).context(settings::WANTED)?;
-            layers.push(settings::of_file(path, &text).map_err(|problem| bad(problem.to_string()))?);
+            layers.push(settings::of_file(path, text).map_err(|problem| bad(problem.to_string()))?);
         }
         let mut flags = Table::new();
         for (key, value) in overrides {
