@@ -199,9 +199,10 @@ fn checkpoint(folder: &Path) -> Config {
 fn checkpoints_that_disks_damage() {
     let files = ["actor", "online_actor", "critic", "target", "optimizer"].map(|name| format!("{name}.safetensors"));
     let files: Vec<String> = files.into_iter().chain(["replay.bin", "state.json"].map(String::from)).collect();
+    let files = &files;
     std::thread::scope(|scope| {
-        for name in &files {
-            scope.spawn(|| {
+        for name in files {
+            scope.spawn(move || {
                 let folder = tempfile::tempdir().unwrap();
                 let config = checkpoint(folder.path());
                 let size = |name: &String| fs::metadata(folder.path().join(name)).unwrap().len() as usize;
