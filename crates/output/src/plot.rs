@@ -91,7 +91,7 @@ pub fn files(path_without_extension: &Path) -> [PathBuf; 2] {
     [".svg", ".png"].map(|extension| file::with_suffix(path_without_extension, extension))
 }
 
-/// Writes `PATH.svg` as [`write`] does, and the same picture as `PATH.png`.
+/// Writes `PATH.svg` as [`write()`] does, and the same picture as `PATH.png`.
 pub fn write_with_png(title: &str, panels: &[Panel], path_without_extension: &Path) -> Result<()> {
     let [svg_path, png_path] = files(path_without_extension);
     let scene = write_svg(title, panels, &svg_path)?;
