@@ -7,8 +7,7 @@ use aforce::{JointVector, Vector3};
 use approx::assert_abs_diff_eq;
 use nalgebra::{Quaternion, UnitQuaternion};
 use physics::panda::{HOME, ParameterSet, RANGE};
-use physics::scenes::door::{HANDLE, HINGE};
-use physics::scenes::lift;
+use physics::scenes::{door, lift};
 use physics::{Deviation, Plant, Simulation, SimulationConfig};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -31,6 +30,11 @@ fn bare(task: TaskName, q: &JointVector) -> (Box<dyn Task>, Simulation) {
     let mut simulation = task.reset(&plant, &mut ChaCha8Rng::seed_from_u64(1));
     simulation.reset(q);
     (task, simulation)
+}
+
+/// Place of one of the door's joints, for [`Simulation::joint`].
+fn door_joint(name: &str) -> usize {
+    door::scene(&ParameterSet::Robosuite.parameters(), &door::root(door::MIDDLE)).0.joint(name)
 }
 
 /// Holds the arm at `q`.
@@ -105,12 +109,13 @@ fn differences_of_positions_point_robosuites_way() {
         assert_abs_diff_eq!(position, env.simulation().body_pose(cube).translation.vector, epsilon = ROUNDING);
         assert_abs_diff_eq!(vector(env, "gripper_to_cube_pos"), vector(env, "eef_pos") - position, epsilon = ROUNDING);
     });
+    let joints = [("hinge_qpos", door_joint("hinge")), ("handle_qpos", door_joint("handle"))];
     let mut widest = 0.0f64;
     follow_expert(TaskName::Door, |env, _| {
         let eef = vector(env, "eef_pos");
         assert_abs_diff_eq!(vector(env, "handle_to_eef_pos"), vector(env, "handle_pos") - eef, epsilon = ROUNDING);
         assert_abs_diff_eq!(vector(env, "door_to_eef_pos"), vector(env, "door_pos") - eef, epsilon = ROUNDING);
-        for (name, joint) in [("hinge_qpos", HINGE), ("handle_qpos", HANDLE)] {
+        for (name, joint) in joints {
             assert_abs_diff_eq!(entry(env, name), env.simulation().joint(joint).0, epsilon = ROUNDING);
         }
         widest = widest.max(entry(env, "hinge_qpos"));
@@ -202,11 +207,12 @@ fn a_turned_handle_counts_either_way_up_to_a_quarter_turn() {
     // Aside, so that the lever is free.
     let mut q = JointVector::from(HOME);
     q[0] = 1.5;
+    let handle = door_joint("handle");
     for load in [0.8, -0.8, 8.0, -8.0] {
         let (mut task, mut simulation) = bare(TaskName::Door, &q);
-        simulation.set_load(HANDLE, load);
+        simulation.set_load(handle, load);
         hold(&mut simulation, &q, 1000);
-        let angle = simulation.joint(HANDLE).0;
+        let angle = simulation.joint(handle).0;
         assert_eq!(angle.abs() > 1.6, load.abs() > 1.0, "{angle} rad under {load} Nm");
         let turned = task.reward(&simulation, &simulation.measure(), None).terms[1];
         assert_abs_diff_eq!(turned, 0.25 * (angle.abs() / FRAC_PI_2).min(1.0), epsilon = 1e-12);

@@ -328,6 +328,18 @@ impl Scene {
         self.bodies.iter().position(|b| b.name == name).unwrap_or_else(|| panic!("no body {name:?} in the scene"))
     }
 
+    /// Place of the joint called `name` among those of one degree of freedom: what [`crate::Simulation::joint`] takes.
+    ///
+    /// # Panics
+    /// If there is none.
+    pub fn joint(&self, name: &str) -> usize {
+        let mut axes = self.bodies.iter().filter_map(|body| match &body.joint {
+            Joint::Hinge(axis) | Joint::Slide(axis) => Some(axis),
+            Joint::Fixed | Joint::Free => None,
+        });
+        axes.position(|axis| axis.name == name).unwrap_or_else(|| panic!("no joint {name:?} in the scene"))
+    }
+
     /// Place of the geom called `name` among all geoms of the scene.
     ///
     /// # Panics

@@ -197,9 +197,14 @@ impl Simulation {
         (q, qd)
     }
 
-    /// Position and velocity of any joint (rad, rad/s or m, m/s), by its place in the scene (arm first).
+    /// Position and velocity of any joint (rad, rad/s or m, m/s), by its place in the scene (arm first): [`Scene::joint`].
     pub fn joint(&self, i: usize) -> (f64, f64) {
         self.engine.coordinate(i)
+    }
+
+    /// Position (m) and velocity (m/s) of the left and the right finger; `None` for an arm without a gripper.
+    pub fn fingers(&self) -> Option<[(f64, f64); 2]> {
+        self.fingers.map(|fingers| fingers.map(|finger| self.engine.coordinate(finger)))
     }
 
     /// What the controller reads. The wrench is the filtered one.

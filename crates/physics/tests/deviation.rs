@@ -54,9 +54,9 @@ fn a_hinge_has_the_spring_it_is_given() {
         let mut q = JointVector::from(HOME);
         q[0] = 1.5;
         simulation.reset(&q);
-        simulation.set_load(door::HANDLE, 3.0);
+        simulation.set_load(door.shaft, 3.0);
         for step in 0..4000 {
-            simulation.set_load(door::HINGE, if step < 500 { 0.0 } else { 1.5 });
+            simulation.set_load(door.hinge, if step < 500 { 0.0 } else { 1.5 });
             let y = simulation.measure();
             simulation.step(&(y.bias + (q - y.q) * 400.0 - y.qd * 60.0), 0.0).unwrap();
         }

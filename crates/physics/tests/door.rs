@@ -4,7 +4,7 @@ use aforce::{JointVector, Vector3};
 use approx::assert_relative_eq;
 use nalgebra::UnitQuaternion;
 use physics::panda::{HOME, ParameterSet, Parameters};
-use physics::scenes::door::{self, Door, HANDLE, HINGE, MIDDLE};
+use physics::scenes::door::{self, Door, MIDDLE};
 use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
 const DT: f64 = 0.002;
@@ -30,9 +30,9 @@ fn aside() -> JointVector {
 }
 
 /// Runs for `seconds` with these loads (Nm) on hinge and handle, the arm held where it is.
-fn load(simulation: &mut Simulation, hinge: f64, handle: f64, seconds: f64) {
-    simulation.set_load(HINGE, hinge);
-    simulation.set_load(HANDLE, handle);
+fn load(simulation: &mut Simulation, door: &Door, hinge: f64, handle: f64, seconds: f64) {
+    simulation.set_load(door.hinge, hinge);
+    simulation.set_load(door.shaft, handle);
     for _ in 0..(seconds / DT).round() as usize {
         let y = simulation.measure();
         let tau = y.bias + y.mass * ((aside() - y.q) * 400.0 - y.qd * 40.0);
@@ -44,10 +44,10 @@ fn load(simulation: &mut Simulation, hinge: f64, handle: f64, seconds: f64) {
 #[test]
 fn latch_holds_until_the_handle_is_turned() {
     let (mut simulation, door) = door();
-    load(&mut simulation, 20.0, 0.0, 1.0);
+    load(&mut simulation, &door, 20.0, 0.0, 1.0);
     assert!((door.opening(&simulation) - 0.0149).abs() < 5e-4, "free play {}", door.opening(&simulation));
-    load(&mut simulation, 0.0, 0.8, 2.0);
-    load(&mut simulation, 20.0, 0.8, 1.0);
+    load(&mut simulation, &door, 0.0, 0.8, 2.0);
+    load(&mut simulation, &door, 20.0, 0.8, 1.0);
     assert!(door.opening(&simulation) < 0.03, "half turned {}", door.opening(&simulation));
     assert!(simulation.deepest_penetration() < 5e-4);
 }
@@ -56,8 +56,8 @@ fn latch_holds_until_the_handle_is_turned() {
 fn door_opens_once_the_handle_is_turned_either_way() {
     for turn in [TURN, -TURN] {
         let (mut simulation, door) = door();
-        load(&mut simulation, 0.0, turn, 2.0);
-        load(&mut simulation, 3.0, turn, 1.0);
+        load(&mut simulation, &door, 0.0, turn, 2.0);
+        load(&mut simulation, &door, 3.0, turn, 1.0);
         assert!(door.opening(&simulation) > 0.39, "handle {turn} Nm: {}", door.opening(&simulation));
     }
 }
@@ -66,11 +66,11 @@ fn door_opens_once_the_handle_is_turned_either_way() {
 #[test]
 fn handle_springs_back_to_where_friction_holds_it() {
     let (mut simulation, door) = door();
-    load(&mut simulation, 0.0, TURN, 2.0);
+    load(&mut simulation, &door, 0.0, TURN, 2.0);
     assert!(door.handle_angle(&simulation) > 1.23);
-    load(&mut simulation, 0.0, 0.0, 4.0);
+    load(&mut simulation, &door, 0.0, 0.0, 4.0);
     assert!(door.handle_angle(&simulation).abs() < 0.1 + 1e-6, "{}", door.handle_angle(&simulation));
-    assert!(simulation.joint(HANDLE).1.abs() < 1e-6);
+    assert!(simulation.joint(door.shaft).1.abs() < 1e-6);
 }
 
 /// Moment of inertia (kg m2) about the hinge with the handle turned by `angle`.
@@ -88,15 +88,15 @@ fn inertia_about_hinge(angle: f64) -> f64 {
 fn open_door_coasts_as_damping_and_friction_say() {
     assert_relative_eq!(inertia_about_hinge(0.0), 0.236, epsilon = 5e-4);
     let (mut simulation, door) = simulate(Parameters { air: None, ..ParameterSet::Robosuite.parameters() });
-    load(&mut simulation, 0.0, TURN, 2.0);
-    load(&mut simulation, 5.0, TURN, 0.1);
-    let (q, v) = simulation.joint(HINGE);
+    load(&mut simulation, &door, 0.0, TURN, 2.0);
+    load(&mut simulation, &door, 5.0, TURN, 0.1);
+    let (q, v) = simulation.joint(door.hinge);
     let inertia = inertia_about_hinge(door.handle_angle(&simulation));
     assert!(v > 1.0);
-    load(&mut simulation, 0.0, TURN, 1.0);
+    load(&mut simulation, &door, 0.0, TURN, 1.0);
     let coasted = door.opening(&simulation) - q;
     assert_relative_eq!(coasted, inertia * (v - v.ln_1p()), max_relative = 0.06);
-    assert!(simulation.joint(HINGE).1.abs() < 1e-6);
+    assert!(simulation.joint(door.hinge).1.abs() < 1e-6);
 }
 
 /// Where robosuite's handle is, and where the door's motion takes it.
@@ -106,8 +106,8 @@ fn handle_moves_on_the_arcs_of_hinge_and_shaft() {
     let shut = door.handle_pose(&simulation);
     assert_relative_eq!(shut.translation.z, 1.075, epsilon = 1e-9);
     assert_relative_eq!(door.centre(&simulation), Vector3::new(-0.2, -0.34, 1.1), epsilon = 5e-3);
-    load(&mut simulation, 0.0, TURN, 2.0);
-    load(&mut simulation, 3.0, TURN, 0.3);
+    load(&mut simulation, &door, 0.0, TURN, 2.0);
+    load(&mut simulation, &door, 3.0, TURN, 0.3);
     let (opening, angle) = (door.opening(&simulation), door.handle_angle(&simulation));
     let open = door.handle_pose(&simulation);
     assert!(opening > 0.2);
@@ -120,7 +120,7 @@ fn handle_moves_on_the_arcs_of_hinge_and_shaft() {
 #[test]
 fn restoring_continues_bit_for_bit() {
     let (mut simulation, door) = door();
-    load(&mut simulation, 20.0, 0.8, 0.5);
+    load(&mut simulation, &door, 20.0, 0.8, 0.5);
     assert!(simulation.deepest_penetration() > 0.0);
     let snapshot = simulation.snapshot();
     let run = |simulation: &mut Simulation| {
@@ -129,10 +129,10 @@ fn restoring_continues_bit_for_bit() {
             let y = simulation.measure();
             simulation.step(&(y.bias + y.mass * ((home - y.q) * 400.0 - y.qd * 40.0)), 0.0).unwrap();
         }
-        (simulation.joint(HINGE), simulation.joint(HANDLE), simulation.joints(), door.handle_pose(simulation))
+        (simulation.joint(door.hinge), simulation.joint(door.shaft), simulation.joints(), door.handle_pose(simulation))
     };
     let first = run(&mut simulation);
-    load(&mut simulation, 0.0, 0.0, 0.1);
+    load(&mut simulation, &door, 0.0, 0.0, 0.1);
     simulation.restore(&snapshot);
     assert_eq!(first, run(&mut simulation));
 }

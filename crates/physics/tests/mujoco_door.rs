@@ -7,7 +7,7 @@ mod mujoco_reference;
 use aforce::JointVector;
 use mujoco_reference::reference;
 use physics::panda::{HOME, ParameterSet};
-use physics::scenes::door::{self, Door, HANDLE, HINGE, MIDDLE};
+use physics::scenes::door::{self, Door, MIDDLE};
 use physics::{Deviation, Plant, SimulationConfig};
 
 const DT: f64 = 0.002;
@@ -30,8 +30,8 @@ fn motion(loads: Loads) -> Vec<[f64; 2]> {
         let steps = (seconds / DT).round() as usize;
         for step in 0..steps {
             let part = step as f64 / steps as f64;
-            simulation.set_load(HINGE, last[0] + (hinge - last[0]) * part);
-            simulation.set_load(HANDLE, last[1] + (handle - last[1]) * part);
+            simulation.set_load(door.hinge, last[0] + (hinge - last[0]) * part);
+            simulation.set_load(door.shaft, last[1] + (handle - last[1]) * part);
             let y = simulation.measure();
             simulation.step(&(y.bias + y.mass * ((aside - y.q) * 400.0 - y.qd * 40.0)), 0.0).unwrap();
             if (step + 1) % SAMPLE == 0 {

@@ -295,7 +295,7 @@ impl Env {
     fn observe(&mut self) {
         self.observation.clear();
         self.task.observe(&self.simulation, &self.y, &mut self.observation);
-        observe_robot(&self.simulation, &self.y, self.task.has_gripper(), &mut self.observation);
+        observe_robot(&self.simulation, &self.y, &mut self.observation);
         if self.config.observation.controller {
             observe_controller(&self.controller, &self.y, &mut self.observation);
         }

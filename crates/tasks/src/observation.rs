@@ -38,7 +38,7 @@ pub fn in_contact(y: &Measurement) -> bool {
 /// Appends the robot's part of an observation. The position is the grip site's, the
 /// quaternion (x, y, z, w) that of the body `right_hand`, as in robosuite; its sign is
 /// fixed here (x not negative), there it is left to chance.
-pub fn observe_robot(simulation: &Simulation, y: &Measurement, has_gripper: bool, out: &mut Vec<f32>) {
+pub fn observe_robot(simulation: &Simulation, y: &Measurement, out: &mut Vec<f32>) {
     out.extend(y.q.iter().map(|&q| libm::cos(q) as f32));
     out.extend(y.q.iter().map(|&q| libm::sin(q) as f32));
     out.extend(y.qd.iter().map(|&qd| qd as f32));
@@ -46,11 +46,9 @@ pub fn observe_robot(simulation: &Simulation, y: &Measurement, has_gripper: bool
     let hand: UnitQuaternion<f64> = y.pose.rotation * panda::tool_rotation().inverse();
     let sign = if hand.i < 0.0 { -1.0 } else { 1.0 };
     out.extend(hand.coords.iter().map(|&c| (sign * c) as f32));
-    if has_gripper {
-        let (left, right) = (simulation.joint(7), simulation.joint(8));
-        out.extend([left.0 as f32, right.0 as f32, left.1 as f32, right.1 as f32]);
-    } else {
-        out.push(f32::from(u8::from(in_contact(y))));
+    match simulation.fingers() {
+        Some([left, right]) => out.extend([left.0 as f32, right.0 as f32, left.1 as f32, right.1 as f32]),
+        None => out.push(f32::from(u8::from(in_contact(y)))),
     }
 }
 

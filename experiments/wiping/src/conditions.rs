@@ -5,7 +5,6 @@ use std::path::Path;
 use aforce::{ActionSpace, Damping, DeltaSign, Interpolation, Psi, RateRule, Stiffness};
 use anyhow::Result;
 use output::parallel;
-use output::statistics::mean;
 
 use crate::metrics::{METRICS, cell, measure};
 use crate::sensing::WrenchSource;
@@ -99,7 +98,7 @@ fn law(setup: &mut Setup, change: impl Fn(&mut Psi)) {
     });
 }
 
-/// Wipes `trials` times under every condition with the `spaces`, places in the set-up, and writes the means to `path`.
+/// Wipes `trials` times under every condition with the `spaces`, places in the set-up, and writes a row per trial to `path`.
 ///
 /// # Errors
 /// If the configuration is not allowed or the disk does not take the table.
@@ -113,25 +112,22 @@ pub fn write(
 ) -> Result<()> {
     let mut jobs = vec![];
     for condition in conditions {
-        jobs.extend(spaces.iter().map(|&space| (condition, space)));
+        jobs.extend(spaces.iter().flat_map(|&space| (0..trials).map(move |trial| (condition, space, trial))));
     }
-    let rows = parallel::map(&jobs, |&(condition, space)| {
+    let rows = parallel::map(&jobs, |&(condition, space, trial)| {
         let mut setup = setup.clone();
         (condition.change)(&mut setup);
         // The set-up as given is stable; what a changed one does is for the table to tell.
         law(&mut setup, |psi| psi.allow_unstable = true);
         let space = &setup.spaces[space];
-        let wipe = |i| {
-            simulate(&Run { setup: &setup, space, trial: Trial::random(seed, i), disturbance: condition.disturbance })
-        };
-        let all = (0..trials).map(|i| Ok(measure(&wipe(i)?, setup.force))).collect::<Result<Vec<_>>>()?;
-        let of = |metric: usize| mean(&all.iter().map(|row| row[metric]).collect::<Vec<_>>());
-        anyhow::Ok((0..METRICS.len()).map(of).map(cell).collect::<Vec<_>>())
+        let trial = Trial::random(seed, trial);
+        let record = simulate(&Run { setup: &setup, space, trial, disturbance: condition.disturbance })?;
+        anyhow::Ok(measure(&record, setup.force).into_iter().map(cell).collect::<Vec<_>>())
     })?;
     let mut table = csv::Writer::from_path(path)?;
-    table.write_record(["condition", "space"].into_iter().chain(METRICS.iter().map(|metric| metric.name)))?;
-    for ((condition, space), row) in jobs.iter().zip(rows) {
-        let keys = [condition.name.into(), setup.spaces[*space].name.clone()];
+    table.write_record(["condition", "space", "trial"].into_iter().chain(METRICS.iter().map(|metric| metric.name)))?;
+    for ((condition, space, trial), row) in jobs.iter().zip(rows) {
+        let keys = [condition.name.into(), setup.spaces[*space].name.clone(), trial.to_string()];
         table.write_record(keys.into_iter().chain(row))?;
     }
     Ok(table.flush()?)
@@ -190,7 +186,7 @@ mod tests {
         for conditions in [disturbances(), variants(), laws()] {
             write(&conditions, &[AFORCE], &setup, 1, 1, &table).unwrap();
             let mut reader = csv::Reader::from_path(&table).unwrap();
-            let numbers = |row: csv::StringRecord| row.iter().skip(2).map(String::from).collect::<Vec<_>>();
+            let numbers = |row: csv::StringRecord| row.iter().skip(3).map(String::from).collect::<Vec<_>>();
             let rows: Vec<_> = reader.records().map(|row| numbers(row.unwrap())).collect();
             assert_all_differ(&conditions, &rows);
         }

@@ -27,13 +27,13 @@ struct Arguments {
     /// Seed of the trials (1 was used while the experiment was set up)
     #[arg(long, default_value_t = 2)]
     seed: u64,
-    /// Trials of each action space in the comparison
+    /// Trials of each action space in the comparison, and under each disturbance
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(2..=1000))]
     trials: u64,
 }
 
-/// Trials under each condition other than that of the comparison.
-const CONDITION_TRIALS: u64 = 2;
+/// Trials with each other setting of arm or law.
+const SETTING_TRIALS: u64 = 2;
 
 /// Where the tables and figures come from; `config.toml` beside it holds every setting.
 #[derive(Serialize, Deserialize)]
@@ -94,13 +94,13 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     eprintln!("the sign of delta");
     delta_sign::write(&delta_sign::grid(&setup)?, out)?;
     let tables = [
-        ("disturbances", conditions::disturbances(), &[0, 1, 2, 3][..]),
-        ("variants", conditions::variants(), &[AFORCE, HIGH][..]),
-        ("laws", conditions::laws(), &[AFORCE][..]),
+        ("disturbances", conditions::disturbances(), &[0, 1, 2, 3][..], *trials),
+        ("variants", conditions::variants(), &[AFORCE, HIGH][..], SETTING_TRIALS),
+        ("laws", conditions::laws(), &[AFORCE][..], SETTING_TRIALS),
     ];
-    for (name, conditions, spaces) in tables {
+    for (name, conditions, spaces, trials) in tables {
         eprintln!("{name}");
-        conditions::write(&conditions, spaces, &setup, *seed, CONDITION_TRIALS, &out.join(name).with_extension("csv"))?;
+        conditions::write(&conditions, spaces, &setup, *seed, trials, &out.join(name).with_extension("csv"))?;
     }
     manifest.end(out)?;
     eprintln!("tables and figures are in {}", out.display());

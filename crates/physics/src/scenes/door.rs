@@ -20,10 +20,6 @@ pub const MIDDLE: [f64; 3] = [TABLE_TOP[0] + 0.08, TABLE_TOP[1], -FRAC_PI_2 - 0.
 const HINGE_FROM_CENTRE: f64 = 0.255;
 /// The grip of the handle in the frame of the body `handle` (m).
 const HANDLE_SITE: [f64; 3] = [0.125, -0.1, 0.0];
-/// Place of the two joints among those of the scene: the arm and the fingers come first.
-pub const HINGE: usize = 9;
-/// See [`HINGE`].
-pub const HANDLE: usize = 10;
 
 /// Where to find what matters in the scene.
 #[derive(Debug, Clone, Copy)]
@@ -32,6 +28,10 @@ pub struct Door {
     handle: usize,
     lever: usize,
     pads: [usize; 2],
+    /// Place of the door's joint in the scene.
+    pub hinge: usize,
+    /// Place of the handle's joint.
+    pub shaft: usize,
 }
 
 /// Pose of the root of a door at x, y (m) that is turned by yaw (rad): 30 cm above the
@@ -138,6 +138,8 @@ impl Door {
             handle: scene.body("handle"),
             lever: scene.geom("lever"),
             pads: [scene.geom("left_pad"), scene.geom("right_pad")],
+            hinge: scene.joint("hinge"),
+            shaft: scene.joint("handle"),
         };
         (simulation, door)
     }
@@ -165,12 +167,12 @@ impl Door {
 
     /// Opening angle (rad), from 0 to 0.4.
     pub fn opening(&self, simulation: &Simulation) -> f64 {
-        simulation.joint(HINGE).0
+        simulation.joint(self.hinge).0
     }
 
     /// Angle of the handle (rad); positive pushes the lever down.
     pub fn handle_angle(&self, simulation: &Simulation) -> f64 {
-        simulation.joint(HANDLE).0
+        simulation.joint(self.shaft).0
     }
 
     /// Whether both finger pads press on the lever.
