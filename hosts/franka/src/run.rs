@@ -42,6 +42,7 @@ pub fn run(args: &Args) -> Result<()> {
         "--script wipe presses: `{}` has space.force = false",
         setup.space
     );
+    let start = args.start.as_deref().map(|start| within(start, &setup.arm)).transpose()?;
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
@@ -53,8 +54,7 @@ pub fn run(args: &Args) -> Result<()> {
     check_range(&setup.arm, robot.fci_version())?;
     prepare(&robot, &setup)?;
     let model = robot.load_model().context("the robot's model")?;
-    if let Some(start) = &args.start {
-        let start = start.as_slice().try_into().context("--start takes seven angles")?;
+    if let Some(start) = start {
         motion::move_to(&robot, start)?;
     }
     if !args.no_push_check {
@@ -105,6 +105,14 @@ fn read_setup(args: &Args) -> Result<HostSetup> {
     ensure!(setup.controller.control_hz == 1000, "{name}: controller.control_hz must be 1000, the arm's rate");
     setup.arm.torque_rate_max = setup.arm.torque_rate_max.map(|rate| RATE_SHARE * rate);
     Ok(setup)
+}
+
+/// The joint angles (rad) to start from, which the arm must reach.
+fn within(start: &[f64], arm: &Arm) -> Result<[f64; 7]> {
+    for (joint, (angle, [low, high])) in start.iter().zip(arm.range).enumerate() {
+        ensure!((low..=high).contains(angle), "--start, joint {}: {angle} rad; allowed: {low} to {high}", joint + 1);
+    }
+    start.try_into().context("--start takes seven angles")
 }
 
 /// The set-up's joint ranges must lie within those of the robot, whose generation its protocol tells.

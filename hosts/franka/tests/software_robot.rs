@@ -207,6 +207,30 @@ fn ctrl_c_relaxes_and_after_a_kill_the_robot_can_be_used_again() {
 }
 
 #[test]
+fn it_moves_to_a_start_and_asks_for_a_push() {
+    let (_robot, _lock) = robot_or_skip!();
+    let folder = tempfile::tempdir().unwrap();
+    let start = ["0.4", "-0.7854", "0", "-2.3562", "0", "1.5708", "0.7854"];
+    let hold = ["--script", "hold", "--duration", "1", "--start"];
+    let (output, log) = run(&folder, &[&hold[..], &start[..]].concat());
+    assert!(output.status.success());
+    // The first joint turns the arm about the vertical axis through its base.
+    let angle = numbers(&log, "position_y_m")[0].atan2(numbers(&log, "position_x_m")[0]);
+    assert!((angle - 0.4).abs() < 0.01, "{angle}");
+
+    let (output, log) = run(&folder, &[&hold[..], &["3.0"], &start[1..]].concat());
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output).contains("--start, joint 1: 3 rad; allowed: -2.75"), "{}", text(&output));
+    assert!(log.is_empty());
+
+    // This robot feels nothing.
+    let arguments = ["--robot", "127.0.0.1", "--no-realtime", "--script", "hold"];
+    let output = Command::new(env!("CARGO_BIN_EXE_franka-host")).args(arguments).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output).contains("no push of 8 N was felt"), "{}", text(&output));
+}
+
+#[test]
 fn a_start_outside_of_the_workspace_and_another_arm_are_refused() {
     let (_robot, _lock) = robot_or_skip!();
     let folder = tempfile::tempdir().unwrap();
