@@ -81,14 +81,26 @@ impl Columns {
 
     /// Mean of the rows of each step.
     pub fn mean_by_step(&self, column: &str) -> Result<Vec<(f64, f64)>> {
-        let mut by_step: BTreeMap<u64, (f64, f64)> = BTreeMap::new();
-        for (step, value) in self.points(column)? {
-            let (sum, n) = by_step.entry(step as u64).or_default();
-            *sum += value;
-            *n += 1.0;
-        }
-        Ok(by_step.into_iter().map(|(step, (sum, n))| (step as f64, sum / n)).collect())
+        Ok(by_step(self.points(column)?))
     }
+
+    /// Of the rows of each step, the share with the task fulfilled at the end and first fulfilled with the hand.
+    pub fn success_by_hand_by_step(&self) -> Result<Vec<(f64, f64)>> {
+        let held = self.points("success_held")?.into_iter();
+        let rows = held.zip(self.points("success_without_hand")?);
+        Ok(by_step(rows.map(|((step, held), (_, without_hand))| (step, held * (1.0 - without_hand))).collect()))
+    }
+}
+
+/// Mean of the points of each step.
+fn by_step(points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    let mut sums: BTreeMap<u64, (f64, f64)> = BTreeMap::new();
+    for (step, value) in points {
+        let (sum, n) = sums.entry(step as u64).or_default();
+        *sum += value;
+        *n += 1.0;
+    }
+    sums.into_iter().map(|(step, (sum, n))| (step as f64, sum / n)).collect()
 }
 
 /// The table, if its columns mean what this program knows: early tables do not tell their schema.
@@ -100,4 +112,20 @@ fn known(table: CsvTable) -> Result<CsvTable> {
         ensure!(known, "{path}, line {line}: schema {schema:?}; this program reads 1 to {SCHEMA}");
     }
     Ok(table)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_door_opened_by_the_hand_and_held_counts() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("eval.csv");
+        let header = "schema,step,success_held,success_without_hand";
+        let rows = ["5,1,true,false", "5,1,true,true", "5,2,false,true", "5,2,false,false", "5,3,true,false"];
+        fs_err::write(&path, format!("{header}\n{}\n", rows.join("\n"))).unwrap();
+        let shares = Columns::read(&path).unwrap().success_by_hand_by_step().unwrap();
+        assert_eq!(shares, [(1.0, 0.5), (2.0, 0.0), (3.0, 1.0)]);
+    }
 }

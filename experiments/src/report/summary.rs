@@ -65,10 +65,12 @@ pub struct RunSummary {
     pub tool_work_translation_per_action_j: Option<f64>,
     pub tool_work_rotation_per_action_j: Option<f64>,
     pub final_success_held: Option<f64>,
+    pub final_success_by_hand: Option<f64>,
     pub final_time_to_success_s: Option<f64>,
     pub final_energy_to_success_j: Option<f64>,
     pub final_max_force_to_success_n: Option<f64>,
     pub sampled_success_held: Option<f64>,
+    pub sampled_success_by_hand: Option<f64>,
     pub sampled_success_without_hand: Option<f64>,
     pub sampled_hand_share_to_success: Option<f64>,
     pub sampled_time_to_success_s: Option<f64>,
@@ -134,16 +136,13 @@ impl RunSummary {
         let lengths = training.values("length")?;
         ensure!(!lengths.is_empty(), "{}: no training episode", run.path().display());
         let returns = eval.mean_by_step("return")?;
-        let last = returns.last().with_context(|| format!("{}: no evaluation", run.path().display()))?;
-        let last_of = |table: &Columns, column: &str| -> Result<f64> {
-            let values: Vec<f64> = table.mean_by_step(column)?.iter().rev().take(LAST).map(|p| p.1).collect();
-            Ok(mean(&values))
-        };
-        let at_end = |column: &str| last_of(&eval, column);
+        let end = returns.last().with_context(|| format!("{}: no evaluation", run.path().display()))?;
+        let last = |by_step: Vec<(f64, f64)>| mean_of(&by_step[by_step.len().saturating_sub(LAST)..], |p| p.1);
+        let at_end = |column: &str| Ok::<_, Error>(last(eval.mean_by_step(column)?));
         let first_late = returns.len().checked_sub(LAST + 1).map_or(0.0, |i| returns[i].0);
         let sampled = |column: &str| -> Result<f64> {
             if !sampled_eval.is_empty() {
-                return last_of(&sampled_eval, column);
+                return Ok(last(sampled_eval.mean_by_step(column)?));
             }
             // Tables before schema 5: by what the actor earned while it learned, which is not averaged.
             let points = training.points(column)?;
@@ -176,7 +175,7 @@ impl RunSummary {
             preset: config.preset.name.into(),
             position_step_m: config.env.controller.position_step,
             rotation_step_rad: config.env.controller.rotation_step,
-            env_steps: last.0 as u64,
+            env_steps: end.0 as u64,
             done: run.done().exists(),
             final_return: at_end("return")?,
             curve_return: mean_of(&returns, |p| p.1),
@@ -212,10 +211,12 @@ impl RunSummary {
             tool_work_translation_per_action_j: known(per_action("tool_work_translation_j")?),
             tool_work_rotation_per_action_j: known(per_action("tool_work_rotation_j")?),
             final_success_held: known(at_end("success_held")?),
+            final_success_by_hand: known(last(eval.success_by_hand_by_step()?)),
             final_time_to_success_s: known(at_end("time_to_success_s")?),
             final_energy_to_success_j: known(at_end("energy_to_success_j")?),
             final_max_force_to_success_n: known(at_end("max_force_to_success_n")?),
             sampled_success_held: known(sampled("success_held")?),
+            sampled_success_by_hand: known(last(sampled_eval.success_by_hand_by_step()?)),
             sampled_success_without_hand: known(sampled("success_without_hand")?),
             sampled_hand_share_to_success: known(sampled("hand_share_to_success")?),
             sampled_time_to_success_s: known(sampled("time_to_success_s")?),
