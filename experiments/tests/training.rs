@@ -5,7 +5,7 @@ mod common;
 use std::path::{Path, PathBuf};
 
 use common::{assert_same, error, expect, few, note, program, run_folder, start, states, stored, train, train_for};
-use experiments::config::cli::EnvArgs;
+use experiments::config::cli::{EnvArgs, parse_space};
 use experiments::config::sweep::{self, Sweep};
 use experiments::config::{RunConfig, RunId};
 use experiments::report::columns::Columns;
@@ -365,13 +365,26 @@ fn shipped_configurations_are_read() {
     let mut all: Vec<_> = std::fs::read_dir(shipped("")).unwrap().map(|file| file.unwrap().file_name()).collect();
     all.sort();
     assert_eq!(shipped_sweep("observation.toml").runs.len(), 8);
-    assert_eq!(shipped_sweep("tournament.toml").runs.len(), 54);
+    assert_eq!(shipped_sweep("tournament.toml").runs.len(), 39);
     for task in TaskName::ALL {
         let cases = disturbances::read(&shipped("disturbances.toml"), task).unwrap();
         assert!(cases.len() > 12 && cases[0].disturbance == Disturbance::default());
     }
     assert_eq!(
         all,
-        ["demo.toml", "disturbances.toml", "first-tables", "observation.toml", "table-1.toml", "tournament.toml"]
+        [
+            "demo.toml",
+            "disturbances.toml",
+            "first-tables",
+            "noise",
+            "observation.toml",
+            "table-1.toml",
+            "tournament.toml"
+        ]
     );
+    let noise: Vec<_> = std::fs::read_dir(shipped("noise")).unwrap().map(|file| file.unwrap().path()).collect();
+    assert!(noise.len() > 10);
+    for space in noise {
+        parse_space(space.to_str().unwrap()).unwrap();
+    }
 }
