@@ -14,6 +14,10 @@ BOUNDS = $(foreach bound,80 40 20 10 5,runs/lower-bound/random_$(bound).csv runs
 FROM_BOUND = --spaces $(OLD)/spaces/aforce-1s2.toml $(shell $(PYTHON) -c 'g = (300 - $*) / 2; print(*(\
 	f"--set env.space.stiffness.adaptive.{key}" for key in (f"k_min={$*}", f"k_0={$*}", f"gamma={g}", f"beta=[{g/0.0375},{g/0.275}]")))')
 
+# What needs no learning.
+BASELINES = $(patsubst %,runs/%.csv,experts experts_table_1 experts_paper_steps random_table_1 random_paper_steps random_robosuite_steps \
+	random_robosuite_jump random_1000 noise/random noise/expert)
+
 # What `make gallery` draws, and where: a page of each task, and every run whose policy is kept.
 GALLERY ?= runs/gallery
 SHOWN = lift door wipe
@@ -81,8 +85,7 @@ bench: setup
 
 # What is in results/, once more below runs/, on two cores: the wiping experiment (a minute), experts and random actions
 # (2.8 hours), 112 runs of 20 to 50 minutes and one of two hours, two at a time, and their tables.
-reproduce: setup runs/experts.csv runs/experts_table_1.csv runs/random_table_1.csv runs/random_paper_steps.csv runs/random_robosuite_steps.csv \
-		runs/random_robosuite_jump.csv runs/random_1000.csv $(BOUNDS)
+reproduce: setup $(BASELINES) $(BOUNDS)
 	$(RUN) wiping -- --out runs/wiping
 	$(RUN) sweep -- $(OLD)/small-steps.toml
 	$(RUN) sweep -- $(OLD)/reference.toml
@@ -111,6 +114,13 @@ runs/lower-bound/expert_%.csv: | setup
 runs/random_paper_steps.csv: | setup
 	$(RUN) baselines -- random --tasks lift,door,wipe --spaces aforce,low,variable,osc,robosuite-variable,robosuite-osc --episodes 30 --out $@
 
+runs/experts_paper_steps.csv: | setup
+	$(RUN) baselines -- expert --tasks lift,door,wipe --spaces aforce,low,variable,osc,robosuite-variable,robosuite-osc --episodes 30 --out $@
+
+# What noise costs, factor by factor; with the script beside random actions.
+runs/noise/%.csv: | setup
+	$(RUN) baselines -- $* --sweep experiments/configs/noise.toml --episodes 30 --out $@ --plot runs/noise/$*
+
 runs/random_robosuite_steps.csv: | setup
 	$(RUN) baselines -- random --tasks lift,door,wipe --spaces variable,osc --setup paper-steps --episodes 30 --out $@
 
@@ -118,7 +128,7 @@ runs/random_robosuite_jump.csv: | setup
 	$(RUN) baselines -- random --tasks lift,door,wipe --spaces variable,osc --setup paper-steps --set env.controller.interpolation.linear.ramp_ratio=0.04 --episodes 30 --out $@
 
 runs/random_1000.csv: | setup
-	$(RUN) baselines -- random --tasks lift,door,wipe --episodes 1000 --out $@
+	$(RUN) baselines -- random --tasks lift,door,wipe --spaces aforce,low,variable,osc,robosuite-variable,robosuite-osc --episodes 1000 --out $@
 
 # The pages and animations of results/gallery, and an animation of every policy that is kept: a quarter of an hour of one core.
 gallery: setup $(SHOWN:%=$(GALLERY)/%.html) $(SHOWN:%=$(GALLERY)/%.gif) $(KEPT:%=$(GALLERY)/%.gif)

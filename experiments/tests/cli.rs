@@ -348,7 +348,7 @@ fn committed_tables_and_curves_are_of_the_committed_runs() {
     program("report").arg(&results).arg("--out").arg(out.path()).assert().success();
     let made = WalkDir::new(out.path()).into_iter().map(|entry| entry.unwrap().into_path());
     let texts: Vec<_> = made.filter(|path| path.is_file()).collect();
-    for filled in ["claims.md", "small-steps/README.md"] {
+    for filled in ["claims.md", "table-1/README.md", "small-steps/README.md"] {
         assert!(texts.contains(&out.path().join(filled)), "{filled}");
     }
     for text in texts {
@@ -450,8 +450,27 @@ fn baselines_make_their_folder() {
     command.args(["random", "--spaces", "osc", "--episodes", "1", "--set", "env.horizon=2", "--out"]).arg(&table);
     command.assert().success();
     let text = std::fs::read_to_string(&table).unwrap();
-    assert!(text.lines().count() == 2 && text.contains("lift,osc,random") && !text.contains("NaN"), "{text}");
+    assert!(text.lines().count() == 2 && text.contains("lift,osc,,random") && !text.contains("NaN"), "{text}");
     expect(&error(&mut command, 1), &["table.csv", "nothing was overwritten"]);
+    let (sweep, table) = (folder.path().join("sweep.toml"), folder.path().join("variants.csv"));
+    let groups = "[run]\nenv.horizon = 2\n[variants]\na = {}\nb.env.space.damping_ratio = 0.5\n[[group]]\ntasks = ['lift', 'door']\nspaces = ['osc']\nseeds = [1, 2]";
+    std::fs::write(&sweep, groups).unwrap();
+    let of_sweep = || {
+        let mut command = program("baselines");
+        command.args(["random", "--episodes", "1", "--plot"]).arg(folder.path().join("variants"));
+        command.arg("--sweep").arg(&sweep).arg("--out").arg(&table);
+        command
+    };
+    for other in [["--spaces", "osc"], ["--set", "env.horizon=3"], ["--setup", "paper-steps"]] {
+        expect(&error(of_sweep().args(other), 2), &["--sweep", "cannot be used with"]);
+    }
+    of_sweep().assert().success();
+    let text = std::fs::read_to_string(&table).unwrap();
+    let named: Vec<String> =
+        text.lines().skip(1).map(|row| row.split(',').skip(1).take(3).collect::<Vec<_>>().join(" ")).collect();
+    assert_eq!(named, ["lift osc a", "door osc a", "lift osc b", "door osc b"]);
+    let picture = std::fs::read_to_string(folder.path().join("variants.svg")).unwrap();
+    assert!(picture.contains("osc,b") && picture.contains("Door"));
     for learners in ["--steps", "--preset", "--seed", "--space"] {
         expect(&error(program("baselines").args(["random", "--out", "unmade.csv", learners, "5"]), 2), &[learners]);
     }

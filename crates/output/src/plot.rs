@@ -57,7 +57,9 @@ pub struct Panel {
     pub series: Vec<Series>,
     /// Moments: label and x of vertical lines.
     pub marks: Vec<(String, f64)>,
-    /// Both axes are logarithmic.
+    /// Names of what lies at y = 1, 2 and so on, from below; the y axis has no other ticks then.
+    pub rows: Vec<String>,
+    /// Both axes are logarithmic; with `rows`, the x axis.
     pub logarithmic: bool,
     /// Zero belongs to both axes.
     pub from_zero: bool,
@@ -227,13 +229,15 @@ fn pale(color: &str) -> String {
 fn draw_panel(panel: &Panel, pens: &[(&str, Pen)], marks: &[&str]) -> (Vec<Plot>, Layout) {
     let mut plots = Vec::new();
     let (mut x_range, mut y_range) = (Range::EMPTY, Range::EMPTY);
-    let scale = if panel.logarithmic { f64::log10 } else { |value| value };
-    let drawable = |value: f64| drawable(value) && drawable(scale(value));
+    let (x_logarithmic, y_logarithmic) = (panel.logarithmic, panel.logarithmic && panel.rows.is_empty());
+    let x_scale = |x: f64| if x_logarithmic { x.log10() } else { x };
+    let y_scale = |y: f64| if y_logarithmic { y.log10() } else { y };
+    let inside = |x: f64, y: f64| [x, y, x_scale(x), y_scale(y)].into_iter().all(drawable);
     let mut dots = false;
     // Bands lie below all lines.
     for series in panel.series.iter().filter(|series| !series.band.is_empty()) {
         let (x, (low, high)): (Vec<_>, (Vec<_>, Vec<_>)) = series.band.iter().map(|&(x, l, h)| (x, (l, h))).unzip();
-        low.iter().chain(&high).for_each(|&y| y_range.include(scale(y)));
+        low.iter().chain(&high).for_each(|&y| y_range.include(y_scale(y)));
         let (color, _) = pen_of(pens, &series.label);
         plots.push(Plot::from(BandPlot::new(x, low, high).with_color(color).with_opacity(BAND_OPACITY)));
     }
@@ -248,10 +252,10 @@ fn draw_panel(panel: &Panel, pens: &[(&str, Pen)], marks: &[&str]) -> (Vec<Plot>
         (&series.points, LINE_WIDTH, color.to_string(), style)
     });
     for (points, width, color, style) in members.chain(sums) {
-        let points: Vec<_> = points.iter().copied().filter(|&(x, y)| drawable(x) && drawable(y)).collect();
+        let points: Vec<_> = points.iter().copied().filter(|&(x, y)| inside(x, y)).collect();
         for &(x, y) in &points {
-            x_range.include(scale(x));
-            y_range.include(scale(y));
+            x_range.include(x_scale(x));
+            y_range.include(y_scale(y));
         }
         dots |= points.len() == 1;
         plots.push(if points.len() == 1 {
@@ -263,13 +267,18 @@ fn draw_panel(panel: &Panel, pens: &[(&str, Pen)], marks: &[&str]) -> (Vec<Plot>
         });
     }
     let empty = x_range == Range::EMPTY;
+    if !panel.rows.is_empty() {
+        y_range.include(0.5);
+        y_range.include(panel.rows.len() as f64 + 0.5);
+    }
     if panel.from_zero {
         x_range.include(0.0);
         y_range.include(0.0);
     }
     // Lines may end at the edge; half a dot would be missing there.
-    let axes = [x_range.axis(if dots { 0.03 } else { 0.0 }), y_range.axis(0.04)];
-    let [x_axis, y_axis] = if panel.logarithmic { axes.map(Range::powers_of_ten) } else { axes };
+    let (x_axis, y_axis) = (x_range.axis(if dots { 0.03 } else { 0.0 }), y_range.axis(0.04));
+    let x_axis = if x_logarithmic { x_axis.powers_of_ten() } else { x_axis };
+    let y_axis = if y_logarithmic { y_axis.powers_of_ten() } else { y_axis };
     // A cell without plots would vanish, axes and all.
     plots.push(Plot::from(LinePlot::new()));
     let mut layout = Layout::new((x_axis.low, x_axis.high), (y_axis.low, y_axis.high))
@@ -294,8 +303,14 @@ fn draw_panel(panel: &Panel, pens: &[(&str, Pen)], marks: &[&str]) -> (Vec<Plot>
         let line = ReferenceLine::vertical(*x).with_color(color).with_stroke_width(LINE_WIDTH);
         layout = layout.with_reference_line(line.with_dasharray(style.dasharray().unwrap_or_default()));
     }
-    if panel.logarithmic {
-        layout = layout.with_log_scale();
+    if x_logarithmic {
+        layout = layout.with_log_x();
+    }
+    if y_logarithmic {
+        layout = layout.with_log_y();
+    }
+    if !panel.rows.is_empty() {
+        layout = layout.with_y_categories(panel.rows.clone());
     }
     (plots, layout)
 }

@@ -1,17 +1,19 @@
 //! What needs no learning: scripted experts and random actions in every action space.
 
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use aforce::ActionSpace;
 use anyhow::{Result, ensure};
 use clap::{Parser, ValueEnum};
-use experiments::config::RunConfig;
 use experiments::config::cli::{self, SettingArgs};
+use experiments::config::{RunConfig, RunId, label, sweep};
+use experiments::report::groups::Section;
 use experiments::run::rollout::Policy;
 use experiments::run::seeds::evaluation_seed;
 use output::file;
+use output::plot::{self, Panel, Series};
 use output::program::{self, bad};
 use output::statistics::{deviation, mean_of};
 use serde::Serialize;
@@ -39,6 +41,12 @@ struct Arguments {
     episodes: u32,
     #[command(flatten)]
     settings: SettingArgs,
+    /// What the runs of a sweep are trained in, instead of tasks, spaces and settings: a row each, seeds apart
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["tasks", "spaces", "SettingArgs"])]
+    sweep: Option<PathBuf>,
+    /// Joules per action, a dot per row, in FILE.svg
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, ValueEnum)]
@@ -52,6 +60,7 @@ struct Row {
     schema: u32,
     task: &'static str,
     space: String,
+    variant: String,
     policy: &'static str,
     position_step_m: f64,
     rotation_step_rad: f64,
@@ -85,27 +94,84 @@ fn main() -> ExitCode {
 fn run(arguments: &Arguments) -> Result<ExitCode> {
     let out = arguments.out.display();
     ensure!(!arguments.out.exists(), "{out}: exists; nothing was overwritten");
-    let config = arguments.settings.resolve(None)?;
-    let all = ActionSpace::built_in;
-    let spaces = if arguments.spaces.is_empty() { all() } else { arguments.spaces.clone() };
-    let tasks = if arguments.tasks.is_empty() { vec![config.env.task] } else { arguments.tasks.clone() };
-    let pairs: Vec<_> = tasks.iter().flat_map(|&task| spaces.iter().map(move |space| (task, space))).collect();
-    for (at, (task, space)) in pairs.iter().enumerate() {
-        if pairs[..at].iter().any(|other| (other.0, &other.1.name) == (*task, &space.name)) {
-            return Err(bad(format!("{} with {space} is asked for twice", task.as_str())));
-        }
-    }
-    file::prepare(&arguments.out)?;
-    let rows = output::parallel::map(&pairs, |&(task, space)| {
-        let mut config = arguments.settings.resolve(Some(space))?;
-        config.env.task = task;
-        let row = play(&config, arguments.policy, arguments.episodes)?;
-        println!("{} {space}: success {:.2}, return {:.1}", row.task, row.success, row.return_mean);
+    let setups = match &arguments.sweep {
+        Some(path) => of_sweep(path)?,
+        None => arguments.setups()?,
+    };
+    let picture = arguments.plot.as_ref().map(|path| plot::files(path)[0].clone());
+    [Some(&arguments.out), picture.as_ref()].into_iter().flatten().try_for_each(|path| file::prepare(path))?;
+    let rows = output::parallel::map(&setups, |config| {
+        let row = play(config, arguments.policy, arguments.episodes)?;
+        println!("{} {}: success {:.2}, return {:.1}", row.task, row.label(), row.success, row.return_mean);
         Ok::<_, anyhow::Error>(row)
     })?;
     file::write_table(&arguments.out, &rows)?;
-    program::written(&[&arguments.out]);
+    if let Some(path) = &arguments.plot {
+        plot::write(&format!("{} actions", rows[0].policy), &panels(&rows), path)?;
+    }
+    program::written(&[Some(&arguments.out), picture.as_ref()].into_iter().flatten().collect::<Vec<_>>());
     Ok(ExitCode::SUCCESS)
+}
+
+impl Arguments {
+    /// Every task with every space.
+    fn setups(&self) -> Result<Vec<RunConfig>> {
+        let spaces = if self.spaces.is_empty() { ActionSpace::built_in() } else { self.spaces.clone() };
+        let tasks =
+            if self.tasks.is_empty() { vec![self.settings.resolve(None)?.env.task] } else { self.tasks.clone() };
+        let mut setups: Vec<RunConfig> = vec![];
+        for (task, space) in tasks.iter().flat_map(|&task| spaces.iter().map(move |space| (task, space))) {
+            let mut config = self.settings.resolve(Some(space))?;
+            config.env.task = task;
+            if setups.iter().any(|other| same_setup(other, &config)) {
+                return Err(bad(format!("{} with {space} is asked for twice", task.as_str())));
+            }
+            setups.push(config);
+        }
+        Ok(setups)
+    }
+}
+
+/// Those of the first seed of each group of runs.
+fn of_sweep(path: &Path) -> Result<Vec<RunConfig>> {
+    let mut setups: Vec<RunConfig> = vec![];
+    for run in sweep::read(path)?.runs {
+        if !setups.iter().any(|other| same_setup(other, &run)) {
+            setups.push(run);
+        }
+    }
+    Ok(setups)
+}
+
+fn same_setup(one: &RunConfig, other: &RunConfig) -> bool {
+    let name = |config: &RunConfig| RunId { seed: 0, ..RunId::of(config) };
+    name(one) == name(other)
+}
+
+impl Row {
+    fn label(&self) -> String {
+        label(&self.space, &self.variant)
+    }
+}
+
+/// A panel per task, a line of it per row, the first one on top.
+fn panels(rows: &[Row]) -> Vec<Panel> {
+    let of_task = |task: TaskName| -> Vec<&Row> { rows.iter().filter(|row| row.task == task.as_str()).rev().collect() };
+    let tasks = TaskName::ALL.into_iter().map(|task| (task, of_task(task))).filter(|(_, rows)| !rows.is_empty());
+    let dot = |(at, row): (usize, &&Row)| Series {
+        label: row.space.clone(),
+        members: vec![vec![(row.energy_per_action_j, at as f64 + 1.0)]],
+        ..Series::default()
+    };
+    let panel = |(task, rows): (TaskName, Vec<&Row>)| Panel {
+        title: Section { experiment: "", task: task.as_str() }.title(),
+        x_label: "J per action".into(),
+        series: rows.iter().enumerate().map(dot).collect(),
+        rows: rows.iter().map(|row| row.label()).collect(),
+        logarithmic: true,
+        ..Panel::default()
+    };
+    tasks.map(panel).collect()
 }
 
 fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
@@ -136,9 +202,10 @@ fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
     let penalised = sum(|o| o.penalised_steps as f64);
     let returns: Vec<f64> = outcomes.iter().map(|o| o.total).collect();
     Ok(Row {
-        schema: 3,
+        schema: 4,
         task: config.env.task.as_str(),
         space: config.env.space.name.clone(),
+        variant: config.variant.clone(),
         policy: policy.name(),
         position_step_m: config.env.controller.position_step,
         rotation_step_rad: config.env.controller.rotation_step,
