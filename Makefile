@@ -58,7 +58,7 @@ $(VENV)/installed: python/requirements.txt
 wheel: $(VENV)/installed
 	$(PYTHON) python/third_party.py python/THIRD-PARTY.txt
 	rm -f target/wheels/aforce-*.whl
-	$(VENV)/bin/maturin build --release --quiet $(ZIG) --manifest-path python/Cargo.toml --target-dir target/python --out target/wheels
+	PATH="$(CURDIR)/$(VENV)/bin:$$PATH" maturin build --release --quiet $(ZIG) --manifest-path python/Cargo.toml --target-dir target/python --out target/wheels
 
 # Tests of the wheel, in an environment of their own. Those of other packages run where these are there: `pip install` them in $(VENV).
 test-python: wheel

@@ -368,7 +368,7 @@ fn shipped_configurations_are_read() {
     assert_eq!(shipped_sweep("noise.toml").runs.len(), 54);
     let first_round = shipped_sweep("tournament.toml").runs;
     let second_round = shipped_sweep("tournament-confirm.toml").runs;
-    assert_eq!((first_round.len(), second_round.len()), (39, 60));
+    assert_eq!((first_round.len(), second_round.len()), (39, 75));
     let of_first_seed = |run: &RunConfig| RunConfig { seed: 201, ..run.clone() };
     assert!(second_round.iter().all(|run| first_round.contains(&of_first_seed(run))));
     for task in TaskName::ALL {
