@@ -79,20 +79,33 @@ fn rows(name: &str) -> Vec<BTreeMap<String, String>> {
     reader.deserialize().map(|row| row.unwrap()).collect()
 }
 
-/// What random actions came to in a space.
+/// What random actions and the script came to in a space, with the paper's action steps.
 fn measured(space: &str) -> String {
-    let all = rows("random_paper_steps.csv");
+    let [random, expert] = ["random_paper_steps.csv", "experts_paper_steps.csv"].map(rows);
     let row = |task: TaskName| {
-        let row =
-            all.iter().find(|row| row["task"] == task.as_str() && row["space"] == space).expect("a measured space");
-        let number = |column: &str, factor: f64, digits: usize| {
-            format!("{:.digits$}", factor * row[column].parse::<f64>().expect("a number"))
+        let of = |rows: &[BTreeMap<String, String>]| {
+            rows.iter()
+                .find(|row| row["task"] == task.as_str() && row["space"] == space)
+                .expect("a measured space")
+                .clone()
         };
-        let (energy, penalised) = (number("energy_per_action_j", 1.0, 2), number("penalised_action_share", 100.0, 1));
-        let limited = number("saturated_fraction", 100.0, 1);
-        format!("| {} | {energy} | {penalised} % | {limited} % |", task.as_str())
+        let (random, expert) = (of(&random), of(&expert));
+        let number = |row: &BTreeMap<String, String>, column: &str, factor: f64, digits: usize| {
+            row[column].parse::<f64>().map_or(String::new(), |number| format!("{:.digits$}", factor * number))
+        };
+        let cells = [
+            task.as_str().into(),
+            number(&random, "energy_per_action_j", 1.0, 2),
+            number(&random, "penalised_action_share", 100.0, 1) + " %",
+            number(&random, "saturated_fraction", 100.0, 1) + " %",
+            number(&expert, "success_held", 100.0, 0) + " %",
+            number(&expert, "time_to_success_s", 1.0, 1),
+            number(&expert, "energy_to_success_j", 1.0, 1),
+            number(&expert, "max_force_to_success_n", 1.0, 0),
+        ];
+        format!("| {} |", cells.join(" | "))
     };
-    let head = "| random actions in `SPACE` | J per action | actions above 60 N | torques at their limit |";
+    let head = "| `SPACE` | random actions: J per action | above 60 N | torques at their limit | the script: success | after, s | J until then | largest force until then, N |";
     table(&head.replace("SPACE", space), TaskName::ALL.map(row))
 }
 
