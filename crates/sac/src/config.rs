@@ -47,10 +47,11 @@ pub struct Config {
     /// Least and largest value of that histogram, in reward.
     #[serde(default = "value_range")]
     pub value_range: [f64; 2],
-    /// Whether the noise of an episode's sampled actions is pink: as strong at slow changes as at fast ones, so that it moves the arm
-    /// instead of shaking it. White otherwise. Random actions at the start stay white: pink ones fling the arm to the ends of its reach.
+    /// Share of the episodes, each drawn at its start, whose sampled actions have pink noise: as strong at slow changes as at fast ones,
+    /// so that it moves the arm instead of shaking it. White otherwise. Random actions at the start stay white: pink ones fling the arm to
+    /// the ends of its reach.
     #[serde(default)]
-    pub pink_noise: bool,
+    pub pink_noise: f64,
     /// Weight of the entropy at the start, in units of reward.
     pub initial_temperature: f64,
     /// Below which the temperature does not fall.
@@ -150,6 +151,8 @@ impl Config {
         let average = self.policy_average;
         check(average > 0.0 && average <= 1.0, "policy_average", &average, rate)?;
         check(self.actor_period >= 1, "actor_period", &self.actor_period, "at least 1")?;
+        let pink = self.pink_noise;
+        check((0.0..=1.0).contains(&pink), "pink_noise", &pink, "0 (no episode) to 1 (every episode)")?;
         let bins = self.value_bins;
         check(bins == 0 || (2..=1001).contains(&bins), "value_bins", &bins, "0 (none), or 2 to 1001")?;
         let [low, high] = self.value_range;
@@ -256,6 +259,7 @@ mod tests {
             (|c| c.actor_period = 0, "actor_period"),
             (|c| c.initial_temperature = 0.0, "initial_temperature"),
             (|c| c.min_temperature = 0.2, "min_temperature"),
+            (|c| c.pink_noise = 1.1, "pink_noise"),
             (|c| c.value_bins = 1, "value_bins"),
             (|c| c.value_range = [1.0, 1.0], "value_range"),
             (|c| c.target_entropy = Some(f64::INFINITY), "target_entropy"),

@@ -1,7 +1,7 @@
 //! Soft Actor-Critic (Haarnoja et al., 2018, arXiv 1812.05905) in the form of pytorch_sac: twin critics with slowly moving targets, and a
 //! temperature that steers the entropy.
 
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -101,9 +101,9 @@ impl Sac {
 
     /// To be called at the start of each episode: draws the past of its noise, where noise has one.
     pub fn begin_episode(&mut self) {
-        if self.config.pink_noise {
-            self.pink = Some(Pink::new(self.actor.action_dim(), &mut self.actor.rng));
-        }
+        let share = self.config.pink_noise;
+        let pink = share > 0.0 && self.actor.rng.random_bool(share);
+        self.pink = pink.then(|| Pink::new(self.actor.action_dim(), &mut self.actor.rng));
     }
 
     /// Fresh weights, and optimisers without a past.
@@ -430,20 +430,24 @@ mod tests {
     }
 
     #[test]
-    fn pink_noise_belongs_to_an_episode_and_to_nothing_that_is_saved() {
-        let memory = |pink_noise| {
+    fn as_many_episodes_as_said_have_pink_noise() {
+        // An action remembers the one before if noise is pink.
+        let pink_episodes = |pink_noise| {
             let mut sac = Sac::new(&Config { pink_noise, ..small() }, 2, 1, 3).unwrap();
-            sac.begin_episode();
-            let mut action = [0.0];
-            let draw = |_| {
-                sac.act(&[0.0, 0.0], &mut action, Act::Sample);
-                action[0]
+            let episode = |_: &usize| {
+                sac.begin_episode();
+                let mut action = [0.0];
+                let draw = |_| {
+                    sac.act(&[0.0, 0.0], &mut action, Act::Sample);
+                    action[0]
+                };
+                let actions: Vec<f32> = (0..400).map(draw).collect();
+                let products = actions.windows(2).map(|pair| pair[0] * pair[1]).sum::<f32>();
+                products / actions.iter().map(|a| a * a).sum::<f32>() > 0.25
             };
-            let actions: Vec<f32> = (0..400).map(draw).collect();
-            let products = actions.windows(2).map(|pair| pair[0] * pair[1]).sum::<f32>();
-            products / actions.iter().map(|a| a * a).sum::<f32>()
+            (0..40).filter(episode).count()
         };
-        let [white, pink] = [false, true].map(memory);
-        assert!(white.abs() < 0.15 && pink > 0.4, "{white} {pink}");
+        let [white, half, pink] = [0.0, 0.5, 1.0].map(pink_episodes);
+        assert!(white == 0 && (10..30).contains(&half) && pink == 40, "{white} {half} {pink}");
     }
 }
