@@ -93,7 +93,7 @@ fn every_command_and_every_table_of_the_book_is_taken() {
             symlink(root().join(name), here.join(name)).unwrap();
         }
         fs::write(here.join("soft.toml"), &soft).unwrap();
-        fs::copy(root().join("experiments/configs/table-1.toml"), here.join("table-1.toml")).unwrap();
+        fs::copy(root().join("experiments/configs/study/table-1.toml"), here.join("table-1.toml")).unwrap();
         let run = |name: &str, arguments: &[String]| {
             let output = program(name).current_dir(here).args(arguments).output().unwrap();
             let told = String::from_utf8_lossy(&output.stderr);

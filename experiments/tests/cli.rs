@@ -360,7 +360,7 @@ fn committed_tables_and_curves_are_of_the_committed_runs() {
 
 #[test]
 fn output_may_be_cut_short() {
-    let list = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/table-1.toml");
+    let list = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/study/table-1.toml");
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);
     let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("sweep"));

@@ -321,11 +321,10 @@ fn shipped_sweep(name: &str) -> Sweep {
 
 #[test]
 fn the_shipped_table_has_the_papers_steps_and_units() {
-    let Sweep { name, runs, .. } = shipped_sweep("table-1.toml");
+    let Sweep { name, runs, .. } = shipped_sweep("study/table-1.toml");
     let wipe = |run: &&RunConfig| run.env.task == TaskName::Wipe;
     assert_eq!((name.as_str(), runs.len(), runs.iter().filter(wipe).count()), ("table-1", 100, 40));
-    for RunConfig { env, seed, preset, .. } in &runs {
-        assert!((11..=20).contains(seed) && *preset == sac::Preset::SWIFT, "as the protocol says");
+    for RunConfig { env, .. } in &runs {
         assert_eq!((env.controller.position_step, env.controller.rotation_step), (0.05, 0.5));
         assert_eq!(env.space, env.space.name.parse().unwrap(), "built in");
     }
@@ -342,7 +341,7 @@ fn committed_runs_are_those_of_the_shipped_sweeps() {
     let shipped: Vec<RunConfig> = names
         .into_iter()
         .flat_map(|name| shipped_sweep(&format!("first-tables/{name}.toml")).runs)
-        .chain(shipped_sweep("table-1.toml").runs)
+        .chain(shipped_sweep("study/table-1.toml").runs)
         .map(nameless)
         .collect();
     let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("../results");
@@ -368,6 +367,14 @@ fn shipped_configurations_are_read() {
     all.sort();
     assert_eq!(shipped_sweep("observation.toml").runs.len(), 8);
     assert_eq!(shipped_sweep("noise.toml").runs.len(), 54);
+    // The study's stages, of 100, 72, 50 and 60 runs; what is searched on is not reported.
+    for (stage, count, seeds) in
+        [("table-1", 100, 11..=20), ("search", 72, 211..=211), ("parts", 50, 11..=15), ("hidden", 60, 11..=15)]
+    {
+        let Sweep { runs, .. } = shipped_sweep(&format!("study/{stage}.toml"));
+        assert_eq!(runs.len(), count, "{stage}");
+        assert!(runs.iter().all(|run| seeds.contains(&run.seed) && run.preset == sac::Preset::SWIFT), "{stage}");
+    }
     let first_round = shipped_sweep("tournament.toml").runs;
     let second_round = shipped_sweep("tournament-confirm.toml").runs;
     assert_eq!((first_round.len(), second_round.len()), (39, 18));
@@ -389,7 +396,7 @@ fn shipped_configurations_are_read() {
             "first-tables",
             "noise.toml",
             "observation.toml",
-            "table-1.toml",
+            "study",
             "tournament-confirm.toml",
             "tournament.toml"
         ]

@@ -9,6 +9,7 @@ use clap::Parser;
 use experiments::config::RunConfig;
 use experiments::config::cli;
 use experiments::report::curves;
+use experiments::report::disturbed::disturbed;
 use experiments::report::groups::{Section, comparison, groups, sections, summary};
 use experiments::report::markdown;
 use experiments::report::scatter;
@@ -23,7 +24,7 @@ use output::{file, plot, program};
 ///
 /// Writes runs.csv (a row per run), summary.csv (each metric over seeds), comparison.csv (every space against aforce),
 /// tournament.csv (what each run reached after 3, 6, 12 and 24 minutes of CPU time, where its tables tell that time),
-/// and, in the folder of each experiment, tables_TASK.md (the paper's table, beside what others published), curves_TASK
+/// disturbed.csv (what disturbances cost, where `evaluate --disturb` left a disturbed.csv in the folders of runs), and, in the folder of each experiment, tables_TASK.md (the paper's table, beside what others published), curves_TASK
 /// (learning curves with every seed) and energy_return (a dot per run); and NAME from every NAME.j2 in these folders: text
 /// that people wrote, with figures from the tables. Runs are compared within the folder that holds their tasks: an
 /// experiment. A sweep that is still going on is reported as far as it has come. A finished run that cannot be read is left
@@ -76,11 +77,12 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let (summary, comparison) = (summary(&groups), comparison(&groups));
     let timed = runs.iter().zip(&rows).map(|(run, row)| TournamentRow::of(run, row)).collect::<Result<Vec<_>>>()?;
     let timed: Vec<_> = timed.into_iter().flatten().collect();
+    let disturbed = groups.iter().map(|group| disturbed(group, &runs, &rows)).collect::<Result<Vec<_>>>()?.concat();
     let verdicts = arguments.hypotheses.as_ref().map(|file| judge(file, &rows)).transpose()?;
-    let tables = ["runs.csv", "summary.csv", "comparison.csv", "tournament.csv", "verdicts.csv"];
+    let tables = ["runs.csv", "summary.csv", "comparison.csv", "tournament.csv", "disturbed.csv", "verdicts.csv"];
     let tables = tables.map(|name| out.join(name));
     tables.iter().try_for_each(|table| is_ours(table))?;
-    let [runs_table, summary_table, comparison_table, tournament_table, verdicts_table] = tables;
+    let [runs_table, summary_table, comparison_table, tournament_table, disturbed_table, verdicts_table] = tables;
     file::write_table(&runs_table, &rows)?;
     file::write_table(&summary_table, &summary)?;
     file::write_table(&comparison_table, &comparison)?;
@@ -88,6 +90,10 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     if !timed.is_empty() {
         file::write_table(&tournament_table, &timed)?;
         written.push(tournament_table);
+    }
+    if !disturbed.is_empty() {
+        file::write_table(&disturbed_table, &disturbed)?;
+        written.push(disturbed_table);
     }
     if let Some(verdicts) = verdicts {
         file::write_table(&verdicts_table, &verdicts)?;

@@ -1,4 +1,4 @@
-//! Many runs from one file: `sweep experiments/configs/table-1.toml`.
+//! Many runs from one file: `sweep experiments/configs/study/table-1.toml`.
 
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};

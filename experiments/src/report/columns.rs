@@ -40,6 +40,26 @@ impl Columns {
         Ok(Columns(table))
     }
 
+    /// The rows of a CSV file by what a column of it says, in the order in which that comes first.
+    ///
+    /// # Errors
+    /// As [`Columns::read`], or if there is no such column.
+    pub fn by_text(path: &Path, column: &str) -> Result<Vec<(String, Self)>> {
+        let table = CsvTable::read(path)?;
+        let mut texts: Vec<String> = vec![];
+        for text in table.column(column)? {
+            if !texts.iter().any(|other| other == text) {
+                texts.push(text.into());
+            }
+        }
+        let of = |text: String| {
+            let mut rows = CsvTable::read(path)?;
+            rows.keep(column, &text)?;
+            Ok((text, Columns(known(rows)?)))
+        };
+        texts.into_iter().map(of).collect()
+    }
+
     /// Whether there is no row.
     pub fn is_empty(&self) -> bool {
         self.0.rows.is_empty()

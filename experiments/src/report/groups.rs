@@ -49,7 +49,8 @@ pub struct Group<'a> {
 }
 
 impl Group<'_> {
-    fn has(&self, run: &RunSummary) -> bool {
+    /// Whether a run is one of the group's.
+    pub fn has(&self, run: &RunSummary) -> bool {
         let key = (Section::of(run), run.space.as_str(), run.variant.as_str(), run.preset.as_str());
         key == (self.section, self.space, self.variant, self.preset)
     }

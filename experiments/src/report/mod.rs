@@ -2,6 +2,7 @@
 
 pub mod columns;
 pub mod curves;
+pub mod disturbed;
 pub mod groups;
 pub mod markdown;
 pub mod published;

@@ -241,12 +241,12 @@ fn experiment(run: &Path, root: &Path) -> String {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::report::groups::{comparison, groups};
 
     /// A run of 8 evaluations with returns from 10 to 80, each after 10 000 actions in two episodes, and a minute of work.
-    fn run(root: &Path, folder: &str, energy: f64, offset: f64) -> RunSummary {
+    pub(crate) fn run(root: &Path, folder: &str, energy: f64, offset: f64) -> RunSummary {
         let path = root.join(folder);
         fs_err::create_dir_all(&path).unwrap();
         let write = |name: &str, header: &str, rows: Vec<String>| {

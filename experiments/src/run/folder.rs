@@ -188,6 +188,11 @@ impl RunFolder {
         self.path.join("eval.csv")
     }
 
+    /// What `evaluate --disturb` may leave: the episodes of its policy under each of a grid of disturbances.
+    pub fn disturbed(&self) -> PathBuf {
+        self.path.join("disturbed.csv")
+    }
+
     /// One row per logging interval.
     pub fn progress(&self) -> PathBuf {
         self.path.join("progress.csv")

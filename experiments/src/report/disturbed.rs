@@ -1,0 +1,142 @@
+//! What a hidden disturbance costs trained policies: a row per group and disturbance.
+
+use anyhow::{Context, Result};
+use output::statistics::{FEWEST_FOR_INTERVAL, interval, mean, mean_of};
+use serde::Serialize;
+
+use crate::report::columns::Columns;
+use crate::report::groups::Group;
+use crate::report::summary::RunSummary;
+use crate::run::disturbances::UNDISTURBED;
+use crate::run::folder::RunFolder;
+
+/// A row of `disturbed.csv`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs, reason = "documented once, in results/README.md")]
+pub struct DisturbedRow {
+    pub experiment: String,
+    pub task: String,
+    pub space: String,
+    pub variant: String,
+    pub preset: String,
+    pub disturbance: String,
+    pub n_seeds: usize,
+    pub episodes: usize,
+    pub success: f64,
+    pub success_undisturbed: f64,
+    pub return_mean: f64,
+    pub return_undisturbed: f64,
+    pub relative_loss: f64,
+    pub ci_low: Option<f64>,
+    pub ci_high: Option<f64>,
+    pub energy_ratio: f64,
+    pub largest_force_ratio: f64,
+}
+
+/// A policy's means over the episodes of a case.
+#[derive(Clone, Copy)]
+struct Means {
+    episodes: usize,
+    success: f64,
+    total: f64,
+    energy: f64,
+    force: f64,
+}
+
+impl Means {
+    fn of(table: &Columns) -> Result<Self> {
+        let column = |name| table.values(name);
+        let totals = column("return")?;
+        Ok(Means {
+            episodes: totals.len(),
+            success: mean(&column("success")?),
+            total: mean(&totals),
+            energy: mean(&column("energy_per_action_j")?),
+            force: mean(&column("arm_max_contact_force_n")?),
+        })
+    }
+}
+
+/// The rows of a group, of those of its runs in whose folders `evaluate --disturb` left a table; `folders` are those of `rows`.
+///
+/// # Errors
+/// If a table cannot be read, or has no undisturbed episodes.
+pub fn disturbed(group: &Group, folders: &[RunFolder], rows: &[RunSummary]) -> Result<Vec<DisturbedRow>> {
+    // By disturbance, in the order of the first table: undisturbed and disturbed means of every run.
+    let mut cases: Vec<(String, Vec<[Means; 2]>)> = vec![];
+    let of_group = folders.iter().zip(rows).filter(|(_, row)| group.has(row));
+    for path in of_group.map(|(folder, _)| folder.disturbed()).filter(|path| path.exists()) {
+        let tables = Columns::by_text(&path, "disturbance")?;
+        let of = |name: &str| tables.iter().find(|(case, _)| case == name).map(|(_, table)| Means::of(table));
+        let undisturbed = of(UNDISTURBED).with_context(|| format!("{}: no undisturbed episodes", path.display()))??;
+        for (name, table) in tables.iter().filter(|(name, _)| name != UNDISTURBED) {
+            let pair = [undisturbed, Means::of(table)?];
+            match cases.iter_mut().find(|(case, _)| case == name) {
+                Some((_, pairs)) => pairs.push(pair),
+                None => cases.push((name.clone(), vec![pair])),
+            }
+        }
+    }
+    let row = |(disturbance, pairs): (String, Vec<[Means; 2]>)| {
+        let over_runs = |of: fn(&[Means; 2]) -> f64| mean_of(&pairs, of);
+        // Paired within a run: the starts are the same.
+        let losses: Vec<f64> = pairs.iter().map(|[without, with]| 1.0 - with.total / without.total).collect();
+        let ci = (losses.len() >= FEWEST_FOR_INTERVAL).then(|| interval(&[&losses], |sample| mean(&sample[0])));
+        DisturbedRow {
+            experiment: group.section.experiment.into(),
+            task: group.section.task.into(),
+            space: group.space.into(),
+            variant: group.variant.into(),
+            preset: group.preset.into(),
+            disturbance,
+            n_seeds: pairs.len(),
+            episodes: pairs.iter().map(|[_, with]| with.episodes).sum(),
+            success: over_runs(|[_, with]| with.success),
+            success_undisturbed: over_runs(|[without, _]| without.success),
+            return_mean: over_runs(|[_, with]| with.total),
+            return_undisturbed: over_runs(|[without, _]| without.total),
+            relative_loss: mean(&losses),
+            ci_low: ci.map(|ci| ci[0]),
+            ci_high: ci.map(|ci| ci[1]),
+            energy_ratio: over_runs(|[without, with]| with.energy / without.energy),
+            largest_force_ratio: over_runs(|[without, with]| with.force / without.force),
+        }
+    };
+    Ok(cases.into_iter().map(row).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::groups::groups;
+    use crate::report::summary::tests::run;
+
+    #[test]
+    fn a_disturbed_episode_is_held_against_the_undisturbed_ones_of_its_run() {
+        let root = tempfile::tempdir().unwrap();
+        let folders = [1, 2, 3].map(|seed| root.path().join(format!("lift/osc/seed_{seed}")));
+        let rows = folders.each_ref().map(|folder| {
+            let name = folder.strip_prefix(root.path()).unwrap().to_str().unwrap();
+            run(root.path(), name, 2.0, 0.0)
+        });
+        let folders = folders.each_ref().map(|folder| RunFolder::at(folder));
+        // The first loses half, the second a quarter; the third was not disturbed.
+        let header = "disturbance,schema,success,return,energy_per_action_j,arm_max_contact_force_n";
+        for (folder, with) in
+            folders.iter().zip(["push,5,false,40,3,90\npush,5,true,60,3,90\n", "push,5,true,300,3,30\n"])
+        {
+            let without = if with.contains("300") { "none,5,true,400,2,10\n" } else { "none,5,true,100,2,60\n" };
+            fs_err::write(folder.disturbed(), format!("{header}\n{without}{with}")).unwrap();
+        }
+        let groups = groups(&rows);
+        let found = disturbed(&groups[0], &folders, &rows).unwrap();
+        let [row] = found.as_slice() else { panic!("one disturbance: {found:?}") };
+        assert_eq!((row.disturbance.as_str(), row.n_seeds, row.episodes), ("push", 2, 3));
+        assert_eq!((row.success, row.success_undisturbed), (0.75, 1.0));
+        assert_eq!((row.relative_loss, row.ci_low), (0.375, None));
+        assert_eq!((row.energy_ratio, row.largest_force_ratio), (1.5, 2.25));
+        fs_err::write(folders[0].disturbed(), format!("{header}\npush,5,true,1,1,1\n")).unwrap();
+        let problem = format!("{:#}", disturbed(&groups[0], &folders, &rows).unwrap_err());
+        assert!(problem.contains("disturbed.csv: no undisturbed episodes"), "{problem}");
+    }
+}
