@@ -52,9 +52,6 @@ pub struct Config {
     /// the ends of its reach.
     #[serde(default)]
     pub pink_noise: f64,
-    /// Probability with which a sampled action begins a nudge: one entry, drawn at random, keeps a random value for twenty actions.
-    #[serde(default)]
-    pub nudges: f64,
     /// Weight of the entropy at the start, in units of reward.
     pub initial_temperature: f64,
     /// Below which the temperature does not fall.
@@ -156,7 +153,6 @@ impl Config {
         check(self.actor_period >= 1, "actor_period", &self.actor_period, "at least 1")?;
         let pink = self.pink_noise;
         check((0.0..=1.0).contains(&pink), "pink_noise", &pink, "0 (no episode) to 1 (every episode)")?;
-        check((0.0..=1.0).contains(&self.nudges), "nudges", &self.nudges, "0 (never) to 1")?;
         let bins = self.value_bins;
         check(bins == 0 || (2..=1001).contains(&bins), "value_bins", &bins, "0 (none), or 2 to 1001")?;
         let [low, high] = self.value_range;
@@ -264,7 +260,6 @@ mod tests {
             (|c| c.initial_temperature = 0.0, "initial_temperature"),
             (|c| c.min_temperature = 0.2, "min_temperature"),
             (|c| c.pink_noise = 1.1, "pink_noise"),
-            (|c| c.nudges = -0.1, "nudges"),
             (|c| c.value_bins = 1, "value_bins"),
             (|c| c.value_range = [1.0, 1.0], "value_range"),
             (|c| c.target_entropy = Some(f64::INFINITY), "target_entropy"),

@@ -41,7 +41,6 @@ mod losses;
 mod memory;
 mod n_step;
 mod network;
-mod nudge;
 mod pass;
 mod pink;
 mod preset;

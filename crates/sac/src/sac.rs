@@ -10,7 +10,6 @@ use crate::adam::Adam;
 use crate::losses::{ActorLosses, Losses, mean, norm};
 use crate::memory::Memory;
 use crate::network::Networks;
-use crate::nudge::Nudge;
 use crate::pink::Pink;
 use crate::replay::Replay;
 use crate::value::Value;
@@ -40,8 +39,6 @@ pub struct Sac {
     pub(crate) noise_rng: ChaCha8Rng,
     /// Noise of the present episode, if it is to be pink. Not saved: checkpoints lie between episodes.
     pink: Option<Pink>,
-    /// What the present episode tries, if anything. Not saved either.
-    nudge: Option<Nudge>,
     pub(crate) memory: Memory,
 }
 
@@ -92,7 +89,6 @@ impl Sac {
             batch_rng: rng.clone(),
             noise_rng: rng,
             pink: None,
-            nudge: None,
             memory: Memory::new(config, &actor, &critics),
             value,
             targets: critics.clone(),
@@ -108,7 +104,6 @@ impl Sac {
         let share = self.config.pink_noise;
         let pink = share > 0.0 && self.actor.rng.random_bool(share);
         self.pink = pink.then(|| Pink::new(self.actor.action_dim(), &mut self.actor.rng));
-        self.nudge = None;
     }
 
     /// Fresh weights, and optimisers without a past.
@@ -130,9 +125,6 @@ impl Sac {
         match &mut self.pink {
             Some(pink) => self.actor.act_with(observation, action, mode, |i, rng| pink.next(i, rng)),
             None => self.actor.act(observation, action, mode),
-        }
-        if mode == Act::Sample && self.config.nudges > 0.0 {
-            Nudge::apply(&mut self.nudge, self.config.nudges, action, &mut self.actor.rng);
         }
     }
 
