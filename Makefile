@@ -28,7 +28,11 @@ VENV = target/venv
 # With zig's linker (`pip install ziglang` in $(VENV), or zig on the path) the wheel is one for glibc 2.17.
 ZIG = $(shell { $(VENV)/bin/python -c 'import ziglang' || command -v zig; } >/dev/null 2>&1 && echo --zig --compatibility manylinux2014)
 
-.PHONY: setup demo test test-franka wheel test-python check book bench reproduce gallery
+# The study, its runs and what they are reported with.
+STUDY = experiments/configs/study
+STUDIED = runs/study/table-1/*/*/seed_*
+
+.PHONY: setup demo test test-franka wheel test-python check book bench reproduce study gallery
 
 # libtorch, pinned and verified, into third_party/libtorch (about 500 MB).
 setup:
@@ -84,7 +88,7 @@ bench: setup
 	$(CARGO) bench --workspace
 
 # What is in results/, once more below runs/, on two cores: the wiping experiment (a minute), experts and random actions
-# (2.8 hours), 112 runs of 20 to 50 minutes and one of two hours, two at a time, and their tables.
+# (2.8 hours), 112 runs of 20 to 50 minutes and one of two hours, two at a time, and their tables; then the study.
 reproduce: setup $(BASELINES) $(BOUNDS)
 	$(RUN) wiping -- --out runs/wiping
 	$(RUN) sweep -- $(OLD)/small-steps.toml
@@ -95,6 +99,20 @@ reproduce: setup $(BASELINES) $(BOUNDS)
 	$(RUN) sweep -- $(OLD)/soft-wipe.toml
 	$(RUN) sweep -- $(OLD)/table-1.toml
 	$(RUN) report -- runs
+
+# The study of results/study, once more below runs/study: its learner's tournament, its stages in the order of what they decide, every
+# policy of its first table under every disturbance. 282 runs of 5 to 20 minutes; what is done is not done again.
+study: setup
+	$(RUN) sweep -- experiments/configs/tournament.toml
+	$(RUN) sweep -- experiments/configs/tournament-confirm.toml
+	$(RUN) report -- runs/tournament
+	$(RUN) sweep -- $(STUDY)/table-1.toml --out runs/study/table-1
+	for run in $(STUDIED); do test -e $$run/disturbed.csv || $(RUN) evaluate -- --run $$run --episodes 5 \
+		--disturb experiments/configs/disturbances.toml --csv $$run/disturbed.csv || exit 1; done
+	$(RUN) sweep -- $(STUDY)/search.toml --out runs/study/search
+	$(RUN) sweep -- $(STUDY)/parts.toml --out runs/study/parts
+	$(RUN) sweep -- $(STUDY)/hidden.toml --out runs/study/hidden
+	$(RUN) report -- runs/study --hypotheses results/study/hypotheses.toml
 
 runs/experts.csv: | setup
 	$(RUN) baselines -- expert --tasks lift,door,wipe --episodes 50 --out $@
