@@ -83,4 +83,8 @@ fn the_better_half_of_a_search_goes_on() {
     std::fs::remove_file(out.join(format!("lift/osc,{}/seed_1/DONE", variants[6]))).unwrap();
     search();
     assert_eq!(table(), first);
+    // Its runs differ in more than their seeds, and are of different lengths: they were to choose.
+    let report = program("report").current_dir(folder.path()).arg("runs").output().unwrap();
+    let told = String::from_utf8(report.stderr).unwrap();
+    assert!(!report.status.success() && told.contains("no run folder below it"), "{told}");
 }

@@ -367,13 +367,30 @@ fn shipped_configurations_are_read() {
     all.sort();
     assert_eq!(shipped_sweep("observation.toml").runs.len(), 8);
     assert_eq!(shipped_sweep("noise.toml").runs.len(), 54);
-    // The study's stages, of 100, 72, 50 and 60 runs; what is searched on is not reported.
+    let table = shipped_sweep("study/table-1.toml").runs;
     for (stage, count, seeds) in
         [("table-1", 100, 11..=20), ("search", 72, 211..=211), ("parts", 50, 11..=15), ("hidden", 60, 11..=15)]
     {
-        let Sweep { runs, .. } = shipped_sweep(&format!("study/{stage}.toml"));
+        let runs = shipped_sweep(&format!("study/{stage}.toml")).runs;
         assert_eq!(runs.len(), count, "{stage}");
-        assert!(runs.iter().all(|run| seeds.contains(&run.seed) && run.preset == sac::Preset::SWIFT), "{stage}");
+        for run in runs {
+            let id = RunId::of(&run);
+            assert!(seeds.contains(&run.seed) && run.preset == sac::Preset::SWIFT, "{stage}: {id}");
+            // The table's learner, task and length; a search has candidates, and stops earlier.
+            let like = table.iter().find(|like| like.env.task == run.env.task).unwrap();
+            let mut same = RunConfig { seed: like.seed, ..run };
+            same.env.space = like.env.space.clone();
+            if stage == "hidden" {
+                assert!(same.env.disturbance != Disturbance::default(), "{id}");
+                same.env.disturbance = Disturbance::default();
+            }
+            if stage == "search" {
+                let RunConfig { variant, steps, evaluate_every, .. } = like.clone();
+                same = RunConfig { variant, steps, evaluate_every, ..same };
+                same.env.controller = like.env.controller.clone();
+            }
+            assert_eq!(same, *like, "{stage}: {id}");
+        }
     }
     let first_round = shipped_sweep("tournament.toml").runs;
     let second_round = shipped_sweep("tournament-confirm.toml").runs;
@@ -381,8 +398,9 @@ fn shipped_configurations_are_read() {
     // Like a run of the first round but for space, seed, noise and critics.
     for run in second_round {
         let base = first_round.iter().find(|base| base.variant == "base" && base.env.task == run.env.task).unwrap();
-        let mut same = RunConfig { seed: 201, variant: "base".into(), ..run };
+        let mut same = RunConfig { seed: 201, variant: "base".into(), ..run.clone() };
         same.env.space = base.env.space.clone();
+        assert_eq!((run.learner.pink_noise, run.learner.layer_norm), (0.5, run.variant == "half-pink-norm"));
         (same.learner.pink_noise, same.learner.layer_norm) = (1.0, false);
         assert_eq!(same, *base);
     }

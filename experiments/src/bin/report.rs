@@ -24,7 +24,7 @@ use output::{file, plot, program};
 ///
 /// Writes runs.csv (a row per run), summary.csv (each metric over seeds), comparison.csv (every space against aforce),
 /// tournament.csv (what each run reached after 3, 6, 12 and 24 minutes of CPU time, where its tables tell that time),
-/// disturbed.csv (what disturbances cost, where `evaluate --disturb` left a disturbed.csv in the folders of runs), and, in the folder of each experiment, tables_TASK.md (the paper's table, beside what others published), curves_TASK
+/// robustness.csv (what disturbances cost, where `evaluate --disturb` left a disturbed.csv in the folders of runs), and, in the folder of each experiment, tables_TASK.md (the paper's table, beside what others published), curves_TASK
 /// (learning curves with every seed) and energy_return (a dot per run); and NAME from every NAME.j2 in these folders: text
 /// that people wrote, with figures from the tables. Runs are compared within the folder that holds their tasks: an
 /// experiment. A sweep that is still going on is reported as far as it has come. A finished run that cannot be read is left
@@ -77,12 +77,21 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let (summary, comparison) = (summary(&groups), comparison(&groups));
     let timed = runs.iter().zip(&rows).map(|(run, row)| TournamentRow::of(run, row)).collect::<Result<Vec<_>>>()?;
     let timed: Vec<_> = timed.into_iter().flatten().collect();
-    let disturbed = groups.iter().map(|group| disturbed(group, &runs, &rows)).collect::<Result<Vec<_>>>()?.concat();
+    let mut robustness = vec![];
+    for group in &groups {
+        match disturbed(group, &runs, &rows) {
+            Ok(of_group) => robustness.extend(of_group),
+            Err(reason) => {
+                eprintln!("left out: {reason:#}");
+                ending = ExitCode::from(cli::SOME_FAILED);
+            }
+        }
+    }
     let verdicts = arguments.hypotheses.as_ref().map(|file| judge(file, &rows)).transpose()?;
-    let tables = ["runs.csv", "summary.csv", "comparison.csv", "tournament.csv", "disturbed.csv", "verdicts.csv"];
+    let tables = ["runs.csv", "summary.csv", "comparison.csv", "tournament.csv", "robustness.csv", "verdicts.csv"];
     let tables = tables.map(|name| out.join(name));
     tables.iter().try_for_each(|table| is_ours(table))?;
-    let [runs_table, summary_table, comparison_table, tournament_table, disturbed_table, verdicts_table] = tables;
+    let [runs_table, summary_table, comparison_table, tournament_table, robustness_table, verdicts_table] = tables;
     file::write_table(&runs_table, &rows)?;
     file::write_table(&summary_table, &summary)?;
     file::write_table(&comparison_table, &comparison)?;
@@ -91,9 +100,9 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         file::write_table(&tournament_table, &timed)?;
         written.push(tournament_table);
     }
-    if !disturbed.is_empty() {
-        file::write_table(&disturbed_table, &disturbed)?;
-        written.push(disturbed_table);
+    if !robustness.is_empty() {
+        file::write_table(&robustness_table, &robustness)?;
+        written.push(robustness_table);
     }
     if let Some(verdicts) = verdicts {
         file::write_table(&verdicts_table, &verdicts)?;

@@ -55,18 +55,20 @@ impl Draws {
             .iter()
             .map(|(key, range)| Ok((key, Range::read(key, range)?)))
             .collect::<Result<_, String>>()?;
-        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
-        let mut drawn = || {
+        let drawn = |rng: &mut ChaCha8Rng| {
             let mut settings = Table::new();
             for (key, range) in &ranges {
-                overlay(&mut settings, nested(key, range.draw(&mut rng)));
+                overlay(&mut settings, nested(key, range.draw(rng)));
             }
             settings
         };
         let mut candidates = vec![("draw-0".to_string(), Table::new())];
         for index in 1..self.count {
             let mut problem = String::new();
-            let accepted = (0..TRIES).map(|_| drawn()).find(|settings| match accepts(settings) {
+            // A stream of its own: groups whose first ranges are alike have them alike in every candidate, whatever comes after.
+            let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
+            rng.set_stream(index.into());
+            let accepted = (0..TRIES).map(|_| drawn(&mut rng)).find(|settings| match accepts(settings) {
                 Ok(()) => true,
                 Err(reason) => {
                     problem = reason;
@@ -146,6 +148,16 @@ mod tests {
         assert!((0.0..=1.0).contains(&c(7)[0].as_float().unwrap()) && c(7)[1].as_float() == Some(5.0));
         assert_ne!(c(7)[0], c(8)[0]);
         assert_eq!(candidates, draws(TWO).candidates(|_| Ok(())).unwrap());
+    }
+
+    #[test]
+    fn what_is_searched_in_every_space_is_searched_alike() {
+        let more = format!("{TWO}\nd = {{ low = 0, high = 1, scale = 'linear' }}");
+        let shared = |text: &str| {
+            let candidates = draws(text).candidates(|_| Ok(())).unwrap();
+            candidates.into_iter().skip(1).map(|(_, s)| (s["a"]["b"].clone(), s["c"].clone())).collect::<Vec<_>>()
+        };
+        assert_eq!(shared(TWO), shared(&more));
     }
 
     #[test]

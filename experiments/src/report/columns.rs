@@ -45,19 +45,8 @@ impl Columns {
     /// # Errors
     /// As [`Columns::read`], or if there is no such column.
     pub fn by_text(path: &Path, column: &str) -> Result<Vec<(String, Self)>> {
-        let table = CsvTable::read(path)?;
-        let mut texts: Vec<String> = vec![];
-        for text in table.column(column)? {
-            if !texts.iter().any(|other| other == text) {
-                texts.push(text.into());
-            }
-        }
-        let of = |text: String| {
-            let mut rows = CsvTable::read(path)?;
-            rows.keep(column, &text)?;
-            Ok((text, Columns(known(rows)?)))
-        };
-        texts.into_iter().map(of).collect()
+        let parts = known(CsvTable::read(path)?)?.split(column)?;
+        Ok(parts.into_iter().map(|(text, table)| (text, Columns(table))).collect())
     }
 
     /// Whether there is no row.
@@ -76,8 +65,10 @@ impl Columns {
             "" => Ok(f64::NAN),
             other => match other.parse() {
                 Ok(value) if f64::is_finite(value) => Ok(value),
-                // The header is line 1.
-                _ => bail!("{}, line {}: {column} is {other:?}, not a number", self.0.path().display(), row + 2),
+                _ => {
+                    let line = self.0.rows[row].position().map_or(0, csv::Position::line);
+                    bail!("{}, line {line}: {column} is {other:?}, not a number", self.0.path().display())
+                }
             },
         };
         if self.0.position(column).is_none() && COLUMNS.iter().flatten().any(|known| known == column) {

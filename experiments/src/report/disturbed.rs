@@ -10,7 +10,7 @@ use crate::report::summary::RunSummary;
 use crate::run::disturbances::UNDISTURBED;
 use crate::run::folder::RunFolder;
 
-/// A row of `disturbed.csv`.
+/// A row of `robustness.csv`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "documented once, in results/README.md")]
 pub struct DisturbedRow {
@@ -26,11 +26,11 @@ pub struct DisturbedRow {
     pub success_undisturbed: f64,
     pub return_mean: f64,
     pub return_undisturbed: f64,
-    pub relative_loss: f64,
+    pub relative_loss: Option<f64>,
     pub ci_low: Option<f64>,
     pub ci_high: Option<f64>,
-    pub energy_ratio: f64,
-    pub largest_force_ratio: f64,
+    pub energy_ratio: Option<f64>,
+    pub largest_force_ratio: Option<f64>,
 }
 
 /// A policy's means over the episodes of a case.
@@ -78,10 +78,17 @@ pub fn disturbed(group: &Group, folders: &[RunFolder], rows: &[RunSummary]) -> R
         }
     }
     let row = |(disturbance, pairs): (String, Vec<[Means; 2]>)| {
-        let over_runs = |of: fn(&[Means; 2]) -> f64| mean_of(&pairs, of);
-        // Paired within a run: the starts are the same.
-        let losses: Vec<f64> = pairs.iter().map(|[without, with]| 1.0 - with.total / without.total).collect();
-        let ci = (losses.len() >= FEWEST_FOR_INTERVAL).then(|| interval(&[&losses], |sample| mean(&sample[0])));
+        let over_runs = |of: fn(&Means) -> f64| [0, 1].map(|at| mean_of(&pairs, |pair| of(&pair[at])));
+        let [success_undisturbed, success] = over_runs(|m| m.success);
+        let totals = over_runs(|m| m.total);
+        // Paired: the runs, and in each the starts, are the same. Of the means, as one run may have earned nothing.
+        let loss = |[without, with]: [f64; 2]| (without > 0.0).then_some(1.0 - with / without);
+        let ratio = |[without, with]: [f64; 2]| (without > 0.0).then_some(with / without);
+        let [without, with] = [0, 1].map(|at| pairs.iter().map(|pair| pair[at].total).collect::<Vec<f64>>());
+        let losses: Vec<f64> = without.iter().zip(&with).map(|(without, with)| without - with).collect();
+        let relative_loss = loss(totals);
+        let enough = relative_loss.filter(|_| losses.len() >= FEWEST_FOR_INTERVAL);
+        let ci = enough.map(|_| interval(&[&losses], |sample| mean(&sample[0]) / totals[0]));
         DisturbedRow {
             experiment: group.section.experiment.into(),
             task: group.section.task.into(),
@@ -91,15 +98,15 @@ pub fn disturbed(group: &Group, folders: &[RunFolder], rows: &[RunSummary]) -> R
             disturbance,
             n_seeds: pairs.len(),
             episodes: pairs.iter().map(|[_, with]| with.episodes).sum(),
-            success: over_runs(|[_, with]| with.success),
-            success_undisturbed: over_runs(|[without, _]| without.success),
-            return_mean: over_runs(|[_, with]| with.total),
-            return_undisturbed: over_runs(|[without, _]| without.total),
-            relative_loss: mean(&losses),
+            success,
+            success_undisturbed,
+            return_mean: totals[1],
+            return_undisturbed: totals[0],
+            relative_loss,
             ci_low: ci.map(|ci| ci[0]),
             ci_high: ci.map(|ci| ci[1]),
-            energy_ratio: over_runs(|[without, with]| with.energy / without.energy),
-            largest_force_ratio: over_runs(|[without, with]| with.force / without.force),
+            energy_ratio: ratio(over_runs(|m| m.energy)),
+            largest_force_ratio: ratio(over_runs(|m| m.force)),
         }
     };
     Ok(cases.into_iter().map(row).collect())
@@ -120,12 +127,12 @@ mod tests {
             run(root.path(), name, 2.0, 0.0)
         });
         let folders = folders.each_ref().map(|folder| RunFolder::at(folder));
-        // The first loses half, the second a quarter; the third was not disturbed.
+        // The first touches nothing; the third was not disturbed.
         let header = "disturbance,schema,success,return,energy_per_action_j,arm_max_contact_force_n";
         for (folder, with) in
-            folders.iter().zip(["push,5,false,40,3,90\npush,5,true,60,3,90\n", "push,5,true,300,3,30\n"])
+            folders.iter().zip(["push,5,false,40,3,0\npush,5,true,60,3,0\n", "push,5,true,300,3,30\n"])
         {
-            let without = if with.contains("300") { "none,5,true,400,2,10\n" } else { "none,5,true,100,2,60\n" };
+            let without = if with.contains("300") { "none,5,true,400,2,10\n" } else { "none,5,true,100,2,0\n" };
             fs_err::write(folder.disturbed(), format!("{header}\n{without}{with}")).unwrap();
         }
         let groups = groups(&rows);
@@ -133,8 +140,9 @@ mod tests {
         let [row] = found.as_slice() else { panic!("one disturbance: {found:?}") };
         assert_eq!((row.disturbance.as_str(), row.n_seeds, row.episodes), ("push", 2, 3));
         assert_eq!((row.success, row.success_undisturbed), (0.75, 1.0));
-        assert_eq!((row.relative_loss, row.ci_low), (0.375, None));
-        assert_eq!((row.energy_ratio, row.largest_force_ratio), (1.5, 2.25));
+        // 500 without, 350 with; forces 0 and 10, 0 and 30.
+        assert!((row.relative_loss.unwrap() - 0.3).abs() < 1e-12 && row.ci_low.is_none());
+        assert_eq!((row.energy_ratio, row.largest_force_ratio), (Some(1.5), Some(3.0)));
         fs_err::write(folders[0].disturbed(), format!("{header}\npush,5,true,1,1,1\n")).unwrap();
         let problem = format!("{:#}", disturbed(&groups[0], &folders, &rows).unwrap_err());
         assert!(problem.contains("disturbed.csv: no undisturbed episodes"), "{problem}");

@@ -86,7 +86,8 @@ pub struct RunSummary {
     pub commit: String,
 }
 
-/// All folders below `root` in which a run has left something, sorted by path, each once however many links lead there.
+/// All folders below `root` in which a run has left something, sorted by path, each once however many links lead there; but for those
+/// of a search, which was to choose and is ranked in its search.csv.
 ///
 /// # Errors
 /// If a folder cannot be read.
@@ -104,6 +105,9 @@ fn find_new_runs(root: &Path, seen: &mut HashSet<PathBuf>) -> Result<Vec<RunFold
     let folder = RunFolder::at(root);
     if folder.episodes().is_file() || folder.done().is_file() {
         return Ok(vec![folder]);
+    }
+    if root.join("search.csv").is_file() {
+        return Ok(vec![]);
     }
     let mut runs = vec![];
     for path in paths.into_iter().filter(|path| path.is_dir()) {

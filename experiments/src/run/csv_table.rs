@@ -64,6 +64,25 @@ impl CsvTable {
         Ok(())
     }
 
+    /// Tables of the rows that have the same in `column`, in the order in which that comes first.
+    ///
+    /// # Errors
+    /// If there is no such column.
+    pub fn split(self, column: &str) -> Result<Vec<(String, Self)>> {
+        let texts: Vec<String> = self.column(column)?.into_iter().map(String::from).collect();
+        let mut parts: Vec<(String, Self)> = vec![];
+        for (text, row) in texts.into_iter().zip(self.rows) {
+            match parts.iter_mut().find(|(other, _)| *other == text) {
+                Some((_, part)) => part.rows.push(row),
+                None => {
+                    let (path, headers) = (self.path.clone(), self.headers.clone());
+                    parts.push((text, CsvTable { path, headers, rows: vec![row] }));
+                }
+            }
+        }
+        Ok(parts)
+    }
+
     /// The `step` of every row.
     ///
     /// # Errors
