@@ -30,6 +30,7 @@ ZIG = $(shell { $(VENV)/bin/python -c 'import ziglang' || command -v zig; } >/de
 
 # The study, its runs and what they are reported with.
 STUDY = experiments/configs/study
+HYPOTHESES = $(wildcard results/study/hypotheses*.toml)
 STUDIED = runs/study/table-1/*/*/seed_*
 
 .PHONY: setup demo test test-franka wheel test-python check book bench reproduce study gallery
@@ -114,7 +115,7 @@ study: setup
 	$(RUN) sweep -- $(STUDY)/search.toml --out runs/study/search
 	$(RUN) sweep -- $(STUDY)/parts.toml --out runs/study/table-1
 	$(RUN) sweep -- $(STUDY)/hidden.toml --out runs/study/hidden
-	$(RUN) report -- runs/study --hypotheses results/study/hypotheses.toml
+	$(RUN) report -- runs/study $(HYPOTHESES:%=--hypotheses %)
 
 runs/experts.csv: | setup
 	$(RUN) baselines -- expert --tasks lift,door,wipe --episodes 50 --out $@

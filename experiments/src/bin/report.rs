@@ -37,9 +37,9 @@ struct Arguments {
     /// Where to write (default: the same folder)
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// What was expected before the runs: writes verdicts.csv
+    /// What was expected before the runs: writes verdicts.csv (repeatable; each file is corrected by itself)
     #[arg(long, value_name = "FILE")]
-    hypotheses: Option<PathBuf>,
+    hypotheses: Vec<PathBuf>,
 }
 
 fn main() -> ExitCode {
@@ -87,7 +87,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
             }
         }
     }
-    let verdicts = arguments.hypotheses.as_ref().map(|file| judge(file, &rows)).transpose()?;
+    let verdicts = arguments.hypotheses.iter().map(|file| judge(file, &rows)).collect::<Result<Vec<_>>>()?.concat();
     let tables = ["runs.csv", "summary.csv", "comparison.csv", "tournament.csv", "robustness.csv", "verdicts.csv"];
     let tables = tables.map(|name| out.join(name));
     tables.iter().try_for_each(|table| is_ours(table))?;
@@ -104,7 +104,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         file::write_table(&robustness_table, &robustness)?;
         written.push(robustness_table);
     }
-    if let Some(verdicts) = verdicts {
+    if !verdicts.is_empty() {
         file::write_table(&verdicts_table, &verdicts)?;
         written.push(verdicts_table);
     }
@@ -166,6 +166,12 @@ fn comparable(runs: &[RunFolder], rows: &[RunSummary]) -> Result<()> {
             ensure!(
                 row.label() != their_row.label() || theirs.seed != config.seed,
                 "{there} and {here} have the same seed: keep them in different folders"
+            );
+            ensure!(
+                row.label() != their_row.label() || row.preset == their_row.preset,
+                "{there} has the preset {}, {here} {}: keep them in different folders",
+                their_row.preset,
+                row.preset
             );
             if theirs.variant != config.variant {
                 continue;

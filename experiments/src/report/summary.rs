@@ -116,10 +116,11 @@ fn find_new_runs(root: &Path, seen: &mut HashSet<PathBuf>) -> Result<Vec<RunFold
     Ok(runs)
 }
 
-/// A group's name within its section: the action space, the variant, and the preset where it is not the usual one.
+/// A group's name within its section: the action space, the variant, and the preset where it is none of those that tables are made with.
 pub fn label(space: &str, variant: &str, preset: &str) -> String {
     let label = config::label(space, variant);
-    if preset == sac::Preset::DESKTOP.name { label } else { format!("{label}, {preset} preset") }
+    let usual = [sac::Preset::DESKTOP, sac::Preset::SWIFT].iter().any(|usual| usual.name == preset);
+    if usual { label } else { format!("{label}, {preset} preset") }
 }
 
 impl RunSummary {

@@ -57,6 +57,7 @@ enum Expected {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "documented once, in results/README.md")]
 pub struct VerdictRow {
+    pub experiment: String,
     pub task: String,
     pub hypothesis: String,
     pub metric: String,
@@ -135,6 +136,7 @@ fn row(hypothesis: &Hypothesis, task: &str, a: &[f64], b: &[f64]) -> VerdictRow 
     let ci = enough.then(|| interval(&[a, b], |sample| mean(&sample[0]) - mean(&sample[1])));
     let both = !a.is_empty() && !b.is_empty();
     VerdictRow {
+        experiment: hypothesis.experiment.clone().unwrap_or_default(),
         task: task.into(),
         hypothesis: hypothesis.name.clone(),
         metric: hypothesis.metric.clone(),
