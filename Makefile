@@ -18,7 +18,7 @@ FROM_BOUND = --spaces $(OLD)/spaces/aforce-1s2.toml $(shell $(PYTHON) -c 'g = (3
 BASELINES = $(patsubst %,runs/%.csv,experts experts_table_1 experts_paper_steps random_table_1 random_paper_steps random_robosuite_steps \
 	random_robosuite_jump random_1000 noise/random noise/expert)
 
-# What `make gallery` draws, and where: a page of each task, and every run whose policy is kept.
+# What `make gallery` draws, and where: a page of each task, and every run of the first tables whose policy is kept.
 GALLERY ?= runs/gallery
 SHOWN = lift door wipe
 KEPT = $(patsubst results/%/checkpoints/best/actor.safetensors,%,$(wildcard results/*/*/*/*/checkpoints/best/actor.safetensors))
@@ -151,7 +151,7 @@ runs/random_robosuite_jump.csv: | setup
 runs/random_1000.csv: | setup
 	$(RUN) baselines -- random --tasks lift,door,wipe --spaces aforce,low,variable,osc,robosuite-variable,robosuite-osc --episodes 1000 --out $@
 
-# The pages and animations of results/gallery, and an animation of every policy that is kept: a quarter of an hour of one core.
+# The pages and animations of results/gallery, and an animation of every policy of the first tables that is kept: a quarter of an hour of one core.
 gallery: setup $(SHOWN:%=$(GALLERY)/%.html) $(SHOWN:%=$(GALLERY)/%.gif) $(KEPT:%=$(GALLERY)/%.gif)
 
 $(GALLERY)/wipe.%: WITH = -force
