@@ -387,7 +387,7 @@ fn shipped_configurations_are_read() {
             if stage == "search" {
                 let RunConfig { variant, steps, evaluate_every, .. } = like.clone();
                 same = RunConfig { variant, steps, evaluate_every, ..same };
-                same.env.controller = like.env.controller.clone();
+                same.env.controller = like.env.controller;
             }
             assert_eq!(same, *like, "{stage}: {id}");
         }
