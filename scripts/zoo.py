@@ -38,7 +38,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--check", action="store_true")
     index = RESULTS / "zoo.json"
-    entries = [entry(weights) for weights in sorted(RESULTS.glob("*/*/*/*/checkpoints/best/actor.safetensors"))]
+    entries = [entry(weights) for weights in sorted(RESULTS.rglob("checkpoints/best/actor.safetensors"))]
     text = json.dumps(entries, indent=1) + "\n"
     if not parser.parse_args().check:
         index.write_text(text)
