@@ -24,7 +24,8 @@ use output::{file, plot, program};
 ///
 /// Writes runs.csv (a row per run), summary.csv (each metric over seeds), comparison.csv (every space against aforce),
 /// tournament.csv (what each run reached after 3, 6, 12 and 24 minutes of CPU time, where its tables tell that time),
-/// robustness.csv (what disturbances cost, where `evaluate --disturb` left a disturbed.csv in the folders of runs), and, in the folder of each experiment, tables_TASK.md (the paper's table, beside what others published), curves_TASK
+/// robustness.csv (what disturbances cost, where `evaluate --disturb` left a disturbed.csv in the folders of runs),
+/// and, in the folder of each experiment, tables_TASK.md (the paper's table, beside what others published), curves_TASK
 /// (learning curves with every seed) and energy_return (a dot per run); and NAME from every NAME.j2 in these folders: text
 /// that people wrote, with figures from the tables. Runs are compared within the folder that holds their tasks: an
 /// experiment. A sweep that is still going on is reported as far as it has come. A finished run that cannot be read is left
