@@ -76,7 +76,8 @@ check: setup
 	$(CARGO) clippy --release --workspace --all-targets -- -D warnings
 	$(CARGO) clippy --release --manifest-path python/Cargo.toml --target-dir target/python -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --release --workspace --no-deps
-	@if command -v cargo-deny > /dev/null; then $(CARGO) deny --offline check licenses bans sources; \
+	@if command -v cargo-deny > /dev/null; then for workspace in . python; do \
+		$(CARGO) deny --manifest-path $$workspace/Cargo.toml --offline check licenses bans sources || exit 1; done; \
 		else echo "skipped: licences of dependencies (cargo install cargo-deny)"; fi
 
 # docs/ as pages in book/: `cargo install mdbook --no-default-features` once. What leads out of the book leads to the repository.

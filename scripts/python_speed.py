@@ -3,7 +3,7 @@
 counts little.
 
     make wheel && python3 -m venv VENV && VENV/bin/pip install target/wheels/aforce-*.whl
-    VENV/bin/python scripts/python_speed.py [--rounds 100]
+    VENV/bin/python scripts/python_speed.py [--rounds 60]
 
 A step of 1, 2 and 5 control samples costs a part per sample and a part per step. The second, extrapolated to no sample at all, holds all that
 Python costs, and observation, reward and info, which Rust costs too.
@@ -41,7 +41,7 @@ def interleaved(ways, rounds, count, clock):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--rounds", type=int, default=100)
+    parser.add_argument("--rounds", type=int, default=60)
     rounds = parser.parse_args().rounds
     print(f"load {os.getloadavg()[0]:.1f}, {len(os.sched_getaffinity(0))} processors")
 

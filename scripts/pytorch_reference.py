@@ -241,7 +241,7 @@ def write_record():
 
 def time_updates(seconds=10.0):
     """Times updates at the sizes of the criterion bench `update/desktop, batch 256`, each with a batch drawn from 20,000 transitions."""
-    observations, actions, n = 46, 7, 256
+    observations, actions, n = 42, 7, 256
     config = CONFIG | {"hidden": [256, 256], "batch_size": n, "target_period": 1, "target_entropy": -actions}
     widths = {"observation": observations, "action": actions, "next_observation": observations}
     memory = {name: torch.rand(20_000, width) * 2 - 1 for name, width in widths.items()}

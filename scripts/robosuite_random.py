@@ -1,11 +1,14 @@
 #!/usr/bin/env python3
-"""Random actions in robosuite 1.4.1: the numbers that `baselines random` is compared with, in the same columns.
+"""Random actions in robosuite 1.4.1: the numbers that `baselines random` is compared with.
 
     python3 -m venv VENV && VENV/bin/pip install robosuite==1.4.1 mujoco==3.2.7
-    VENV/bin/python scripts/robosuite_random.py [--episodes 30] [--out results/robosuite_random.csv]
+    VENV/bin/python scripts/robosuite_random.py --out runs/robosuite/own.csv [--episodes 30]
 
-The largest force of an action is the norm that the wrist's sensor reads after the action, tool's weight and inertia included; energy is
-summed over the 25 control samples of an action from the limited torque. Wipe runs to its horizon, its early terminations are off.
+Columns have the names of `baselines random`, but not all mean the same. Energy does: it is summed over the 25 control samples of an action
+from the limited torque. So do returns, but for the force penalty in them: robosuite's Door has none, and its Wipe reads the force once per
+action. `penalised_episode_share`, `penalised_action_share`, `mean_excess_n` and `penalty` do not: they go by what the wrist's sensor reads
+once after an action, tool's weight and inertia included; there by the largest of 25 filtered samples of the whole arm. The column there
+that is nearest to `penalised_action_share` here is `over_limit_read_once_share`. Wipe runs to its horizon, its early terminations are off.
 """
 
 import argparse
@@ -20,7 +23,6 @@ import numpy as np
 import robosuite
 from robosuite.environments.manipulation.wipe import DEFAULT_WIPE_CONFIG
 
-ROOT = Path(__file__).resolve().parent.parent
 HORIZON = 500
 LIMIT, WEIGHT = 60.0, 0.05
 
@@ -101,8 +103,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--episodes", type=int, default=30)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--out", type=Path, default=ROOT / "results" / "robosuite_random.csv")
+    parser.add_argument("--out", type=Path, required=True)
     arguments = parser.parse_args()
+    if arguments.out.exists():
+        parser.error(f"{arguments.out} exists: it is not overwritten")
+    arguments.out.parent.mkdir(parents=True, exist_ok=True)
     write(arguments.out, table(SPACES, arguments.episodes, arguments.seed))
 
 

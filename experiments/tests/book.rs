@@ -7,6 +7,7 @@ use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::Path;
 
+use aforce::host::HostSetup;
 use common::program;
 
 /// Learner and episodes so small that a run takes a second.
@@ -104,7 +105,9 @@ fn every_command_and_every_table_of_the_book_is_taken() {
             fs::write(here.join(&file), &block).unwrap();
             if block.contains("[[group]]") {
                 run("sweep", &[file, "--list".into()]);
-            } else if block.contains("stiffness") && !block.contains("```") {
+            } else if block.contains("interface =") {
+                HostSetup::from_toml(&block).unwrap();
+            } else {
                 run("train", &["--describe".into(), "--space".into(), file]);
             }
             read += 1;

@@ -158,13 +158,16 @@ fn a_name_that_is_no_unicode_is_taken() {
     assert!(run_folder(&out).join("DONE").exists());
 }
 
-/// Killed long after its last checkpoint: what it did since then is undone and done again.
+/// Killed long after its last checkpoint: what it did since then is undone and done again. With all that a preset switches on: pink
+/// noise, an actor that learns at every second update, a script's episodes, and layer norm.
 #[test]
 fn a_killed_run_goes_on_to_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let (whole, killed) = (folder.path().join("whole"), folder.path().join("killed"));
-    let settings = ["--set", "evaluate_every=200", "--set", "checkpoint_every=1000"];
-    train(&whole).args(settings).assert().success();
+    let often = ["--set", "evaluate_every=200", "--set", "checkpoint_every=1000"];
+    let learner = ["--preset", "swift-prior", "--set", "learner.prior_episodes=2", "--set", "learner.layer_norm=true"];
+    let settings = [often.as_slice(), &learner].concat();
+    train(&whole).args(&settings).assert().success();
 
     let run = run_folder(&killed);
     let (last, tables) = (run.join("checkpoints/last"), ["episodes.csv", "eval.csv"].map(|name| run.join(name)));
@@ -172,7 +175,7 @@ fn a_killed_run_goes_on_to_the_same_bytes() {
     let far = || saved().is_some() && last_step(&tables[0]) >= Some(1300.0);
     let kill = || {
         let _ = std::fs::remove_dir_all(&killed);
-        let mut child = start(train(&killed).args(settings));
+        let mut child = start(train(&killed).args(&settings));
         child.wait_until("an episode long after a checkpoint", far);
         child.kill();
         saved().is_some_and(|saved| tables.iter().all(|table| last_step(table) > Some(saved)))
@@ -184,7 +187,7 @@ fn a_killed_run_goes_on_to_the_same_bytes() {
 
     let again = || {
         let mut command = train(&killed);
-        command.args(settings);
+        command.args(&settings);
         command
     };
     expect(&error(&mut again(), 1), &["already holds a run", "--resume"]);
@@ -192,7 +195,7 @@ fn a_killed_run_goes_on_to_the_same_bytes() {
     again().arg("--resume").assert().success();
     let manifest = std::fs::read_to_string(run.join("manifest.json")).unwrap();
     assert!(manifest.contains("continued") && manifest.contains("--resume"), "{manifest}");
-    expect(&error(train_for(1500, &killed).args(settings).arg("--resume"), 1), &["2000", "not to 1500"]);
+    expect(&error(train_for(1500, &killed).args(&settings).arg("--resume"), 1), &["2000", "not to 1500"]);
 
     assert_same(&run_folder(&whole), &run, &["config.toml", "episodes.csv", "eval.csv"]);
     let networks = ["actor", "online_actor", "critic", "target", "optimizer"].map(|n| format!("{n}.safetensors"));
@@ -346,6 +349,13 @@ fn committed_tables_and_curves_are_of_the_committed_runs() {
     let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("../results");
     let out = tempfile::tempdir().unwrap();
     program("report").arg(&results).arg("--out").arg(out.path()).assert().success();
+    // The study's tables are made by themselves, with what was expected.
+    let mut study = program("report");
+    study.arg(results.join("study")).arg("--out").arg(out.path().join("study"));
+    for name in ["hypotheses", "hypotheses-hidden", "hypotheses-parts"] {
+        study.arg("--hypotheses").arg(results.join(format!("study/{name}.toml")));
+    }
+    study.assert().success();
     let made = WalkDir::new(out.path()).into_iter().map(|entry| entry.unwrap().into_path());
     let texts: Vec<_> = made.filter(|path| path.is_file()).collect();
     for filled in ["claims.md", "table-1/README.md", "small-steps/README.md"] {
@@ -354,7 +364,11 @@ fn committed_tables_and_curves_are_of_the_committed_runs() {
     for text in texts {
         let text = text.strip_prefix(out.path()).unwrap();
         let [made, committed] = [out.path(), &results].map(|root| std::fs::read_to_string(root.join(text)).unwrap());
-        assert!(made == committed, "{}: run report results", text.display());
+        assert!(
+            made == committed,
+            "{}: run report results/study with its hypotheses, then report results",
+            text.display()
+        );
     }
 }
 

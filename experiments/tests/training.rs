@@ -15,7 +15,7 @@ use experiments::run::disturbances;
 use experiments::run::folder::RunFolder;
 use experiments::run::rollout::evaluate;
 use experiments::run::seeds::{sub_seed, training_evaluation_seed};
-use experiments::show::source::{Player, SourceArgs, Which};
+use experiments::run::source::{Player, SourceArgs, Which};
 use tasks::{Disturbance, Env, Outcome, TaskName};
 
 fn scaled(env: &Env) -> Vec<f32> {

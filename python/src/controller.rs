@@ -111,7 +111,8 @@ fn numpy_ndim(value: &Bound<'_, PyAny>) -> PyResult<usize> {
 /// torque_limits       largest torque of each joint (Nm), 7; the Panda's if not given
 /// torque_rate_limits  largest rate of each joint's torque (Nm/s), 7; none if not given
 /// contact_axis        direction, world axes, in which the environment pushes on the tool, for spaces with force
-/// settings            what stands below `env.controller` in a configuration: policy_hz, position_step, rotation_step, force, ..
+/// settings            what stands below `env.controller` in a configuration: policy_hz, position_step, rotation_step, force, ..;
+///                     not control_hz, which is 1/dt
 ///
 /// `reset(measurement)`, then one `set_goal(action, measurement)` for each action and one `update(measurement)` for each sample.
 #[pyclass(frozen, module = "aforce")]
@@ -145,6 +146,9 @@ impl Controller {
             keywords.set_item("space", space)?;
         }
         let section = settings.map_or_else(|| Ok(PyDict::new(py)), |settings| settings.copy())?;
+        if section.contains("control_hz")? {
+            return Err(value_error(format!("control_hz is not allowed: dt = {dt} s sets it")));
+        }
         section.set_item("control_hz", samples_per_second(dt)?)?;
         keywords.set_item("controller", section)?;
         let env = env_config("lift", None, &keywords)?;

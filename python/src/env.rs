@@ -8,7 +8,7 @@ use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use show::page;
-use tasks::{Description, Step};
+use tasks::Step;
 
 use crate::arrays;
 use crate::episodes::{Episodes, NUMBERS};
@@ -66,7 +66,7 @@ impl Env {
 
     /// Description as JSON.
     fn describe(&self) -> PyResult<String> {
-        self.0.with(|episodes| serde_json::to_string(&Description::of(&episodes.env)).map_err(value_error))
+        self.0.with(|episodes| episodes.describe())
     }
 
     fn render<'py>(&self, py: Python<'py>, width: usize, height: usize) -> PyResult<Bound<'py, PyArray3<u8>>> {
@@ -80,10 +80,10 @@ impl Env {
         Ok(Array3::from_shape_vec((height, width, 3), rgb).map_err(value_error)?.into_pyarray(py))
     }
 
-    /// Whether episodes are recorded from the next reset on.
-    fn record(&self, on: bool) -> PyResult<()> {
+    /// Episodes are recorded from the next reset on.
+    fn record(&self) -> PyResult<()> {
         self.0.with(|episodes| {
-            episodes.records = on;
+            episodes.records = true;
             Ok(())
         })
     }

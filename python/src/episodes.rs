@@ -5,7 +5,7 @@ use pyo3::exceptions::PyRuntimeError;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use show::Playback;
-use tasks::{Env, EnvConfig, Step};
+use tasks::{Description, Env, EnvConfig, Step};
 
 use crate::value_error;
 
@@ -13,7 +13,7 @@ use crate::value_error;
 type Number = (&'static str, fn(&Step) -> f64);
 
 /// The numbers that info holds of an action.
-pub const NUMBERS: [Number; 4] = [
+pub const NUMBERS: [Number; 5] = [
     // Sum over joints of |tau qd| dt (J).
     ("energy", |step| step.interval.energy.absolute),
     // Largest sustained contact force of the whole arm, and beyond the wrist (N).
@@ -21,6 +21,8 @@ pub const NUMBERS: [Number; 4] = [
     ("hand_force", |step| step.interval.hand.max),
     // Of the force, unscaled, whether or not the task takes it off.
     ("penalty", |step| step.penalty),
+    // Reward lost to the price of motion.
+    ("motion_cost", |step| step.motion_cost),
 ];
 
 /// An environment with Gymnasium's seeding, and what is recorded of the present episode.
@@ -79,6 +81,14 @@ impl Episodes {
     /// `RuntimeError` before the first reset.
     pub fn seed(&self) -> PyResult<u64> {
         self.seed.ok_or_else(|| PyRuntimeError::new_err("call reset first: no episode has begun"))
+    }
+
+    /// The environment's description, as JSON.
+    ///
+    /// # Errors
+    /// `ValueError` if it cannot be written.
+    pub fn describe(&self) -> PyResult<String> {
+        serde_json::to_string(&Description::of(&self.env)).map_err(value_error)
     }
 
     /// What a policy sees now.

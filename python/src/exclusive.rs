@@ -1,11 +1,11 @@
-//! What one thread uses at a time, and nobody waits for.
+//! A value for one thread at a time. A second thread gets an error and does not wait.
 
 use std::sync::{Mutex, MutexGuard, TryLockError};
 
 use pyo3::PyResult;
 use pyo3::exceptions::PyRuntimeError;
 
-/// A value until it is closed. A second thread that comes meanwhile is told so: who waited here would hold Python's lock.
+/// A value until it is closed. Nobody waits for it, because who waited would hold Python's lock.
 pub struct Exclusive<T>(Mutex<Option<T>>);
 
 impl<T> Exclusive<T> {
@@ -17,8 +17,8 @@ impl<T> Exclusive<T> {
     fn guard(&self) -> PyResult<MutexGuard<'_, Option<T>>> {
         self.0.try_lock().map_err(|error| {
             PyRuntimeError::new_err(match error {
-                TryLockError::WouldBlock => "another thread is using this environment",
-                TryLockError::Poisoned(_) => "this environment failed earlier: make a new one",
+                TryLockError::WouldBlock => "another thread is using this object: one thread at a time",
+                TryLockError::Poisoned(_) => "this object failed earlier: make a new one",
             })
         })
     }
@@ -30,7 +30,7 @@ impl<T> Exclusive<T> {
     pub fn with<R>(&self, use_it: impl FnOnce(&mut T) -> PyResult<R>) -> PyResult<R> {
         match self.guard()?.as_mut() {
             Some(value) => use_it(value),
-            None => Err(PyRuntimeError::new_err("this environment is closed")),
+            None => Err(PyRuntimeError::new_err("this object is closed: make a new one")),
         }
     }
 

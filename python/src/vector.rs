@@ -148,6 +148,11 @@ impl Vector {
         })
     }
 
+    /// Description of one environment, for all are alike, as JSON.
+    fn describe(&self) -> PyResult<String> {
+        self.0.with(|fleet| fleet.members[0].0.describe())
+    }
+
     fn close(&self) -> PyResult<()> {
         self.0.close()
     }

@@ -78,6 +78,7 @@ def test_a_measurement_that_is_not_finite_is_a_fault_and_the_arm_is_held():
         ("did you mean `aforce`", {"space": "aforze"}),
         ('unknown key "env.controller.positon_step"; did you mean "env.controller.position_step"?', {"positon_step": 1}),
         ("position_step = 3 is not allowed", {"position_step": 3}),
+        ("control_hz is not allowed: dt = 0.002 s sets it", {"control_hz": 1000}),
         ("torque_limits has shape (3,), must have (7,)", {"torque_limits": [1, 2, 3]}),
         ("torque_limits.max (joint 2) = -1 is not allowed", {"torque_limits": [1, -1, 1, 1, 1, 1, 1]}),
         ("contact_axis has no direction", {"contact_axis": [0, 0, 0]}),

@@ -67,12 +67,21 @@ def test_info_and_description_say_what_happened():
         _, reward, terminated, truncated, info = env.step(env.unwrapped.expert_action())
         assert sum(info["reward_terms"].values()) == pytest.approx(reward, abs=1e-12)
         total += info["energy"]
-    assert list(info) == ["is_success", "energy", "force", "hand_force", "penalty", "reward_terms"]
+    assert list(info) == ["is_success", "energy", "force", "hand_force", "penalty", "motion_cost", "reward_terms"]
     assert total > 1 and info["force"] >= 0 and not terminated and not truncated
     description = env.unwrapped.describe()
     assert [entry["name"] for entry in description["action"]][-2:] == ["normal_force", "gripper"]
     assert len(description["observation"]) == env.observation_space.shape[0]
     assert description["env"]["space"]["force"] and description["reward_terms"] == list(info["reward_terms"])
+
+
+def test_terms_less_the_cost_of_motion_add_up_to_the_reward():
+    env = make(motion_price=0.1)
+    env.reset(seed=1)
+    for _ in range(5):
+        _, reward, *_, info = env.step(env.unwrapped.expert_action())
+        assert info["motion_cost"] == 0.1 * info["energy"] > 0
+        assert sum(info["reward_terms"].values()) - info["motion_cost"] == pytest.approx(reward, abs=1e-12)
 
 
 def test_the_script_lifts_the_cube():
@@ -216,7 +225,7 @@ def test_two_threads_on_one_environment_are_told_so():
         except RuntimeError as error:
             errors.append(str(error))
     drawing.join()
-    assert "another thread is using this environment" in errors
+    assert "another thread is using this object: one thread at a time" in errors
     env.step(np.zeros(7))
 
 

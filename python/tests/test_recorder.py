@@ -35,6 +35,19 @@ def test_every_episode_becomes_a_page(tmp_path):
     assert len(tool) == 12 and 0.5 < tool[2] < 1.5
 
 
+def test_an_episode_that_began_without_the_recorder_is_not_recorded_and_a_warning_says_so(tmp_path):
+    env = make()
+    env.reset(seed=1)
+    env = Recorder(env, tmp_path / "lift_{}.html")
+    env.step(env.action_space.sample())
+    with pytest.warns(UserWarning, match="lift_0.html: not written, for the episode began without the Recorder") as caught:
+        env.reset(seed=2)
+    assert caught[0].filename == __file__ and not list(tmp_path.iterdir())
+    env.step(env.action_space.sample())
+    env.close()
+    assert [page.name for page in tmp_path.iterdir()] == ["lift_0.html"]
+
+
 def test_what_cannot_be_recorded_is_answered(tmp_path):
     with pytest.raises(TypeError, match="wants an environment of aforce"):
         Recorder(gym.make("CartPole-v1"), tmp_path / "page.html")

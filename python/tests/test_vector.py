@@ -23,6 +23,12 @@ def same(a, b):
             assert np.array_equal(value, b[key]), key
 
 
+def reset_alike(ours, theirs, mask):
+    """Whether some environments begin the same episodes in both vectors."""
+    observations = [envs.reset(options={"reset_mask": mask})[0] for envs in (ours, theirs)]
+    return np.array_equal(*observations)
+
+
 @pytest.mark.parametrize("threads", [1, 2, 5])
 @pytest.mark.parametrize("mode", list(AutoresetMode))
 def test_it_does_what_gymnasiums_own_vector_does(mode, threads):
@@ -32,14 +38,18 @@ def test_it_does_what_gymnasiums_own_vector_does(mode, threads):
     assert (ours.observation_space, ours.action_space) == (theirs.observation_space, theirs.action_space)
     ours.action_space.seed(1)
     assert np.array_equal(ours.reset(seed=5)[0], theirs.reset(seed=5)[0])
-    for _ in range(8):
+    ends = []
+    for step in range(12):
+        if step == 1:  # From here on environment 1 ends after the others.
+            assert reset_alike(ours, theirs, np.array([False, True, False]))
         actions = ours.action_space.sample()
         (*a, our_info), (*b, their_info) = ours.step(actions), theirs.step(actions)
         assert all(np.array_equal(x, y) and x.dtype == y.dtype for x, y in zip(a, b, strict=True))
         same(our_info, their_info)
+        ends.append(a[3].tolist())
         if mode == AutoresetMode.DISABLED and a[3].any():
-            mask = {"reset_mask": a[3]}
-            assert np.array_equal(ours.reset(options=dict(mask))[0], theirs.reset(options=dict(mask))[0])
+            assert reset_alike(ours, theirs, a[3])
+    assert [True, False, True] in ends and [False, True, False] in ends
 
 
 def test_environment_i_plays_seed_plus_i():
@@ -65,6 +75,10 @@ def test_bad_input_is_answered():
         vector(threads=0)
     with pytest.raises(ValueError, match='unknown key "env.horzon"'):
         vector(horzon=3)
+    for picture in ({"render_mode": "rgb_array"}, {"render_size": (32, 24)}):
+        with pytest.raises(ValueError, match="is not allowed; allowed: None, a vector draws no pictures"):
+            vector(**picture)
+    vector(render_mode=None, render_size=None).close()
     envs = vector(horizon=1, autoreset_mode=AutoresetMode.DISABLED)
     with pytest.raises(RuntimeError, match="call reset first"):
         envs.step(np.zeros((3, 7)))

@@ -1,24 +1,32 @@
 //! Files that appear whole or not at all.
 
 use std::ffi::OsString;
+use std::fs::Permissions;
 use std::io::Write;
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result};
 use fs_err as fs;
 use serde::Serialize;
+use tempfile::NamedTempFile;
 
 /// Writes a file; whoever looks meanwhile sees the old one, and so does who looks after a power loss.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
-    ensure!(!path.is_dir(), "{} is a folder", path.display());
-    let write = || {
-        let mut file = fs::File::create(unfinished(path))?;
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        fs::rename(unfinished(path), path)
-    };
-    // A full disk keeps the old file, and nothing of the new one.
-    write().inspect_err(|_| drop(fs::remove_file(unfinished(path))))?;
+    let mut file = unfinished(path)?;
+    file.write_all(bytes).and_then(|()| file.as_file().sync_all()).with_context(|| path.display().to_string())?;
+    finish(file, path)
+}
+
+/// Gives a file its name, in place of the one that has it.
+pub fn finish(file: NamedTempFile, path: &Path) -> Result<()> {
+    file.persist(path).with_context(|| path.display().to_string())?;
+    Ok(())
+}
+
+/// Gives a file its name, which no other may have.
+pub fn finish_new(file: NamedTempFile, path: &Path) -> Result<()> {
+    file.persist_noclobber(path).with_context(|| format!("{}: nothing was overwritten", path.display()))?;
     Ok(())
 }
 
@@ -38,18 +46,21 @@ pub fn write_table(path: &Path, rows: &[impl Serialize]) -> Result<()> {
 
 /// Makes the folder of a file that is to come; fails now if the file could not be written then.
 pub fn prepare(path: &Path) -> Result<()> {
-    ensure!(!path.is_dir() && path.file_name().is_some(), "{} is a folder", path.display());
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder)?;
     }
-    fs::write(unfinished(path), "")?;
-    fs::remove_file(unfinished(path))?;
-    Ok(())
+    unfinished(path).map(drop)
 }
 
-/// Where a file is written before it is there.
-pub fn unfinished(path: &Path) -> PathBuf {
-    with_suffix(path, ".tmp")
+/// A file that is to have this name once it is complete: beside it, with a name of its own, gone when it is dropped.
+pub fn unfinished(path: &Path) -> Result<NamedTempFile> {
+    let name = path.file_name().filter(|_| !path.is_dir());
+    let name = name.with_context(|| format!("{} is a folder", path.display()))?;
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut builder = tempfile::Builder::new();
+    // As of any new file: what others may do with it, the user's mask says.
+    builder.prefix(name).suffix(".tmp").permissions(Permissions::from_mode(0o666));
+    builder.tempfile_in(folder).with_context(|| path.display().to_string())
 }
 
 /// `Path::with_extension` would cut "seed_0.5" at its dot.

@@ -1,14 +1,14 @@
 //! Pictures and films of the simulation: PNG and GIF.
 
 use std::collections::HashMap;
-use std::io::{BufWriter, Write};
+use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
-use fs_err as fs;
 use physics::camera::Image;
+use tempfile::NamedTempFile;
 
-use crate::file::{replace, unfinished};
+use crate::file::{finish, replace, unfinished};
 
 /// Writes the picture as an 8-bit RGB PNG.
 pub fn write_png(image: &Image, path: &Path) -> Result<()> {
@@ -25,7 +25,7 @@ pub fn write_png(image: &Image, path: &Path) -> Result<()> {
 /// An endless film. Nothing appears under its name before [`GifWriter::finish`].
 pub struct GifWriter {
     path: PathBuf,
-    encoder: gif::Encoder<BufWriter<fs::File>>,
+    encoder: gif::Encoder<BufWriter<NamedTempFile>>,
     frames_per_second: f64,
     frames: usize,
     /// What a viewer shows by now, up to the loss of colours.
@@ -43,7 +43,7 @@ impl GifWriter {
         let size = u16::try_from(width).ok().zip(u16::try_from(height).ok());
         let size = size.filter(|&(columns, rows)| columns > 0 && rows > 0);
         let (columns, rows) = size.with_context(|| format!("{name}: {width} x {height} pixels do not fit a GIF"))?;
-        let file = BufWriter::new(fs::File::create(unfinished(path))?);
+        let file = BufWriter::new(unfinished(path)?);
         let mut encoder =
             gif::Encoder::new(file, columns, rows, &[]).with_context(|| format!("cannot start {name}"))?;
         encoder.set_repeat(gif::Repeat::Infinite).with_context(|| format!("cannot start {name}"))?;
@@ -106,10 +106,9 @@ impl GifWriter {
     /// Completes the file and gives it its name.
     pub fn finish(self) -> Result<()> {
         ensure!(self.frames > 0, "{}: no frames", self.path.display());
-        let mut file = self.encoder.into_inner().with_context(|| format!("cannot finish {}", self.path.display()))?;
-        file.flush()?;
-        fs::rename(unfinished(&self.path), &self.path)?;
-        Ok(())
+        let cannot = || format!("cannot finish {}", self.path.display());
+        let file = self.encoder.into_inner().with_context(cannot)?;
+        finish(file.into_inner().with_context(cannot)?, &self.path)
     }
 }
 
@@ -185,7 +184,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("picture.png");
         write_png(&picture(5), &path).unwrap();
-        let bytes = fs::read(&path).unwrap();
+        let bytes = fs_err::read(&path).unwrap();
         let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
         let mut rgb = vec![0; reader.output_buffer_size().unwrap()];
         reader.next_frame(&mut rgb).unwrap();

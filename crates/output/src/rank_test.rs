@@ -54,10 +54,15 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
 
 /// The smallest difference that [`p_value`] would call real at `level` in four of five such experiments: both samples are
 /// redrawn, as large as they are, from what is left of each value without its sample's mean, and one is shifted. Infinite if no
-/// difference would do; `None` if a value is not finite.
+/// difference would do; `None` if a value is not finite, or there is no spread to draw from.
 pub fn smallest_detectable(a: &[f64], b: &[f64], level: f64) -> Option<f64> {
-    let left: Vec<f64> = [a, b].into_iter().flat_map(|sample| sample.iter().map(|x| x - mean(sample))).collect();
-    if left.is_empty() || left.iter().any(|x| !x.is_finite()) {
+    // A sample's own mean is nearer to it than the true one is.
+    let left_of = |sample: &[f64]| {
+        let (centre, n) = (mean(sample), sample.len() as f64);
+        sample.iter().map(|x| (x - centre) * (n / (n - 1.0)).sqrt()).collect::<Vec<_>>()
+    };
+    let left = [a, b].map(left_of).concat();
+    if left.iter().any(|x| !x.is_finite()) || left.iter().all(|&x| x == 0.0) {
         return None;
     }
     let seen = |shift: f64| {
@@ -70,7 +75,7 @@ pub fn smallest_detectable(a: &[f64], b: &[f64], level: f64) -> Option<f64> {
     };
     let spread = left.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
     // Beyond this every value of one sample lies above all of the other.
-    let (mut low, mut high) = (0.0, 2.0 * spread + f64::EPSILON);
+    let (mut low, mut high) = (0.0, 2.0 * spread * (1.0 + 1e-9));
     if !seen(high) {
         return Some(f64::INFINITY);
     }
@@ -122,5 +127,6 @@ mod tests {
         assert!((12.0..26.0).contains(&ten) && five > 1.2 * ten, "{ten} {five}");
         assert_eq!(smallest_detectable(&sample(3), &sample(3), 0.05), Some(f64::INFINITY), "p is 0.1 at least");
         assert_eq!(smallest_detectable(&[1.0, f64::INFINITY], &[2.0, 3.0], 0.05), None);
+        assert_eq!(smallest_detectable(&[1.0; 5], &[2.0; 5], 0.05), None);
     }
 }

@@ -55,12 +55,13 @@ fn json(playback: &Playback) -> Value {
 fn note(panel: &str) -> &'static str {
     match panel {
         "Contact force" => {
-            "over an action: mean and largest; hand: all beyond the wrist; normal: along the contact axis"
+            "over an action: mean and largest; hand: all beyond the wrist; at its end: normal (along the contact axis), requested, desired"
         }
         "Stiffness" | "Rotational stiffness" => {
             "at the end of an action; alpha/mu: the spring that F_ff is to a lasting error"
         }
         "Position error" => "set-point to tool, at the end of an action",
+        "Feed-forward force" | "Feed-forward torque" => "at the end of an action",
         "Force of the impedance" | "Moment of the impedance" => "size of each part, mean over an action",
         _ => "",
     }

@@ -16,8 +16,6 @@ use crate::view::View;
 /// An episode: what is seen and what is plotted.
 #[derive(Debug, Clone, Default)]
 pub struct Playback {
-    /// Name of the task.
-    pub task: &'static str,
     /// Task and action space.
     pub title: String,
     /// Name of the action space.
@@ -46,10 +44,9 @@ impl Playback {
     /// Of an episode of `env` that begins.
     pub fn begin(env: &Env) -> Playback {
         let config = env.config();
-        let task = config.task.as_str();
-        let title = format!("{task} {}", config.space);
+        let title = format!("{} {}", env.task().name(), config.space);
         let rate = f64::from(config.controller.policy_hz);
-        Playback { task, title, space: config.space.name.clone(), rate, ..Playback::default() }
+        Playback { title, space: config.space.name.clone(), rate, ..Playback::default() }
     }
 
     /// Takes in what an `action` led to; `observation` is the one before it.

@@ -165,9 +165,10 @@ impl Recording {
     }
 }
 
-/// Where the contact force is drawn: the controlled point (m, world).
+/// Where the contact force is drawn: the controlled point (m, world), where it is and not where it is measured.
 pub fn tool(env: &Env) -> Vector3 {
-    env.measurement().pose.translation.vector
+    let simulation = env.simulation();
+    simulation.model().kinematics(&simulation.joints().0).tool.translation.vector
 }
 
 /// The sustained contact force on the tool (N, world).

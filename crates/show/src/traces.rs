@@ -111,6 +111,9 @@ impl Traces {
         for (term, value) in env.task().reward_terms().iter().zip(step.reward_terms) {
             put("Reward", "per action", term, value);
         }
+        if env.config().motion_price > 0.0 {
+            put("Reward", "per action", "price of motion", -step.motion_cost);
+        }
         // Last, so that it is drawn over a term that equals it.
         put("Reward", "per action", "sum", step.reward);
     }

@@ -35,11 +35,12 @@ fn step(criterion: &mut Criterion) {
 /// sideways would let it slide off the table.
 fn press(criterion: &mut Criterion) {
     let space = "osc".parse().expect("an action space");
-    let config = EnvConfig { task: TaskName::Wipe, space, horizon: 1_000_000, ..EnvConfig::default() };
+    let mut config = EnvConfig { task: TaskName::Wipe, space, horizon: 1_000_000, ..EnvConfig::default() };
+    config.controller.position_step = 0.02;
     let mut env = Env::new(config, 1).expect("a valid configuration");
     let above = env.measurement().pose.translation.vector;
     let mut press = || {
-        let aside = (above - env.measurement().pose.translation.vector) / 0.02;
+        let aside = (above - env.measurement().pose.translation.vector) / env.config().controller.position_step;
         env.step(&[aside.x.clamp(-1.0, 1.0), aside.y.clamp(-1.0, 1.0), -1.0, 0.0, 0.0, 0.0]).reward
     };
     for _ in 0..100 {

@@ -4,16 +4,15 @@
 use std::error::Error;
 use std::io::stdin;
 
-use tasks::{Env, EnvConfig, TaskName};
+use tasks::{Env, EnvConfig};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [task, space, seed, horizon] = arguments.as_slice() else {
         return Err("usage: episode TASK SPACE SEED HORIZON".into());
     };
-    let task = TaskName::ALL.into_iter().find(|name| name.as_str() == task).ok_or("no such task")?;
-    let mut env =
-        Env::new(EnvConfig { task, space: space.parse()?, horizon: horizon.parse()?, ..EnvConfig::default() }, 0)?;
+    let (task, space, horizon) = (task.parse()?, space.parse()?, horizon.parse()?);
+    let mut env = Env::new(EnvConfig { task, space, horizon, ..EnvConfig::default() }, 0)?;
     env.reset(Some(seed.parse()?));
     for line in stdin().lines() {
         let action = line?.split(',').map(str::parse).collect::<Result<Vec<f64>, _>>()?;

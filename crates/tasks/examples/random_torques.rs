@@ -18,8 +18,7 @@ use tasks::{Env, EnvConfig, TaskName};
 fn main() {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let [task, steps, file] = arguments.as_slice() else { usage() };
-    let named = TaskName::ALL.into_iter().find(|known| known.as_str() == task);
-    let (Some(task), Ok(steps)) = (named, steps.parse::<u32>()) else { usage() };
+    let (Ok(task), Ok(steps)) = (task.parse::<TaskName>(), steps.parse::<u32>()) else { usage() };
     let space = "variable".parse().expect("a built-in space");
     let mut env = Env::new(EnvConfig { task, space, ..EnvConfig::default() }, 1).expect("defaults are valid");
     let mut rng = ChaCha8Rng::seed_from_u64(1);

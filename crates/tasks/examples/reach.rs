@@ -35,8 +35,12 @@ impl Task for Reach {
         Simulation::new(&scene, gripper, GRIP_SITE, plant)
     }
 
+    fn name(&self) -> &'static str {
+        "reach"
+    }
+
     fn has_gripper(&self) -> bool {
-        false // It is there, but an action does not move it.
+        false // It is there and observed, but no action moves it.
     }
 
     fn contact_axis(&self) -> UnitVector3<f64> {

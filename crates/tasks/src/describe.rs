@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-use aforce::{ActionEntry, OperationalSpace, Vector6};
+use aforce::{ActionEntry, JointVector, OperationalSpace, Vector6, Wrench};
+use physics::panda::HOME;
 use serde::Serialize;
 
 use crate::component::Component;
@@ -20,7 +21,7 @@ pub struct Description {
     pub scaled_limit: f32,
     /// What adds up to a reward.
     pub reward_terms: Vec<&'static str>,
-    /// What follows from the numbers of the action space.
+    /// What follows from the numbers of the action space, the arm at its home pose.
     pub derived: Vec<Derived>,
     /// All settings, the action space's record among them.
     pub env: EnvConfig,
@@ -71,7 +72,7 @@ impl Description {
         }
         let record = indented(&self.env.space.to_toml());
         text += &format!("\naction space (a file with these lines is a space too):\n{record}");
-        text += "\nwhat follows from it (translation x, y, z; rotation about x, y, z):\n";
+        text += "\nwhat follows from it at the home pose (translation x, y, z; rotation about x, y, z):\n";
         for Derived { name, unit, values } in &self.derived {
             let values: Vec<String> = values.iter().map(|value| number(*value)).collect();
             let (translation, rotation) = values.split_at(3);
@@ -104,12 +105,12 @@ fn options(env: &EnvConfig) -> String {
 
 fn derived(env: &Env) -> Vec<Derived> {
     let EnvConfig { space, controller, .. } = env.config();
-    let y = env.measurement();
+    let y = env.simulation().model().measure(HOME.into(), JointVector::zeros(), Wrench::zeros());
     let inertia = OperationalSpace::new(&y.mass, &y.jacobian).map_or(Vector6::repeat(1.0), |arm| arm.diagonal());
     let effective = |gains: &Vector6| space.unit.effective(gains, &inertia);
     let mut list = vec![];
     let mut line = |name, unit, values| list.push(Derived { name, unit, values });
-    line("apparent inertia at the start", "kg, kg m2", inertia);
+    line("apparent inertia", "kg, kg m2", inertia);
     line("an action of 1", "m, rad", Vector6::from_fn(|axis, _| space.step(controller, axis)));
     line("stiffness at the start", "N/m, Nm/rad", effective(&space.stiffness.at_reset()));
     if let Some((psi, margins)) = space.psi().zip(space.margins()) {

@@ -138,7 +138,7 @@ impl Disturbance {
         Ok(())
     }
 
-    /// What stands in the way of nothing being disturbed: every key with its value or range.
+    /// Everything that is disturbed: every key with its value or range.
     pub fn in_words(&self) -> String {
         let text = |kind: &Kind| match (kind.of)(self)? {
             Draw::Fixed(value) => Some(format!("{} {value}", kind.key)),

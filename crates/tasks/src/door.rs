@@ -13,6 +13,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::component::{Component, xyz};
 use crate::normalisation::normalisation;
 use crate::task::{Reward, Task, Waypoint};
+use crate::task_name::TaskName;
 
 /// Opening (rad) from which the door counts as open; it stops at 0.4.
 const OPEN: f64 = 0.3;
@@ -52,6 +53,10 @@ impl Task for Door {
         let (simulation, scene) = door::Door::simulate(plant, &root);
         self.scene = Some(scene);
         simulation
+    }
+
+    fn name(&self) -> &'static str {
+        TaskName::Door.as_str()
     }
 
     fn has_gripper(&self) -> bool {

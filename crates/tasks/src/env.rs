@@ -136,7 +136,7 @@ pub struct Step {
     pub success: bool,
     /// The simulation diverged.
     pub diverged: bool,
-    /// The largest sustained force, of whom the penalty counts, exceeded the limit.
+    /// The largest sustained force on the part of the arm that the penalty counts exceeded the limit.
     pub over_limit: bool,
     /// Force penalty of this action, unscaled, whether or not the task takes it off.
     pub penalty: f64,
@@ -154,10 +154,13 @@ impl Env {
         Env::with_task(task, config, seed)
     }
 
-    /// As [`Env::new`], with a task that has no name: `config.task` does not count.
+    /// As [`Env::new`], with a task of one's own: `config.task` says no more than which disturbances it may have.
     ///
     /// # Errors
-    /// As [`EnvConfig::validate`].
+    /// As [`EnvConfig::validate`], and if the arm stands in the scene's way at its home pose.
+    ///
+    /// # Panics
+    /// If the task observes more or fewer numbers than it names.
     pub fn with_task(mut task: Box<dyn Task>, config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
         config.validate()?;
         let parameters = config.robot.parameters();
@@ -169,12 +172,18 @@ impl Env {
         let mut simulation = task.reset(&plant, &mut ChaCha8Rng::seed_from_u64(0));
         simulation.reset(&HOME.into());
         if simulation.overlap() >= LARGEST_OVERLAP {
-            let reason = format!("{} m raise the table into the arm at its start; lower it", deviation.table_height);
-            return Err(ConfigError::Contradiction { field: "env.disturbance.table_height_m".into(), reason });
+            let raised = deviation.table_height > 0.0;
+            let field = if raised { "env.disturbance.table_height_m" } else { "env.task" };
+            let reason = if raised {
+                format!("{} m raise the table into the arm at its start; lower it", deviation.table_height)
+            } else {
+                format!("the scene of {} leaves the arm no room at its home pose", task.name())
+            };
+            return Err(ConfigError::Contradiction { field: field.into(), reason });
         }
         let y = simulation.measure();
         let mut components = task.object_components();
-        components.extend(proprioception_components(task.has_gripper()));
+        components.extend(proprioception_components(simulation.fingers().is_some()));
         if config.observation.controller {
             components.extend(controller_components());
         }
@@ -228,10 +237,7 @@ impl Env {
                 }
             }
         }
-        panic!(
-            "{MOST_STARTS} starts of {} overlap its scene: leave room around the home pose",
-            self.config.task.as_str()
-        );
+        panic!("{MOST_STARTS} starts of {} overlap its scene: leave room around the home pose", self.task.name());
     }
 
     /// Applies one action in [-1, 1]^n for one policy interval: the entries of the action space
@@ -299,6 +305,7 @@ impl Env {
         if self.config.observation.controller {
             observe_controller(&self.controller, &self.y, &mut self.observation);
         }
+        assert_eq!(self.observation.len(), self.components.len(), "numbers that {} observes", self.task.name());
     }
 
     /// The last observation: object part, then proprioception, unscaled.

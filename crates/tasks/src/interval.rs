@@ -49,7 +49,7 @@ pub struct ForceRecord {
     pub max: f64,
     /// Integral (N s).
     pub impulse: f64,
-    /// After the last sample (N): all that who reads once per action gets to know.
+    /// After the last sample (N): what a sensor that is read once per action tells.
     pub last: f64,
     /// Largest of a single step (N).
     pub max_raw: f64,
@@ -64,24 +64,24 @@ impl ForceRecord {
     }
 }
 
-/// What three axes, the translational or the rotational ones, did during one action: sums over its control samples.
+/// What three axes, the translational or the rotational ones, did during one action.
 ///
 /// Stiffness is what acts, in N/m or Nm/rad whatever the action space's unit; forces in N or Nm.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct AxisGroup {
-    /// Of the mean stiffness of the three axes.
+    /// Sum over samples of the mean stiffness of the three axes.
     pub sum_stiffness: f64,
-    /// Of the mean of alpha/mu, the spring that F_ff is to an error that lasts.
+    /// Sum over samples of the mean of alpha/mu, the spring that F_ff is to an error that lasts.
     pub sum_feedforward_spring: f64,
-    /// Of the share of the three axes whose stiffness is at its lower bound, and at its upper one.
+    /// Sum over samples of the share of the axes whose stiffness is at its lower bound.
     pub sum_at_min: f64,
-    /// See `sum_at_min`.
+    /// Sum over samples of the share of the axes whose stiffness is at its upper bound.
     pub sum_at_max: f64,
-    /// Of the norms of F_ff, K e and D e_dot.
+    /// Sum over samples of the norm of F_ff.
     pub sum_feedforward: f64,
-    /// See `sum_feedforward`.
+    /// Sum over samples of the norm of K e.
     pub sum_spring: f64,
-    /// See `sum_feedforward`.
+    /// Sum over samples of the norm of D e_dot.
     pub sum_damper: f64,
     /// Integral of abs(force x velocity), or abs(moment x angular velocity), of the wrench that the controller asks for (J).
     pub work: f64,

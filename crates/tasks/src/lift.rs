@@ -10,6 +10,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::component::{Component, xyz, xyzw};
 use crate::task::{Reward, Task, Waypoint};
+use crate::task_name::TaskName;
 
 /// Height of the cube's centre (m) from which it counts as lifted.
 const LIFTED: f64 = TABLE_HEIGHT + 0.04;
@@ -49,6 +50,10 @@ impl Task for Lift {
         scene.place_cube(&mut simulation, &pose);
         self.scene = Some(scene);
         simulation
+    }
+
+    fn name(&self) -> &'static str {
+        TaskName::Lift.as_str()
     }
 
     fn has_gripper(&self) -> bool {

@@ -11,15 +11,15 @@ pub const CLIP: f32 = 10.0;
 /// Force that counts as contact (N).
 const CONTACT_FORCE: f64 = 1.0;
 
-/// Names, units and scales of the robot's part: 32 numbers with a gripper; 29 with the wiping tool,
-/// whose contact flag stands where the gripper's joints would.
-pub fn proprioception_components(has_gripper: bool) -> Vec<Component> {
+/// Names, units and scales of the robot's part: 32 numbers with fingers; 29 with the wiping tool,
+/// whose contact flag stands where the fingers' joints would.
+pub fn proprioception_components(has_fingers: bool) -> Vec<Component> {
     let joints =
         |name: &str, unit| (1..=7).map(|i| Component::new(format!("{name}_{i}"), unit, 0.0, 1.0)).collect::<Vec<_>>();
     let mut components = [joints("joint_cos", "1"), joints("joint_sin", "1"), joints("joint_vel", "rad/s")].concat();
     components.extend(xyz("eef_pos", [-0.05, 0.0, 0.9], 5.0));
     components.extend(xyzw("eef_quat"));
-    if has_gripper {
+    if has_fingers {
         components.push(Component::new("gripper_qpos_left", "m", 0.02, 50.0));
         components.push(Component::new("gripper_qpos_right", "m", -0.02, 50.0));
         components.push(Component::new("gripper_qvel_left", "m/s", 0.0, 10.0));

@@ -257,6 +257,75 @@ mod tests {
         assert!(Outcome::of(&steps[3..]).success_without_hand, "fulfilled before the hand touched anything");
     }
 
+    /// Every number of an action is another one, so that a column that took its neighbour's would show.
+    #[test]
+    fn every_column_holds_what_its_name_says() {
+        let group = |n: f64| AxisGroup {
+            sum_stiffness: n,
+            sum_feedforward_spring: n + 1.0,
+            sum_at_min: n + 2.0,
+            sum_at_max: n + 3.0,
+            sum_feedforward: 1.0,
+            sum_spring: n,
+            sum_damper: 2.0,
+            work: n + 4.0,
+        };
+        let interval = Interval {
+            samples: 2,
+            energy: EnergyLedger {
+                absolute: 1.0,
+                positive: 2.0,
+                net: 3.0,
+                squared_torque: 4.0,
+                copper_loss: 5.0,
+                ..EnergyLedger::default()
+            },
+            excess_impulse: 6.0,
+            link_contact_time: 7.0,
+            self_contact_time: 8.0,
+            hand: ForceRecord { max_raw: 9.0, ..ForceRecord::default() },
+            sum_own_stiffness: 20.0,
+            impedance: [group(30.0), group(50.0)],
+            sum_saturated: 0.5,
+            ..Interval::default()
+        };
+        let one = Step { penalty: 11.0, over_limit: true, reward: 12.0, ..step(interval, false) };
+        let outcome = Outcome::of(&[one, one]);
+        let expected = [
+            ("return", outcome.total, 24.0),
+            ("energy_j", outcome.energy_j, 2.0),
+            ("energy_per_action_j", outcome.energy_per_action_j, 1.0),
+            ("energy_positive_j", outcome.energy_positive_j, 4.0),
+            ("energy_net_j", outcome.energy_net_j, 6.0),
+            ("squared_torque_nm2s", outcome.squared_torque_nm2s, 8.0),
+            ("copper_loss_j", outcome.copper_loss_j, 10.0),
+            ("penalty", outcome.penalty, 22.0),
+            ("penalised_steps", outcome.penalised_steps as f64, 2.0),
+            ("excess_impulse_ns", outcome.excess_impulse_ns, 12.0),
+            ("max_raw_contact_force_n", outcome.max_raw_contact_force_n, 9.0),
+            ("arm_contact_time_s", outcome.arm_contact_time_s, 14.0),
+            ("self_contact_time_s", outcome.self_contact_time_s, 16.0),
+            // Means over the four samples.
+            ("mean_stiffness", outcome.mean_stiffness, 10.0),
+            ("saturated_fraction", outcome.saturated_fraction, 0.25),
+            ("stiffness_translation_n_per_m", outcome.stiffness_translation_n_per_m, 15.0),
+            ("stiffness_rotation_nm_per_rad", outcome.stiffness_rotation_nm_per_rad, 25.0),
+            ("feedforward_spring_translation", outcome.feedforward_spring_translation_n_per_m, 15.5),
+            ("feedforward_spring_rotation", outcome.feedforward_spring_rotation_nm_per_rad, 25.5),
+            ("at_k_min_translation", outcome.at_k_min_translation, 16.0),
+            ("at_k_max_translation", outcome.at_k_max_translation, 16.5),
+            ("at_k_min_rotation", outcome.at_k_min_rotation, 26.0),
+            ("at_k_max_rotation", outcome.at_k_max_rotation, 26.5),
+            ("feedforward_share_translation", outcome.feedforward_share_translation, 1.0 / 33.0),
+            ("feedforward_share_rotation", outcome.feedforward_share_rotation, 1.0 / 53.0),
+            ("tool_work_translation_j", outcome.tool_work_translation_j, 68.0),
+            ("tool_work_rotation_j", outcome.tool_work_rotation_j, 108.0),
+        ];
+        for (column, value, expected) in expected {
+            assert!((value - expected).abs() < 1e-12, "{column}: {value}, not {expected}");
+        }
+    }
+
     #[test]
     fn without_success_nothing_is_said_of_the_way_to_it() {
         let outcome = Outcome::of(&[action(3.0, 8.0, false)]);

@@ -15,6 +15,9 @@ pub trait Task: Send {
     /// put in place by the caller.
     fn reset(&mut self, plant: &Plant, rng: &mut ChaCha8Rng) -> Simulation;
 
+    /// What captions and messages call it.
+    fn name(&self) -> &'static str;
+
     /// Whether the last entry of an action drives a gripper.
     fn has_gripper(&self) -> bool;
 
@@ -25,7 +28,7 @@ pub trait Task: Send {
     /// Names, units and scales of the object part of an observation.
     fn object_components(&self) -> Vec<Component>;
 
-    /// Appends the object part of an observation.
+    /// Appends the object part of an observation: a number for each of [`Task::object_components`].
     fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Vec<f32>);
 
     /// What the terms of a [`Reward`] are for, in their order; at most [`REWARD_TERMS`].

@@ -1,5 +1,7 @@
 //! Every task by name.
 
+use std::str::FromStr;
+
 use serde::{Deserialize, Serialize};
 
 use crate::door::Door;
@@ -41,5 +43,15 @@ impl TaskName {
             TaskName::Door => Box::new(Door::new(horizon)),
             TaskName::Wipe => Box::new(Wipe::new(horizon, markers)),
         }
+    }
+}
+
+impl FromStr for TaskName {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let names = Self::ALL.map(Self::as_str).join(", ");
+        let known = Self::ALL.into_iter().find(|task| task.as_str() == text);
+        known.ok_or_else(|| format!("no task is called {text:?}; known are {names}"))
     }
 }

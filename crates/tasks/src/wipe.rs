@@ -15,6 +15,7 @@ use crate::markers::{self, Markers};
 use crate::normalisation::{COMPLETION_REWARD, CONTACT_REWARD, MARKER_REWARD, normalisation};
 use crate::observation::in_contact;
 use crate::task::{REWARD_TERMS, Reward, Task, Waypoint};
+use crate::task_name::TaskName;
 
 /// A marker is wiped while the tool presses with more than the first and at most the
 /// second (N).
@@ -58,7 +59,7 @@ struct Running {
 struct Touch {
     /// The arm touches something, or a joint is at the end of its range.
     arm: bool,
-    /// Contact flag of the observation, and whether the tool touches anything.
+    /// The tool touches something, and feels it (without the noise of what is measured).
     contact: bool,
     /// Sustained force on the tool (N).
     force: f64,
@@ -106,6 +107,10 @@ impl Task for Wipe {
         let raised = plant.deviation.table_height;
         self.episode = Some(Running { scene, markers: Markers::random(TABLE_HEIGHT + raised, rng), raised });
         simulation
+    }
+
+    fn name(&self) -> &'static str {
+        TaskName::Wipe.as_str()
     }
 
     fn has_gripper(&self) -> bool {

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use aforce::ActionSpace;
 use anyhow::{Result, ensure};
 use clap::{Parser, ValueEnum};
-use experiments::config::cli::{self, SettingArgs};
+use experiments::config::cli::{self, EnvArgs, SettingArgs};
 use experiments::config::{RunConfig, RunId, label, sweep};
 use experiments::report::groups::Section;
 use experiments::run::rollout::Policy;
@@ -117,12 +117,11 @@ impl Arguments {
     /// Every task with every space.
     fn setups(&self) -> Result<Vec<RunConfig>> {
         let spaces = if self.spaces.is_empty() { ActionSpace::built_in() } else { self.spaces.clone() };
-        let tasks =
-            if self.tasks.is_empty() { vec![self.settings.resolve(None)?.env.task] } else { self.tasks.clone() };
+        let tasks = if self.tasks.is_empty() { vec![self.settings.resolve()?.env.task] } else { self.tasks.clone() };
         let mut setups: Vec<RunConfig> = vec![];
         for (task, space) in tasks.iter().flat_map(|&task| spaces.iter().map(move |space| (task, space))) {
-            let mut config = self.settings.resolve(Some(space))?;
-            config.env.task = task;
+            let env = EnvArgs { settings: self.settings.clone(), task: Some(task), space: Some(space.clone()) };
+            let config = env.resolve()?;
             if setups.iter().any(|other| same_setup(other, &config)) {
                 return Err(bad(format!("{} with {space} is asked for twice", task.as_str())));
             }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::{Result, bail};
+use anyhow::{Result, ensure};
 use clap::Parser;
 use experiments::config::RunId;
 use experiments::run::csv_writer::CsvWriter;
@@ -11,7 +11,7 @@ use experiments::run::disturbances::{self, Case};
 use experiments::run::rollout::evaluate;
 use experiments::run::rows::{CaseKey, EvaluationKey};
 use experiments::run::seeds::evaluation_seed;
-use experiments::show::source::{Player, SourceArgs};
+use experiments::run::source::{Player, SourceArgs};
 use output::statistics::{deviation, mean, mean_of, range};
 use output::{file, program};
 use settings::setup;
@@ -47,15 +47,13 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         Some(path) => disturbances::read(path, player.config.env.task)?,
         None => vec![],
     };
-    let mut table = match &arguments.csv {
-        Some(path) if path.exists() => bail!("{}: exists; nothing was overwritten", path.display()),
-        // It appears when it is complete.
-        Some(path) => {
-            file::prepare(path)?;
-            CsvWriter::append(&file::unfinished(path))?
-        }
-        None => CsvWriter::discard(),
-    };
+    if let Some(path) = &arguments.csv {
+        ensure!(!path.exists(), "{}: exists; nothing was overwritten", path.display());
+        file::prepare(path)?;
+    }
+    // It appears when it is complete.
+    let file = arguments.csv.as_deref().map(file::unfinished).transpose()?;
+    let mut table = file.as_ref().map_or_else(|| Ok(CsvWriter::discard()), |file| CsvWriter::append(file.path()))?;
     introduce(arguments, &player);
     if arguments.disturb.is_some() {
         compare(&mut player, &cases, arguments.episodes, &mut table)?;
@@ -63,8 +61,8 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         let outcomes = play(&mut player, arguments.episodes, |key, outcome| table.write((key, outcome)))?;
         print(&outcomes);
     }
-    if let Some(path) = &arguments.csv {
-        fs_err::rename(file::unfinished(path), path)?;
+    if let Some((file, path)) = file.zip(arguments.csv.as_ref()) {
+        file::finish_new(file, path)?;
         program::written(&[path]);
     }
     if let Some(run) = &arguments.source.run {

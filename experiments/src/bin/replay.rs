@@ -7,14 +7,14 @@ use anyhow::Result;
 use clap::Parser;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use experiments::run::seeds::evaluation_seed;
-use experiments::show::source::{Player, SourceArgs};
+use experiments::run::source::{Player, SourceArgs};
 use output::file;
 use output::picture::{GifWriter, write_png};
 use output::plot;
 use output::program::{self, bad};
 use physics::camera::Image;
 use show::{Playback, View, page, sheet};
-use tasks::{Env, Step};
+use tasks::{Env, EnvConfig, Step};
 
 /// Draw an episode of a trained policy, a scripted expert or random actions.
 ///
@@ -25,7 +25,7 @@ use tasks::{Env, Step};
 struct Arguments {
     #[command(flatten)]
     source: SourceArgs,
-    /// Which of the evaluation episodes
+    /// Which of the evaluation episodes: its start. What is drawn at random on the way (--random, --sample) is not what `evaluate` drew
     #[arg(long, default_value_t = 0)]
     episode: u32,
     /// The episode as a page for a browser: turn it, play it, scrub it, with all curves
@@ -98,10 +98,9 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     let beside = arguments.beside.as_ref().map(|what| arguments.source.beside(what)).transpose()?;
     if let Some(other) = &beside {
-        let [here, there] = [&arguments.source, other].map(|source| source.open().map(|player| player.config.env.task));
-        let (here, there) = (here?.as_str(), there?.as_str());
-        if here != there {
-            return Err(bad(format!("--beside plays {there}, not {here}")));
+        let (here, there) = (arguments.source.open()?.config.env, other.open()?.config.env);
+        if let Some(what) = sets_apart(&here, &there) {
+            return Err(bad(format!("--beside plays {what}: the two would not start alike, or not keep in time")));
         }
     }
     let mut pictures = Pictures { arguments, tiles: vec![], film: None };
@@ -125,6 +124,24 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     program::written(&written);
     Ok(ExitCode::SUCCESS)
+}
+
+/// What keeps a second episode from being shown beside the first: task, arm and start are to be the same, and the time that an action
+/// takes.
+fn sets_apart(here: &EnvConfig, there: &EnvConfig) -> Option<String> {
+    let (task, other_task) = (here.task.as_str(), there.task.as_str());
+    let rates = [here, there].map(|env| env.controller.policy_hz);
+    if task != other_task {
+        Some(format!("{other_task}, not {task}"))
+    } else if rates[0] != rates[1] {
+        Some(format!("{} actions a second, not {}", rates[1], rates[0]))
+    } else if here.robot != there.robot {
+        Some("another arm (env.robot)".into())
+    } else if here.initial_noise != there.initial_noise {
+        Some(format!("env.initial_noise = {}, not {}", there.initial_noise, here.initial_noise))
+    } else {
+        None
+    }
 }
 
 /// What happened.
@@ -189,5 +206,29 @@ impl Pictures<'_> {
             write_png(&sheet, path)?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn episodes_that_start_alike_and_keep_in_time_are_shown_side_by_side() {
+        let here = EnvConfig::default();
+        let with = |change: fn(&mut EnvConfig)| {
+            let mut there = here.clone();
+            change(&mut there);
+            sets_apart(&here, &there)
+        };
+        assert_eq!(with(|env| env.space = "osc".parse().unwrap()), None);
+        for (apart, words) in [
+            (with(|env| env.task = tasks::TaskName::Wipe), "wipe, not lift"),
+            (with(|env| env.controller.policy_hz = 10), "10 actions a second, not 20"),
+            (with(|env| env.initial_noise = 0.1), "0.1, not 0.02"),
+            (with(|env| env.robot = physics::panda::ParameterSet::Identified), "env.robot"),
+        ] {
+            assert!(apart.as_ref().is_some_and(|apart| apart.contains(words)), "{apart:?}");
+        }
     }
 }

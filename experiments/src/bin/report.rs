@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use clap::Parser;
-use experiments::config::RunConfig;
 use experiments::config::cli;
+use experiments::report::comparable::comparable;
 use experiments::report::curves;
 use experiments::report::disturbed::disturbed;
 use experiments::report::groups::{Section, comparison, groups, sections, summary};
@@ -17,8 +17,8 @@ use experiments::report::summary::{RunSummary, find_runs};
 use experiments::report::text;
 use experiments::report::tournament::TournamentRow;
 use experiments::report::verdicts::judge;
-use experiments::run::folder::RunFolder;
 use output::{file, plot, program};
+use serde::Serialize;
 
 /// Summarise all runs below a folder.
 ///
@@ -56,7 +56,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let (mut runs, mut rows) = (vec![], vec![]);
     let mut ending = ExitCode::SUCCESS;
     for folder in folders {
-        match RunSummary::of(&folder, &arguments.runs) {
+        match RunSummary::of(&folder, &arguments.runs).with_context(|| folder.path().display().to_string()) {
             Ok(row) => {
                 if !folder.done().exists() {
                     eprintln!("{}: not done, {} steps so far", folder.path().display(), row.env_steps);
@@ -92,23 +92,14 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let tables = ["runs.csv", "summary.csv", "comparison.csv", "tournament.csv", "robustness.csv", "verdicts.csv"];
     let tables = tables.map(|name| out.join(name));
     tables.iter().try_for_each(|table| is_ours(table))?;
-    let [runs_table, summary_table, comparison_table, tournament_table, robustness_table, verdicts_table] = tables;
-    file::write_table(&runs_table, &rows)?;
-    file::write_table(&summary_table, &summary)?;
-    file::write_table(&comparison_table, &comparison)?;
-    let mut written = vec![runs_table, summary_table, comparison_table];
-    if !timed.is_empty() {
-        file::write_table(&tournament_table, &timed)?;
-        written.push(tournament_table);
-    }
-    if !robustness.is_empty() {
-        file::write_table(&robustness_table, &robustness)?;
-        written.push(robustness_table);
-    }
-    if !verdicts.is_empty() {
-        file::write_table(&verdicts_table, &verdicts)?;
-        written.push(verdicts_table);
-    }
+    let [runs_table, summary_table, comparison_table, tournament_table, robustness_table, verdicts_table] = &tables;
+    write_or_remove(runs_table, &rows)?;
+    write_or_remove(summary_table, &summary)?;
+    write_or_remove(comparison_table, &comparison)?;
+    write_or_remove(tournament_table, &timed)?;
+    write_or_remove(robustness_table, &robustness)?;
+    write_or_remove(verdicts_table, &verdicts)?;
+    let mut written: Vec<PathBuf> = tables.into_iter().filter(|table| table.exists()).collect();
 
     let sections = sections(&groups);
     for section in &sections {
@@ -143,62 +134,20 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(ending)
 }
 
+/// A table without rows is none: an earlier one would speak of other runs.
+fn write_or_remove(table: &Path, rows: &[impl Serialize]) -> Result<()> {
+    match rows {
+        [] if table.exists() => Ok(fs_err::remove_file(table)?),
+        [] => Ok(()),
+        rows => file::write_table(table, rows),
+    }
+}
+
 /// An earlier report is replaced, somebody else's table is not.
 fn is_ours(table: &Path) -> Result<()> {
     let text = if table.exists() { fs_err::read_to_string(table)? } else { String::new() };
     let columns: Vec<&str> = text.lines().next().unwrap_or_default().split(',').collect();
     let ours = text.is_empty() || columns.contains(&"task") && columns.contains(&"space");
     ensure!(ours, "{}: not a table of ours; nothing was overwritten: give another folder with --out", table.display());
-    Ok(())
-}
-
-/// Runs of a group stand for each other: they have to differ in their seed and in nothing else. Groups are compared: their
-/// runs may also differ in the action space, in the learner (and how long it trains) if their presets
-/// do, and in anything if their variants do: a variant's name says what.
-fn comparable(runs: &[RunFolder], rows: &[RunSummary]) -> Result<()> {
-    let mut seen: Vec<(&RunFolder, &RunSummary, RunConfig)> = vec![];
-    for (run, row) in runs.iter().zip(rows) {
-        let config = RunConfig::resolve(Some(&run.config()), &[])?;
-        for (other, their_row, theirs) in &seen {
-            if Section::of(row) != Section::of(their_row) {
-                continue;
-            }
-            let (there, here) = (other.path().display(), run.path().display());
-            ensure!(
-                row.label() != their_row.label() || theirs.seed != config.seed,
-                "{there} and {here} have the same seed: keep them in different folders"
-            );
-            ensure!(
-                row.label() != their_row.label() || row.preset == their_row.preset,
-                "{there} has the preset {}, {here} {}: keep them in different folders",
-                their_row.preset,
-                row.preset
-            );
-            if theirs.variant != config.variant {
-                continue;
-            }
-            let mut alike = config.clone();
-            alike.seed = theirs.seed;
-            if theirs.env.space.name != config.env.space.name {
-                alike.env.space = theirs.env.space.clone();
-            }
-            if theirs.preset != config.preset {
-                let RunConfig { preset, learner, steps, evaluate_every, .. } = theirs.clone();
-                alike = RunConfig { preset, learner, steps, evaluate_every, ..alike };
-            }
-            if let Some(difference) = theirs.difference(&alike) {
-                bail!(
-                    "{there} and {here} differ in more than their seed and space ({difference}): keep them in different folders"
-                );
-            }
-            ensure!(
-                theirs.steps == alike.steps,
-                "{there} is a run of {} actions, {here} one of {}: take the shorter one on",
-                theirs.steps,
-                config.steps
-            );
-        }
-        seen.push((run, row, config));
-    }
     Ok(())
 }

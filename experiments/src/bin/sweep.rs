@@ -8,8 +8,8 @@ use anyhow::{Context, Result};
 use clap::Parser;
 use experiments::config::sweep::{self, Sweep};
 use experiments::config::{RunConfig, RunId, cli};
-use experiments::report::curves;
 use experiments::report::search::{self, Candidate};
+use experiments::report::train_and_draw::train_and_draw;
 use experiments::run::folder::{Busy, RunFolder, State};
 use experiments::run::pool::{self, Ended, Job};
 use experiments::run::stop::Stop;
@@ -41,7 +41,7 @@ struct Arguments {
     #[arg(long, value_name = "N")]
     index: Option<usize>,
     /// With --index: train so many actions instead of those of the file, as a search does that halves its candidates
-    #[arg(long, value_name = "N", requires = "index")]
+    #[arg(long, value_name = "N", requires = "index", value_parser = cli::parse_steps)]
     steps: Option<u64>,
     /// Runs at the same time (default: one per processor core)
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
@@ -73,10 +73,17 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     for run in &runs {
         let stored = RunConfig::resolve(Some(&RunFolder::below(&out, run).config()), &[]);
         if let Some(steps) = stored.ok().map(|stored| stored.steps).filter(|&steps| steps > run.steps) {
-            println!("{}: has {steps} actions, not {}", RunId::of(run), run.steps);
+            println!("{}: was begun for {steps} actions, not {}", RunId::of(run), run.steps);
         }
     }
     let mut runs: Vec<(usize, RunConfig)> = runs.into_iter().enumerate().collect();
+    if halving.is_empty() {
+        let ending = train_all(arguments, &runs, &out)?;
+        if ending == ExitCode::SUCCESS {
+            program::next("report", &out.display().to_string());
+        }
+        return Ok(ending);
+    }
     let mut ranked = vec![];
     for round in halving {
         let shorter: Vec<_> = runs.iter().cloned().map(|(at, run)| (at, RunConfig { steps: round, ..run })).collect();
@@ -91,7 +98,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         file::write_table(&out.join("search.csv"), &ranked)?;
     }
     let ending = train_all(arguments, &runs, &out)?;
-    if !ranked.is_empty() && ending == ExitCode::SUCCESS {
+    if ending == ExitCode::SUCCESS {
         ranked.extend(rank(&runs, &out, runs[0].1.steps)?);
         file::write_table(&out.join("search.csv"), &ranked)?;
         println!("candidates, ranked: {}", out.join("search.csv").display());
@@ -107,7 +114,7 @@ fn train_one(arguments: &Arguments, runs: &[RunConfig], index: usize, out: &Path
     let last = runs.len() - 1;
     let run = runs.get(index).ok_or_else(|| bad(format!("--index {index}: the list goes from 0 to {last}")))?;
     let options = RunOptions { resume: true, tensorboard: arguments.tensorboard, quiet: false };
-    match curves::train_and_draw(run, out, options) {
+    match train_and_draw(run, out, options) {
         // No failure: it is left to that process, as in a sweep of many.
         Err(error) if error.is::<Busy>() => {
             eprintln!("{error}");
@@ -160,9 +167,6 @@ fn train_all(arguments: &Arguments, runs: &[(usize, RunConfig)], out: &Path) -> 
     let failed: Vec<&Ended> = ended.iter().filter(|job| job.code != Some(0) && !stopped(job)).collect();
     for job in &failed {
         eprintln!("failed: {}: {} ({})", job.name, job.words, job.log.display());
-    }
-    if failed.is_empty() && !stop.requested() {
-        program::next("report", &out.display().to_string());
     }
     Ok(if stop.requested() {
         ExitCode::from(cli::STOPPED)

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::Parser;
 use experiments::config::cli::RunArgs;
-use experiments::report::curves;
+use experiments::report::train_and_draw::train_and_draw;
 use experiments::run::folder::RunFolder;
 use experiments::run::train::RunOptions;
 use output::program;
@@ -51,7 +51,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
         return Ok(ExitCode::SUCCESS);
     }
-    let ending = curves::train_and_draw(&config, &arguments.out, arguments.options)?;
+    let ending = train_and_draw(&config, &arguments.out, arguments.options)?;
     if ending == ExitCode::SUCCESS && !arguments.options.quiet {
         let folder = RunFolder::below(&arguments.out, &config);
         let run = folder.path().display();

@@ -65,12 +65,12 @@ pub struct RunArgs {
 }
 
 impl SettingArgs {
-    /// The complete configuration, with an action space if one is named.
+    /// The complete configuration.
     ///
     /// # Errors
     /// Names the source and the key of what is wrong.
-    pub fn resolve(&self, space: Option<&ActionSpace>) -> Result<RunConfig> {
-        RunConfig::resolve(self.config.as_deref(), &self.overrides(space))
+    pub fn resolve(&self) -> Result<RunConfig> {
+        RunConfig::resolve(self.config.as_deref(), &self.overrides(None))
     }
 
     fn overrides(&self, space: Option<&ActionSpace>) -> Vec<(String, Value)> {
@@ -132,7 +132,7 @@ fn setup_parser() -> impl TypedValueParser<Value = String> {
 /// Reads a task's name for clap, which lists the known ones.
 pub fn task_parser() -> impl TypedValueParser<Value = TaskName> {
     PossibleValuesParser::new(TaskName::ALL.map(TaskName::as_str))
-        .map(|name| TaskName::ALL.into_iter().find(|task| task.as_str() == name).expect("one of the possible values"))
+        .map(|name| name.parse().expect("one of the possible values"))
 }
 
 fn preset_parser() -> impl TypedValueParser<Value = String> {
@@ -145,7 +145,11 @@ fn parse_seed(text: &str) -> Result<u32, String> {
     text.parse().map_err(|_| format!("{text}: must be a whole number, 0 to {}", u32::MAX))
 }
 
-fn parse_steps(text: &str) -> Result<u64, String> {
+/// A number of actions: 20000, 20_000 or 2e4.
+///
+/// # Errors
+/// If it is none.
+pub fn parse_steps(text: &str) -> Result<u64, String> {
     let value: f64 = text.replace('_', "").parse().map_err(|_| format!("{text:?} is not a number"))?;
     if value >= 1.0 && value.fract() == 0.0 && value < 1e12 {
         Ok(value as u64)

@@ -78,12 +78,12 @@ pub fn read(path: &Path) -> Result<Sweep> {
     file.name.as_deref().map_or(Ok(()), is_name).map_err(&wrong)?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let name = file.name.clone().unwrap_or_else(|| stem.into());
-    no_identity(&file.run).map_err(&wrong)?;
+    no_identity("run", &file.run).map_err(&wrong)?;
     let mut runs = vec![];
     let mut records = HashMap::new();
     let variants = file.variants().map_err(&wrong)?;
     for (variant, group) in variants.iter().flat_map(|variant| file.group.iter().map(move |group| (variant, group))) {
-        no_identity(&group.run).map_err(&wrong)?;
+        no_identity("group.run", &group.run).map_err(&wrong)?;
         for space in &group.spaces {
             if records.insert(space["name"].clone().to_string(), space).is_some_and(|other| other != space) {
                 return Err(wrong(format!("spaces: the name {} is used twice, for different spaces", space["name"])));
@@ -111,11 +111,10 @@ pub fn read(path: &Path) -> Result<Sweep> {
             return Err(wrong(format!("{id} stands there twice")));
         }
     }
-    let fewest = runs.iter().map(|run| run.steps).min();
-    let steps = fewest.ok_or_else(|| wrong("no run: a group needs tasks, spaces and seeds".into()))?;
-    if !file.halving.is_sorted_by(|a, b| a < b) || file.halving.iter().any(|&round| round == 0 || round >= steps) {
-        return Err(wrong(format!("halving = {:?}: rising numbers of actions below steps, {steps}", file.halving)));
+    if runs.is_empty() {
+        return Err(wrong("no run: a group needs tasks, spaces and seeds".into()));
     }
+    can_halve(&file.halving, &runs).map_err(wrong)?;
     Ok(Sweep { name, runs, halving: file.halving })
 }
 
@@ -153,7 +152,7 @@ impl File {
             is_name(name)?;
             let settings =
                 settings.as_table().ok_or_else(|| format!("variants.{name}: a table of settings is needed"))?;
-            no_identity(settings)?;
+            no_identity(&format!("variants.{name}"), settings)?;
             Ok(Variant { name: name.clone(), settings: settings.clone() })
         };
         self.variants.iter().map(variant).collect()
@@ -233,7 +232,7 @@ impl Group {
             let pairs = choices.iter().flat_map(|choice| values.iter().map(move |value| (choice, value)));
             choices = pairs.map(|(choice, value)| with(choice, value)).collect();
         }
-        choices.iter().try_for_each(|choice| no_identity(&choice.settings))?;
+        choices.iter().try_for_each(|choice| no_identity("vary", &choice.settings))?;
         Ok(choices)
     }
 
@@ -245,8 +244,28 @@ impl Group {
     }
 }
 
-/// Who a run is is no setting.
-fn no_identity(settings: &Table) -> Result<(), String> {
+/// Whether candidates can be ranked after these numbers of actions: by their evaluations in the last quarter.
+fn can_halve(halving: &[u64], runs: &[RunConfig]) -> Result<(), String> {
+    if halving.is_empty() {
+        return Ok(());
+    }
+    let steps = runs[0].steps;
+    if runs.iter().any(|run| run.steps != steps) {
+        return Err("halving: every run needs the same steps".into());
+    }
+    if !halving.is_sorted_by(|a, b| a < b) || halving.iter().any(|&round| round >= steps) {
+        return Err(format!("halving = {halving:?}: rising numbers of actions below steps, {steps}"));
+    }
+    for (round, every) in halving.iter().flat_map(|round| runs.iter().map(move |run| (round, run.evaluate_every))) {
+        if 4 * (round / every * every) <= 3 * round {
+            return Err(format!("halving: one evaluation in {every} actions, and none in the last quarter of {round}"));
+        }
+    }
+    Ok(())
+}
+
+/// Who a run is is no setting; `section` is where the settings stand.
+fn no_identity(section: &str, settings: &Table) -> Result<(), String> {
     let env = |key| settings.get("env").and_then(|env| env.get(key));
     let found = [
         ("seed", settings.get("seed")),
@@ -259,7 +278,7 @@ fn no_identity(settings: &Table) -> Result<(), String> {
         ),
     ];
     match found.iter().find(|(_, value)| value.is_some()) {
-        Some((key, _)) => Err(format!("run.{key}: a group's name, tasks, spaces and seeds say that")),
+        Some((key, _)) => Err(format!("{section}.{key}: a group's name, tasks, spaces and seeds say that")),
         None => Ok(()),
     }
 }
@@ -317,13 +336,13 @@ mod tests {
             (group.replace("lift", "left"), "left"),
             (group.to_string() + "run = { learner = { gama = 1 } }", "did you mean \"learner.gamma\""),
             (group.to_string() + "steps = 3", "known are name, tasks"),
-            (group.to_string() + "run = { seed = 2 }", "run.seed"),
+            (group.to_string() + "run = { seed = 2 }", "group.run.seed"),
             (group.to_string() + "run = { env = { space = \"osc\" } }", "run.env.space"),
             (group.to_string() + "run = { variant = \"a\" }", "run.variant"),
             (group.to_string() + "vary = { \"learner.nstep\" = [1] }", "did you mean \"learner.n_step\""),
             (group.to_string() + "vary = { \"learner.n_step\" = [] }", "vary.\"learner.n_step\": the list is empty"),
             (group.to_string() + "vary = { \"learner.n_step\" = 1 }", "a list of values"),
-            (group.to_string() + "vary = { seed = [1, 2] }", "run.seed"),
+            (group.to_string() + "vary = { seed = [1, 2] }", "vary.seed"),
             (group.to_string() + "vary = { \"learner.n_step\" = [3, 3] }", "lift aforce,n_step=3 1 stands there twice"),
             (group.to_string() + "name = \"a/b\"", "a/b"),
         ] {
@@ -384,6 +403,14 @@ mod tests {
             (of("", &range.replace("6000, 400", "200, 30")), "none of 200 candidates can run"),
             (of("halving = [300, 200]", range), "rising numbers of actions below steps, 900"),
             (of("halving = [900]", range), "below steps, 900"),
+            (
+                of("halving = [450]\nrun.evaluate_every = 300", range),
+                "one evaluation in 300 actions, and none in the last quarter of 450",
+            ),
+            (
+                of("halving = [300]", range) + &of("", range).replace("lift', 'door", "wipe") + "run.steps = 1800",
+                "same steps",
+            ),
         ] {
             let error = sweep(&text).unwrap_err().to_string();
             assert!(error.contains(word) && error.contains("sweep.toml"), "{error}");
@@ -416,7 +443,7 @@ mod tests {
         assert_eq!((runs[3].learner.gamma, runs[5].learner.gamma), (0.8, 0.9));
         let group = "[[group]]\ntasks = [\"lift\"]\nspaces = [\"osc\"]\nseeds = [1]\n";
         for (variants, word) in
-            [("a = 1", "variants.a: a table"), ("'a/b' = {}", "a/b"), ("a = { seed = 2 }", "run.seed")]
+            [("a = 1", "variants.a: a table"), ("'a/b' = {}", "a/b"), ("a = { seed = 2 }", "variants.a.seed")]
         {
             let error = sweep(&format!("[variants]\n{variants}\n{group}")).unwrap_err().to_string();
             assert!(error.contains(word), "{error}");

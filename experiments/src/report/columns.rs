@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::{Result, bail, ensure};
-use output::statistics::mean_of;
+use output::statistics::{mean, mean_of};
 
 use crate::config::RunConfig;
 use crate::run::csv_table::CsvTable;
@@ -95,11 +95,30 @@ impl Columns {
         Ok(by_step(self.points(column)?))
     }
 
-    /// Of the rows of each step, the share with the task fulfilled at the end and first fulfilled with the hand.
-    pub fn success_by_hand_by_step(&self) -> Result<Vec<(f64, f64)>> {
+    /// The rows after `step`.
+    pub fn after(mut self, step: f64) -> Result<Self> {
+        let mut late = self.values("step")?.into_iter().map(|at| at > step);
+        self.0.rows.retain(|_| late.next().expect("one per row"));
+        Ok(self)
+    }
+
+    /// Mean of the rows that have a number there; NaN if none has.
+    pub fn mean(&self, column: &str) -> Result<f64> {
+        Ok(mean_of(&self.points(column)?, |point| point.1))
+    }
+
+    /// Mean of the largest force (N) while the task stands fulfilled, over the rows in which it does.
+    pub fn fulfilled_max_force(&self) -> Result<f64> {
+        let times = self.values("fulfilled_time_s")?.into_iter();
+        let forces = times.zip(self.values("fulfilled_max_force_n")?).filter(|(time, _)| *time > 0.0);
+        Ok(mean(&forces.map(|(_, force)| force).collect::<Vec<_>>()))
+    }
+
+    /// The share of the rows with the task fulfilled for the whole last second and first fulfilled with the hand.
+    pub fn success_by_hand(&self) -> Result<f64> {
         let held = self.points("success_held")?.into_iter();
-        let rows = held.zip(self.points("success_without_hand")?);
-        Ok(by_step(rows.map(|((step, held), (_, without_hand))| (step, held * (1.0 - without_hand))).collect()))
+        let rows: Vec<_> = held.zip(self.points("success_without_hand")?).collect();
+        Ok(mean_of(&rows, |((_, held), (_, without_hand))| held * (1.0 - without_hand)))
     }
 }
 
@@ -136,7 +155,9 @@ mod tests {
         let header = "schema,step,success_held,success_without_hand";
         let rows = ["5,1,true,false", "5,1,true,true", "5,2,false,true", "5,2,false,false", "5,3,true,false"];
         fs_err::write(&path, format!("{header}\n{}\n", rows.join("\n"))).unwrap();
-        let shares = Columns::read(&path).unwrap().success_by_hand_by_step().unwrap();
-        assert_eq!(shares, [(1.0, 0.5), (2.0, 0.0), (3.0, 1.0)]);
+        let table = || Columns::read(&path).unwrap();
+        assert_eq!(table().success_by_hand().unwrap(), 2.0 / 5.0);
+        assert_eq!(table().after(1.0).unwrap().success_by_hand().unwrap(), 1.0 / 3.0);
+        assert!(table().after(3.0).unwrap().success_by_hand().unwrap().is_nan());
     }
 }

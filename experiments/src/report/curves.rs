@@ -1,17 +1,13 @@
 //! Learning curves, drawn from the tables of runs: of one run, and of a sweep.
 
-use std::path::Path;
-use std::process::ExitCode;
-
 use anyhow::Result;
 use output::plot::{self, Panel, Series};
 use output::statistics::{FEWEST_FOR_INTERVAL, interval, iqm, range};
 
-use crate::config::{RunConfig, RunId, cli};
+use crate::config::{RunConfig, RunId};
 use crate::report::columns::Columns;
 use crate::report::summary::{self, RunSummary};
 use crate::run::folder::RunFolder;
-use crate::run::train::{self, Ending, RunOptions};
 
 /// Training episodes in the running mean.
 const WINDOW: usize = 20;
@@ -77,27 +73,6 @@ pub fn of_runs(runs: &[(&RunFolder, &RunSummary)]) -> Result<Vec<Panel>> {
         Ok(panel(title, unit, labels.iter().map(of_group).collect::<Result<_>>()?))
     };
     PANELS.iter().chain([&FORCE]).map(drawn).collect()
-}
-
-/// Trains as `config` says in its folder below `out` and draws the learning curves, anew after every evaluation; the exit code of a program that does
-/// nothing else.
-///
-/// # Errors
-/// As [`train::in_folder`].
-pub fn train_and_draw(config: &RunConfig, out: &Path, options: RunOptions) -> Result<ExitCode> {
-    let folder = RunFolder::below(out, config);
-    let draw = || {
-        if let (Err(error), false) = (draw(&folder), options.quiet) {
-            // The run goes on all the same: its exit code says how it ended.
-            eprintln!("learning curves could not be drawn: {error:#}");
-        }
-    };
-    let ending = train::in_folder(config, &folder, options, &draw)?;
-    // Of a run that was done before, the picture may be missing.
-    if ending.is_some() || !folder.curves().with_extension("svg").exists() {
-        draw();
-    }
-    Ok(if ending == Some(Ending::Stopped) { ExitCode::from(cli::STOPPED) } else { ExitCode::SUCCESS })
 }
 
 fn in_thousands(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {

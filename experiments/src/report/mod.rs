@@ -1,6 +1,7 @@
 //! Run folders to tables and pictures.
 
 pub mod columns;
+pub mod comparable;
 pub mod curves;
 pub mod disturbed;
 pub mod groups;
@@ -11,4 +12,5 @@ pub mod search;
 pub mod summary;
 pub mod text;
 pub mod tournament;
+pub mod train_and_draw;
 pub mod verdicts;

@@ -13,6 +13,8 @@ use output::statistics::{mean, mean_of};
 
 /// Evaluations at the end of a run whose mean is its final return.
 const LAST: usize = 5;
+/// The first schema whose evaluations are played with sampled actions too.
+const EVALUATES_SAMPLED: u32 = 5;
 /// An evaluation return that counts as solved, of at most 500.
 pub const SOLVED: f64 = 450.0;
 
@@ -86,7 +88,7 @@ pub struct RunSummary {
     pub commit: String,
 }
 
-/// All folders below `root` in which a run has left something, sorted by path, each once however many links lead there; but for those
+/// All folders below `root` in which a run has left something, sorted by path and seed, each once however many links lead there; but for those
 /// of a search, which was to choose and is ranked in its search.csv.
 ///
 /// # Errors
@@ -101,7 +103,7 @@ fn find_new_runs(root: &Path, seen: &mut HashSet<PathBuf>) -> Result<Vec<RunFold
         return Ok(vec![]);
     }
     let mut paths: Vec<PathBuf> = fs_err::read_dir(root)?.map(|entry| Ok(entry?.path())).collect::<Result<_>>()?;
-    paths.sort();
+    paths.sort_by_cached_key(|path| (seed(path), path.clone()));
     let folder = RunFolder::at(root);
     if folder.episodes().is_file() || folder.done().is_file() {
         return Ok(vec![folder]);
@@ -114,6 +116,11 @@ fn find_new_runs(root: &Path, seen: &mut HashSet<PathBuf>) -> Result<Vec<RunFold
         runs.extend(find_new_runs(&path, seen)?);
     }
     Ok(runs)
+}
+
+/// Of a folder called seed_N: seed 10 comes after seed 2.
+fn seed(path: &Path) -> Option<u64> {
+    path.file_name()?.to_str()?.strip_prefix("seed_")?.parse().ok()
 }
 
 /// A group's name within its section: the action space, the variant, and the preset where it is none of those that tables are made with.
@@ -137,24 +144,25 @@ impl RunSummary {
         let config = RunConfig::resolve(Some(&run.config()), &[])?;
         let manifest = run.manifest()?;
         let (training, eval) = (Columns::read(&run.episodes())?, Columns::evaluations(run, "mean")?);
-        let sampled_eval = Columns::evaluations(run, "sampled")?;
         let lengths = training.values("length")?;
         ensure!(!lengths.is_empty(), "{}: no training episode", run.path().display());
+        let schema = training.values("schema")?[0] as u32;
         let returns = eval.mean_by_step("return")?;
         let end = returns.last().with_context(|| format!("{}: no evaluation", run.path().display()))?;
-        let last = |by_step: Vec<(f64, f64)>| mean_of(&by_step[by_step.len().saturating_sub(LAST)..], |p| p.1);
-        let at_end = |column: &str| Ok::<_, Error>(last(eval.mean_by_step(column)?));
-        let first_late = returns.len().checked_sub(LAST + 1).map_or(0.0, |i| returns[i].0);
-        let sampled = |column: &str| -> Result<f64> {
-            if !sampled_eval.is_empty() {
-                return Ok(last(sampled_eval.mean_by_step(column)?));
-            }
-            // Tables before schema 5: by what the actor earned while it learned, which is not averaged.
-            let points = training.points(column)?;
-            let late: Vec<f64> = points.iter().filter(|p| p.0 > first_late).map(|p| p.1).collect();
-            // Very long episodes: none may have ended since.
-            Ok(if late.is_empty() { mean_of(&points, |p| p.1) } else { mean(&late) })
+        // The last evaluations: of a number that not every episode has, those of their episodes that have it.
+        let before = returns.len().checked_sub(LAST + 1).map_or(0.0, |i| returns[i].0);
+        let eval = eval.after(before)?;
+        let at_end = |column: &str| eval.mean(column);
+        let sampled_eval = if schema >= EVALUATES_SAMPLED {
+            let sampled = Columns::evaluations(run, "sampled")?.after(before)?;
+            ensure!(!sampled.is_empty(), "{}: no evaluation with sampled actions", run.path().display());
+            sampled
+        } else {
+            // By what the actor earned while it learned, which is not averaged. Of very long episodes none may have ended since.
+            let late = Columns::read(&run.episodes())?.after(before)?;
+            if late.is_empty() { Columns::read(&run.episodes())? } else { late }
         };
+        let sampled = |column: &str| sampled_eval.mean(column);
         let solved = returns.iter().find(|p| p.1 >= SOLVED).map(|p| p.0);
         let progress = Columns::read(&run.progress())?;
         let minutes_to_450 = |clock: &str| {
@@ -171,7 +179,7 @@ impl RunSummary {
         // Tables of an earlier schema lack some columns.
         let known = |value: f64| (!value.is_nan()).then_some(value);
         Ok(RunSummary {
-            schema: training.values("schema")?[0] as u32,
+            schema,
             experiment: experiment(run.path(), root),
             task: config.env.task.as_str().into(),
             space: config.env.space.name.clone(),
@@ -216,12 +224,12 @@ impl RunSummary {
             tool_work_translation_per_action_j: known(per_action("tool_work_translation_j")?),
             tool_work_rotation_per_action_j: known(per_action("tool_work_rotation_j")?),
             final_success_held: known(at_end("success_held")?),
-            final_success_by_hand: known(last(eval.success_by_hand_by_step()?)),
+            final_success_by_hand: known(eval.success_by_hand()?),
             final_time_to_success_s: known(at_end("time_to_success_s")?),
             final_energy_to_success_j: known(at_end("energy_to_success_j")?),
             final_max_force_to_success_n: known(at_end("max_force_to_success_n")?),
             sampled_success_held: known(sampled("success_held")?),
-            sampled_success_by_hand: known(last(sampled_eval.success_by_hand_by_step()?)),
+            sampled_success_by_hand: known(sampled_eval.success_by_hand()?),
             sampled_success_without_hand: known(sampled("success_without_hand")?),
             sampled_hand_share_to_success: known(sampled("hand_share_to_success")?),
             sampled_time_to_success_s: known(sampled("time_to_success_s")?),
@@ -229,7 +237,7 @@ impl RunSummary {
             sampled_max_force_to_success_n: known(sampled("max_force_to_success_n")?),
             sampled_impulse_to_success_ns: known(sampled("impulse_to_success_ns")?),
             sampled_fulfilled_power_w: known(sampled("fulfilled_energy_j")? / sampled("fulfilled_time_s")?),
-            sampled_fulfilled_max_force_n: known(sampled("fulfilled_max_force_n")?),
+            sampled_fulfilled_max_force_n: known(sampled_eval.fulfilled_max_force()?),
             sampled_arm_max_contact_force_n: known(sampled("arm_max_contact_force_n")?),
             sampled_self_contact_time_s: known(sampled("self_contact_time_s")?),
             wall_s: manifest.spent.wall_s,
@@ -352,6 +360,39 @@ pub(crate) mod tests {
             Columns::read(&folder.eval()).unwrap().values("sucess_any").is_err(),
             "a misspelt column is no old one"
         );
+    }
+
+    /// A run that lost its skill has no time to success, however fast it once was.
+    #[test]
+    fn the_end_of_a_run_is_its_last_five_evaluations_for_every_column() {
+        let root = tempfile::tempdir().unwrap();
+        run(root.path(), "door/osc/seed_1", 2.0, 0.0);
+        let folder = RunFolder::at(&root.path().join("door/osc/seed_1"));
+        let evaluations = |last: Option<f64>| {
+            let mut table = String::from(
+                "schema,step,policy,return,success,time_to_success_s,fulfilled_time_s,fulfilled_max_force_n\n",
+            );
+            for (k, policy) in (1..=8).flat_map(|k| ["mean", "sampled"].map(|policy| (k, policy))) {
+                for episode in 0..2 {
+                    let time = if k == 3 { Some(7.0) } else { last.filter(|_| k == 8 && episode == 1) };
+                    let cell = time.map_or(String::new(), |time| time.to_string());
+                    let (stood, force) = time.map_or((0.0, 0.0), |time| (1.0, 10.0 * time));
+                    table += &format!("5,{},{policy},1,{},{cell},{stood},{force}\n", 10_000 * k, time.is_some());
+                }
+            }
+            fs_err::write(folder.eval(), table).unwrap();
+            let training = fs_err::read_to_string(folder.episodes()).unwrap().replace("\n2,", "\n5,");
+            fs_err::write(folder.episodes(), training).unwrap();
+            let row = RunSummary::of(&folder, root.path()).unwrap();
+            (
+                row.sampled_success,
+                row.sampled_time_to_success_s,
+                row.final_time_to_success_s,
+                row.sampled_fulfilled_max_force_n,
+            )
+        };
+        assert_eq!(evaluations(None), (0.0, None, None, None));
+        assert_eq!(evaluations(Some(9.0)), (0.1, Some(9.0), Some(9.0), Some(90.0)), "of the one episode that has it");
     }
 
     #[test]

@@ -12,7 +12,6 @@ use serde_json::Value;
 use settings::parse;
 use tasks::TaskName;
 
-use crate::config::label;
 use crate::report::summary::RunSummary;
 
 /// Probability of calling one difference of a task real though there is none, over all its hypotheses.
@@ -79,7 +78,7 @@ pub struct VerdictRow {
     pub verdict: &'static str,
 }
 
-/// Judges the hypotheses of `file` by `runs`.
+/// Judges the hypotheses of `file` by those of `runs` that are done.
 ///
 /// The exact two-sided rank test over seeds, corrected by Holm's method within a task for those that have runs: below 0.05 a
 /// hypothesis is `as expected` or `the other way round`. Else the two are `equal` if the 95 % interval of the difference of
@@ -91,7 +90,8 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
     let wrong = |problem: String| bad(format!("{}: {problem}", file.display()));
     let File { hypothesis: hypotheses } = parse(&fs_err::read_to_string(file)?).map_err(wrong)?;
     let numbers: Vec<Value> = runs.iter().map(|run| serde_json::to_value(run).expect("a row")).collect();
-    let mut rows: Vec<VerdictRow> = vec![];
+    let done: Vec<(&RunSummary, &Value)> = runs.iter().zip(&numbers).filter(|(run, _)| run.done).collect();
+    let (mut rows, mut samples): (Vec<VerdictRow>, Vec<[Vec<f64>; 2]>) = (vec![], vec![]);
     for hypothesis in &hypotheses {
         let metric = hypothesis.metric.as_str();
         if numbers.iter().any(|run| run.get(metric).is_none_or(|value| !value.is_number() && !value.is_null())) {
@@ -101,9 +101,9 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
             let worst = if hypothesis.expected == Expected::Above { f64::NEG_INFINITY } else { f64::INFINITY };
             let of = |space: &str| -> Result<Vec<f64>> {
                 let (mut seeds, mut values) = (HashSet::new(), vec![]);
-                for (run, numbers) in runs.iter().zip(&numbers) {
+                for (run, numbers) in &done {
                     let elsewhere = hypothesis.experiment.as_ref().is_some_and(|named| *named != run.experiment);
-                    if run.task != task.as_str() || label(&run.space, &run.variant) != space || elsewhere {
+                    if run.task != task.as_str() || run.label() != space || elsewhere {
                         continue;
                     }
                     if !seeds.insert(run.seed) {
@@ -114,14 +114,21 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
                 }
                 Ok(values)
             };
-            rows.push(row(hypothesis, task.as_str(), &of(&hypothesis.space)?, &of(&hypothesis.against)?));
+            let (a, b) = (of(&hypothesis.space)?, of(&hypothesis.against)?);
+            rows.push(row(hypothesis, task.as_str(), &a, &b));
+            samples.push([a, b]);
         }
     }
     for task in TaskName::ALL {
-        let mut of_task: Vec<&mut VerdictRow> =
-            rows.iter_mut().filter(|row| row.task == task.as_str() && row.p.is_some()).collect();
-        let corrected = holm(&of_task.iter().filter_map(|row| row.p).collect::<Vec<_>>());
-        of_task.iter_mut().zip(corrected).for_each(|(row, p)| row.p_holm = Some(p));
+        let of_task = rows.iter_mut().zip(&samples).filter(|(row, _)| row.task == task.as_str());
+        let mut of_task: Vec<_> = of_task.filter_map(|(row, samples)| Some((row.p?, row, samples))).collect();
+        let corrected = holm(&of_task.iter().map(|(p, ..)| *p).collect::<Vec<_>>());
+        // What Holm's method asks of the first.
+        let level = LEVEL / of_task.len() as f64;
+        for ((_, row, [a, b]), p) in of_task.iter_mut().zip(corrected) {
+            row.p_holm = Some(p);
+            row.smallest_detectable = smallest_detectable(a, b, level).filter(|d| d.is_finite());
+        }
     }
     let expected = hypotheses.iter().flat_map(|hypothesis| hypothesis.tasks.iter().map(|_| hypothesis.expected));
     rows.iter_mut().zip(expected).for_each(|(row, expected)| row.verdict = verdict(row, expected));
@@ -153,7 +160,7 @@ fn row(hypothesis: &Hypothesis, task: &str, a: &[f64], b: &[f64]) -> VerdictRow 
         above: both.then(|| probability_of_improvement(a, b)),
         p: both.then(|| p_value(a, b)),
         p_holm: None,
-        smallest_detectable: both.then(|| smallest_detectable(a, b, LEVEL)).flatten().filter(|d| d.is_finite()),
+        smallest_detectable: None,
         margin: hypothesis.margin,
         verdict: "",
     }
@@ -181,6 +188,8 @@ mod tests {
             seed,
             sampled_return,
             steps_to_450,
+            done: true,
+            preset: "swift".into(),
             ..RunSummary::default()
         };
         (11..).zip(returns.iter().zip(steps_to_450)).map(run).collect()
@@ -233,7 +242,17 @@ mod tests {
         assert!((rows[0].p.unwrap() - p).abs() < 1e-12 && (rows[0].p_holm.unwrap() - 5.0 * p).abs() < 1e-12);
         assert_eq!((rows[0].difference, rows[0].above, rows[2].above), (Some(40.0), Some(1.0), Some(0.0)));
         assert_eq!((rows[2].mean_against, rows[2].difference), (None, None), "three of them never came there");
-        assert!(rows[4].smallest_detectable.is_some_and(|d| (1.0..6.0).contains(&d)), "{:?}", rows[4]);
+        // Below 0.05 / 5 lies p of five seeds only where all pairs agree; steps are too few to see anything in.
+        assert!(rows[4].smallest_detectable.is_some_and(|d| (4.0..8.0).contains(&d)), "{:?}", rows[4]);
+    }
+
+    #[test]
+    fn a_run_counts_once_it_is_done_and_only_beside_its_like() {
+        let mut all = [runs("aforce", &[1.0, 2.0, 3.0], &[None; 3]), runs("osc", &[1.0, 2.0], &[None; 2])].concat();
+        all[2].done = false;
+        all[4].preset = "paper".into();
+        let row = judged(&hypothesis("sampled_return", "above", "osc", ""), &all).unwrap().remove(0);
+        assert_eq!((row.n_space, row.n_against, row.mean_space), (2, 1, Some(1.5)));
     }
 
     #[test]

@@ -13,6 +13,7 @@ pub mod progress_bar;
 pub mod rollout;
 pub mod rows;
 pub mod seeds;
+pub mod source;
 pub mod stop;
 pub mod tensorboard;
 pub mod train;

@@ -4,11 +4,12 @@ use std::path::Path;
 
 use aforce::ActionSpace;
 use anyhow::Result;
+use output::file;
 use output::parallel;
 use output::plot::{self, Panel, Series};
 use output::statistics::{deviation, mean};
 
-use crate::metrics::{METRICS, cell, column, measure};
+use crate::metrics::{METRICS, cell, column, measure, write_wipes};
 use crate::setup::Setup;
 use crate::spaces::HIGH;
 use crate::trial::{Disturbance, Trial};
@@ -52,17 +53,12 @@ impl Comparison {
     /// # Errors
     /// If the disk does not take them.
     pub fn write(&self, out: &Path) -> Result<()> {
-        let mut table = csv::Writer::from_path(out.join("trials.csv"))?;
-        table.write_record(["space", "trial"].into_iter().chain(METRICS.iter().map(|metric| metric.name)))?;
-        for (space, rows) in self.spaces.iter().zip(&self.values) {
-            for (trial, row) in rows.iter().enumerate() {
-                let keys = [space.clone(), trial.to_string()];
-                table.write_record(keys.into_iter().chain(row.iter().copied().map(cell)))?;
-            }
-        }
-        table.flush()?;
+        let trials = self.spaces.iter().zip(&self.values).flat_map(|(space, rows)| {
+            rows.iter().enumerate().map(move |(trial, row)| ([space.clone(), trial.to_string()], row.to_vec()))
+        });
+        write_wipes(&out.join("trials.csv"), ["space", "trial"], trials)?;
 
-        let mut table = csv::Writer::from_path(out.join("comparison.csv"))?;
+        let mut table = csv::Writer::from_writer(vec![]);
         let header =
             ["metric", "space", "mean", "deviation", "minus_high_mean", "minus_high_deviation", "ratio_to_high"];
         table.write_record(header)?;
@@ -76,7 +72,7 @@ impl Comparison {
                 table.write_record([metric.into(), space.clone()].into_iter().chain(numbers.map(cell)))?;
             }
         }
-        table.flush()?;
+        file::replace(&out.join("comparison.csv"), &table.into_inner()?)?;
         plot::write_with_png("Stiffness and what it costs, 1 kHz", &self.panels(), &out.join("comparison"))
     }
 

@@ -6,7 +6,7 @@ use aforce::{ActionSpace, Damping, DeltaSign, Interpolation, Psi, RateRule, Stif
 use anyhow::Result;
 use output::parallel;
 
-use crate::metrics::{METRICS, cell, measure};
+use crate::metrics::{measure, write_wipes};
 use crate::sensing::WrenchSource;
 use crate::setup::Setup;
 use crate::trial::{Disturbance, Trial};
@@ -122,15 +122,12 @@ pub fn write(
         let space = &setup.spaces[space];
         let trial = Trial::random(seed, trial);
         let record = simulate(&Run { setup: &setup, space, trial, disturbance: condition.disturbance })?;
-        anyhow::Ok(measure(&record, setup.force).into_iter().map(cell).collect::<Vec<_>>())
+        anyhow::Ok(measure(&record, setup.force))
     })?;
-    let mut table = csv::Writer::from_path(path)?;
-    table.write_record(["condition", "space", "trial"].into_iter().chain(METRICS.iter().map(|metric| metric.name)))?;
-    for ((condition, space, trial), row) in jobs.iter().zip(rows) {
-        let keys = [condition.name.into(), setup.spaces[*space].name.clone(), trial.to_string()];
-        table.write_record(keys.into_iter().chain(row))?;
-    }
-    Ok(table.flush()?)
+    let rows = jobs.iter().zip(rows).map(|((condition, space, trial), row)| {
+        ([condition.name.into(), setup.spaces[*space].name.clone(), trial.to_string()], row)
+    });
+    write_wipes(path, ["condition", "space", "trial"], rows)
 }
 
 #[cfg(test)]

@@ -86,7 +86,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let Arguments { out, config, seed, trials } = arguments;
     let setup = config.as_ref().map_or_else(|| Ok(Setup::default()), |path| Setup::read(path))?;
     let manifest = Manifest::begin(out, *seed)?;
-    fs_err::write(out.join("config.toml"), toml::to_string(&setup)?)?;
+    file::replace(&out.join("config.toml"), toml::to_string(&setup)?.as_bytes())?;
     eprintln!("one wipe over time");
     evolution::write(&setup, out)?;
     eprintln!("{trials} trials with every action space");

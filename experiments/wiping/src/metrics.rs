@@ -1,5 +1,10 @@
 //! What is measured of every wipe: the columns of the tables.
 
+use std::path::Path;
+
+use anyhow::Result;
+use output::file;
+
 use crate::record::{Outcome, Record};
 
 /// One column.
@@ -60,6 +65,23 @@ pub(crate) fn cell(value: f64) -> String {
         value if value != 0.0 && value.abs() < 1e-3 => format!("{value:.3e}"),
         value => format!("{value:.6}"),
     }
+}
+
+/// Writes a table whose rows are a wipe each: the columns `keys` that say which, then every metric.
+///
+/// # Errors
+/// If the disk does not take it.
+pub(crate) fn write_wipes<const N: usize>(
+    path: &Path,
+    keys: [&str; N],
+    rows: impl IntoIterator<Item = ([String; N], Vec<f64>)>,
+) -> Result<()> {
+    let mut table = csv::Writer::from_writer(vec![]);
+    table.write_record(keys.into_iter().chain(METRICS.iter().map(|metric| metric.name)))?;
+    for (keys, row) in rows {
+        table.write_record(keys.into_iter().chain(row.into_iter().map(cell)))?;
+    }
+    file::replace(path, &table.into_inner()?)
 }
 
 /// Column of a metric.

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use aforce::{EnergyLedger, Vector3, Vector6};
 use anyhow::Result;
+use output::file;
 
 /// Part of the script.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd)]
@@ -207,7 +208,7 @@ impl Record {
         }
         header.extend(["quaternion_error", "energy_j", "control_energy_j"].map(String::from));
 
-        let mut table = csv::Writer::from_path(path)?;
+        let mut table = csv::Writer::from_writer(vec![]);
         table.write_record(header)?;
         for s in self.samples.iter().step_by(10) {
             let mut row = vec![format!("{:.3}", s.time), s.phase.name().into()];
@@ -219,6 +220,6 @@ impl Record {
             row.extend(all.map(|value| format!("{value:.6}")));
             table.write_record(row)?;
         }
-        Ok(table.flush()?)
+        file::replace(path, &table.into_inner()?)
     }
 }

@@ -42,7 +42,8 @@ class Env(gym.Env, EzPickle):
 
     Observations and actions are float32; NaN or a wrong shape is a ValueError. An episode is truncated at its horizon, and
     terminated only if the simulation diverges. `info`: is_success, energy (J, of this action), force and hand_force (N, largest
-    sustained of the whole arm, and beyond the wrist), penalty, reward_terms.
+    sustained of the whole arm, and beyond the wrist), penalty, motion_cost (reward lost to the price of motion), reward_terms,
+    which, less motion_cost, add up to the reward.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 20}

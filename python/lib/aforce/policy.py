@@ -57,9 +57,10 @@ class Policy:
         """The environment in which it was trained; keywords change it."""
         return gym.make(f"aforce/{self.task.capitalize()}-v0", config=self.config, scaled=self.scaled, **keywords)
 
-    def predict(self, observation, deterministic=True, rng=None):
-        """The action, or an array of actions, for an observation or an array of them, and None: Stable-Baselines3's form.
-        Not `deterministic` is a sample of the policy, drawn with `rng`, a numpy.random.Generator."""
+    def predict(self, observation, state=None, episode_start=None, *, deterministic=True, rng=None):
+        """The action, or an array of actions, for an observation or an array of them, and None: Stable-Baselines3's form, so that
+        its evaluate_policy takes a policy. There is no state: `state` and `episode_start` do not count. Not `deterministic` is a
+        sample of the policy, drawn with `rng`, a numpy.random.Generator."""
         x = np.asarray(observation, np.float32)
         if x.shape[-1:] != self._layers[0][0].shape[1:]:
             raise ValueError(f"observation has shape {x.shape}, must end with {self._layers[0][0].shape[1]}")

@@ -1,6 +1,7 @@
 """Episodes as pages for a browser."""
 
 import os
+import warnings
 
 import gymnasium as gym
 
@@ -10,14 +11,15 @@ from .env import Env
 class Recorder(gym.Wrapper):
     """Writes every episode of an environment as an interactive page: `Recorder(env, "lift.html")`, one file that any browser
     opens, with the scene in three dimensions and all curves. The next episode replaces it, unless the name holds `{}`, which
-    becomes the episode's number. An episode that is broken off is written at the next reset, or by `close`."""
+    becomes the episode's number. An episode that is broken off is written at the next reset, or by `close`. One that began without
+    the Recorder is not recorded, and a warning says so."""
 
     def __init__(self, env, path, who="Python"):
         super().__init__(env)
         if not isinstance(env.unwrapped, Env):
             raise TypeError(f"Recorder wants an environment of aforce, not {env.unwrapped}")
         self._path, self._who, self._episode, self._unwritten = os.fspath(path), who, 0, False
-        env.unwrapped._native.record(True)
+        env.unwrapped._native.record()
 
     def reset(self, **keywords):
         self.write()
@@ -32,10 +34,14 @@ class Recorder(gym.Wrapper):
 
     def write(self):
         """Writes what happened since the last reset, unless it is written."""
-        if self._unwritten:
-            self.env.unwrapped._native.write_page(self._path.replace("{}", str(self._episode)), self._who)
-            self._unwritten = False
+        if not self._unwritten:
+            return
+        path = self._path.replace("{}", str(self._episode))
+        if self.env.unwrapped._native.write_page(path, self._who):
             self._episode += 1
+        else:
+            warnings.warn(f"{path}: not written, for the episode began without the Recorder: reset through it", stacklevel=3)
+        self._unwritten = False
 
     def close(self):
         self.write()

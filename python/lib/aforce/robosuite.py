@@ -3,7 +3,8 @@
     import aforce.robosuite
     env = robosuite.make("Lift", robots="Panda", controller_configs={"type": "AFORCE", "space": "aforce"}, ...)
 
-Other keys of `controller_configs` are those of `aforce.Controller`: position_step, rotation_step, contact_axis, ..
+Other keys of `controller_configs` are those of `aforce.Controller`: position_step, rotation_step, contact_axis, .. robosuite itself
+sets dt, torque_limits and policy_hz.
 """
 
 import numpy as np

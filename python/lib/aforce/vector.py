@@ -1,5 +1,6 @@
 """Several environments in one process, on several threads."""
 
+import json
 import os
 
 import numpy as np
@@ -7,7 +8,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv as Base
 from gymnasium.vector.utils import batch_space
 
 from ._native import Vector as Native
-from .env import Env, checked_seed, spaces_of
+from .env import checked_seed, spaces_of
 
 
 class VectorEnv(Base):
@@ -17,22 +18,37 @@ class VectorEnv(Base):
     threads         on how many threads; all processors if not given
     autoreset_mode  gymnasium.vector.AutoresetMode: NEXT_STEP, SAME_STEP (with `final_obs` and `final_info`) or DISABLED
 
-    Everything else as in `Env`. Environment i of `reset(seed=s)` plays the episode of seed s + i. `info` has arrays.
+    Everything else as in `Env`, but a vector draws no pictures. Environment i of `reset(seed=s)` plays the episode of seed s + i.
+    `info` has arrays.
     """
 
     def __init__(
-        self, task, num_envs=1, *, threads=None, autoreset_mode=AutoresetMode.NEXT_STEP, config=None, scaled=False, **settings
+        self,
+        task,
+        num_envs=1,
+        *,
+        threads=None,
+        autoreset_mode=AutoresetMode.NEXT_STEP,
+        config=None,
+        scaled=False,
+        render_mode=None,
+        render_size=None,
+        **settings,
     ):
-        template = Env(task, config=config, scaled=scaled, **settings)
-        self.single_observation_space, self.single_action_space = template.observation_space, template.action_space
-        self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self.action_space = batch_space(self.single_action_space, num_envs)
-        self.autoreset_mode = AutoresetMode(autoreset_mode)
-        self.metadata = {**template.metadata, "render_modes": [], "autoreset_mode": self.autoreset_mode}
-        self.num_envs = num_envs
+        for name, value in (("render_mode", render_mode), ("render_size", render_size)):
+            if value is not None:
+                raise ValueError(f"{name} = {value!r} is not allowed; allowed: None, a vector draws no pictures")
         threads = len(os.sched_getaffinity(0)) if threads is None else threads
         config = None if config is None else os.fspath(config)
         self._native = Native(num_envs, threads, task, config, settings, bool(scaled))
+        description = json.loads(self._native.describe())
+        self.single_observation_space, self.single_action_space = spaces_of(description, scaled)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        rate = description["env"]["controller"]["policy_hz"]
+        self.metadata = {"render_modes": [], "render_fps": rate, "autoreset_mode": self.autoreset_mode}
+        self.num_envs = num_envs
         self._ended = np.zeros(num_envs, bool)
 
     def reset(self, *, seed=None, options=None):

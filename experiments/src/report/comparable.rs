@@ -1,0 +1,108 @@
+//! Which runs may stand in one table.
+
+use anyhow::{Result, bail, ensure};
+
+use crate::config::RunConfig;
+use crate::report::groups::Section;
+use crate::report::summary::RunSummary;
+use crate::run::folder::RunFolder;
+
+/// Runs of a group stand for each other: they have to differ in their seed and in nothing else. Groups are compared: their
+/// runs may also differ in the action space, in the learner (and how long it trains) if their presets
+/// do, and in anything if their variants do: a variant's name says what.
+///
+/// # Errors
+/// Names two runs that do not fit together, and in what they differ.
+pub fn comparable(runs: &[RunFolder], rows: &[RunSummary]) -> Result<()> {
+    let mut seen: Vec<(&RunFolder, &RunSummary, RunConfig)> = vec![];
+    for (run, row) in runs.iter().zip(rows) {
+        let config = RunConfig::resolve(Some(&run.config()), &[])?;
+        for (other, their_row, theirs) in &seen {
+            if Section::of(row) != Section::of(their_row) {
+                continue;
+            }
+            let (there, here) = (other.path().display(), run.path().display());
+            ensure!(
+                row.label() != their_row.label() || theirs.seed != config.seed,
+                "{there} and {here} have the same seed: keep them in different folders"
+            );
+            ensure!(
+                row.label() != their_row.label() || row.preset == their_row.preset,
+                "{there} has the preset {}, {here} {}: keep them in different folders",
+                their_row.preset,
+                row.preset
+            );
+            if theirs.variant != config.variant {
+                continue;
+            }
+            let mut alike = config.clone();
+            alike.seed = theirs.seed;
+            if theirs.env.space.name != config.env.space.name {
+                alike.env.space = theirs.env.space.clone();
+            }
+            if theirs.preset != config.preset {
+                let RunConfig { preset, learner, steps, evaluate_every, .. } = theirs.clone();
+                alike = RunConfig { preset, learner, steps, evaluate_every, ..alike };
+            }
+            if let Some(difference) = theirs.difference(&alike) {
+                bail!(
+                    "{there} and {here} differ in more than their seed and space ({difference}): keep them in different folders"
+                );
+            }
+            ensure!(
+                theirs.steps == alike.steps,
+                "{there} is a run of {} actions, {here} one of {}: take the shorter one on",
+                theirs.steps,
+                config.steps
+            );
+        }
+        seen.push((run, row, config));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::summary::tests::run;
+
+    /// A run with `osc` beside one with `space`, in whose configuration some words are replaced.
+    fn compared(space: &str, changes: &[(&str, &str)]) -> Result<()> {
+        let root = tempfile::tempdir().unwrap();
+        let paths = ["lift/osc/seed_1".to_string(), format!("lift/{space}/seed_2")];
+        paths.iter().for_each(|path| drop(run(root.path(), path, 2.0, 0.0)));
+        let folders = paths.map(|path| RunFolder::at(&root.path().join(path)));
+        let config = format!("seed = 2\n{}", fs_err::read_to_string(folders[1].config()).unwrap());
+        let changed = changes.iter().fold(config, |text, (from, to)| text.replace(from, to));
+        fs_err::write(folders[1].config(), changed).unwrap();
+        let rows: Vec<_> = folders.iter().map(|folder| RunSummary::of(folder, root.path()).unwrap()).collect();
+        comparable(&folders, &rows)
+    }
+
+    #[test]
+    fn runs_of_a_table_differ_in_what_it_is_about() {
+        let steps = ("steps = 80000", "steps = 90000");
+        let learner = ("[env]", "learner.gamma = 0.5\n[env]");
+        let reward = ("[env]", "[env]\nmotion_price = 0.1");
+        let preset = ("desktop", "swift");
+        let variant = ("[env]", "variant = \"cheap\"\n[env]");
+        for fits in [
+            compared("osc", &[]),
+            compared("aforce", &[]),
+            compared("aforce", &[preset]),
+            compared("osc", &[variant, reward, learner, steps]),
+        ] {
+            fits.unwrap();
+        }
+        for (differs, words) in [
+            (compared("osc", &[("seed = 2", "seed = 1")]), "have the same seed"),
+            (compared("osc", &[preset]), "has the preset desktop"),
+            (compared("aforce", &[learner]), "learner.gamma: there 0.97, here 0.5"),
+            (compared("osc", &[reward]), "env.motion_price: there 0.0, here 0.1"),
+            (compared("aforce", &[steps]), "is a run of 80000 actions"),
+        ] {
+            let error = differs.unwrap_err().to_string();
+            assert!(error.contains(words) && error.contains("seed_1") && error.contains("seed_2"), "{error}");
+        }
+    }
+}

@@ -1,3 +1,0 @@
-//! Playing what was trained; how an episode looks is the crate `show`'s.
-
-pub mod source;
