@@ -30,10 +30,16 @@ pub struct Actor {
 }
 
 impl Actor {
-    /// An actor with all parameters zero.
-    pub(crate) fn zeros(config: &Config, observation_dim: usize, action_dim: usize, rng: ChaCha8Rng) -> Self {
-        let sizes = [&[observation_dim], config.hidden.as_slice(), &[2 * action_dim]].concat();
-        Self { network: Networks::zeros(&["actor"], &sizes), policy: SquashedGaussian::new(config), rng }
+    /// What its network is called.
+    pub(crate) const NAMES: &[&str] = &["actor"];
+
+    /// Sizes of its network.
+    pub(crate) fn sizes(config: &Config, observation_dim: usize, action_dim: usize) -> Vec<usize> {
+        [&[observation_dim], config.hidden.as_slice(), &[2 * action_dim]].concat()
+    }
+
+    pub(crate) fn new(config: &Config, network: Networks, rng: ChaCha8Rng) -> Self {
+        Self { network, policy: SquashedGaussian::new(config), rng }
     }
 
     /// Numbers in an observation.

@@ -18,7 +18,8 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::network::{Entry, Networks};
+use crate::buffer::Buffer;
+use crate::network::{self, Entry, Networks};
 use crate::synced_file;
 use crate::tensor_file::{Tensors, write_tensors};
 use crate::{Actor, Config, Error, Replay, Sac, replay_file};
@@ -66,6 +67,9 @@ impl Checkpoint {
     /// Writes a checkpoint to `folder`, in place of the one there. It is written beside it and then renamed, so that a kill at any moment
     /// leaves the old or the new one, whole.
     ///
+    /// To go on with the same bits, save between episodes: after the last step of one and before [`Sac::begin_episode`] of the next. Pink
+    /// noise of a running episode is not kept. A policy to be played can be saved at any time.
+    ///
     /// # Errors
     ///
     /// [`Error::Io`] if the disk is full or not writable; the old checkpoint stays.
@@ -112,15 +116,19 @@ impl Checkpoint {
     fn read(folder: &Path, config: &Config, observation_dim: usize, action_dim: usize) -> Result<Self, Error> {
         let state = read_state(folder, observation_dim, action_dim)?;
         same_settings(&state.config, config).map_err(|problem| Error::checkpoint(&folder.join(STATE), problem))?;
+        let policy = read_policy(folder, &state, config)?;
         let mut sac = Sac::zeros(config, observation_dim, action_dim);
-        sac.updates = state.updates;
+        (sac.average, sac.updates) = (policy, state.updates);
         (sac.actor.rng, sac.batch_rng, sac.noise_rng) = (state.acting_rng, state.batch_rng, state.noise_rng);
 
         let (actor, critics) = (sac.actor.network.entries(), sac.critics.entries());
-        read_policy(folder, state.updates, state.policy_hash.as_deref(), &mut sac.average)?;
-        Tensors::read(folder.join("online_actor.safetensors"))?.copy(&actor, "", &mut sac.actor.network.values)?;
-        Tensors::read(folder.join("critic.safetensors"))?.copy(&critics, "", &mut sac.critics.values)?;
-        Tensors::read(folder.join("target.safetensors"))?.copy(&critics, "", &mut sac.targets.values)?;
+        for (file, entries, values) in [
+            ("online_actor.safetensors", &actor, &mut sac.actor.network.values),
+            ("critic.safetensors", &critics, &mut sac.critics.values),
+            ("target.safetensors", &critics, &mut sac.targets.values),
+        ] {
+            values.copy_from_slice(&Tensors::read(folder.join(file))?.values(entries, "")?);
+        }
         let optimizer = Tensors::read(folder.join("optimizer.safetensors"))?;
         let temperature = log_temperature();
         let adams = [
@@ -129,10 +137,10 @@ impl Checkpoint {
             (&mut sac.temperature_adam, &temperature),
         ];
         for (adam, entries) in adams {
-            optimizer.copy(entries, ".adam_m", &mut adam.m)?;
-            optimizer.copy(entries, ".adam_v", &mut adam.v)?;
+            adam.m = optimizer.values(entries, ".adam_m")?;
+            adam.v = optimizer.values(entries, ".adam_v")?;
         }
-        optimizer.copy(&temperature, "", std::slice::from_mut(&mut sac.log_temperature))?;
+        sac.log_temperature = optimizer.values(&temperature, "")?[0];
 
         let path = folder.join("replay.bin");
         let replay =
@@ -152,11 +160,10 @@ impl Actor {
         whole(folder, |folder| {
             let state = read_state(folder, observation_dim, action_dim)?;
             let at = |problem: &dyn ToString| Error::checkpoint(&folder.join(STATE), problem.to_string());
-            let config: Config = serde_json::from_value(state.config).map_err(|e| at(&e))?;
+            let config = Config::deserialize(&state.config).map_err(|e| at(&e))?;
             config.validate().map_err(|e| at(&e))?;
-            let mut actor = Self::zeros(&config, observation_dim, action_dim, ChaCha8Rng::seed_from_u64(seed));
-            read_policy(folder, state.updates, state.policy_hash.as_deref(), &mut actor.network)?;
-            Ok((actor, state.caller))
+            let policy = read_policy(folder, &state, &config)?;
+            Ok((Self::new(&config, policy, ChaCha8Rng::seed_from_u64(seed)), state.caller))
         })
     }
 }
@@ -213,21 +220,24 @@ fn read_state(folder: &Path, observation_dim: usize, action_dim: usize) -> Resul
     Ok(state)
 }
 
-/// Reads the policy that has seen `updates` and has this hash, if there is one, and if its file says how many it has seen: those of older
-/// checkpoints do not.
-fn read_policy(folder: &Path, updates: u64, expected: Option<&str>, policy: &mut Networks) -> Result<(), Error> {
+/// Reads the policy that `state` belongs to: it has seen as many updates and has the hash that `state` names, as far as the files say
+/// so; those of older checkpoints do not.
+fn read_policy(folder: &Path, state: &State, config: &Config) -> Result<Networks, Error> {
     let path = folder.join(POLICY);
     let file = Tensors::read(path.clone())?;
-    if let Some(other) = file.metadata(UPDATES)?.filter(|other| *other != updates.to_string()) {
+    let updates = state.updates.to_string();
+    if let Some(other) = file.metadata(UPDATES)?.filter(|other| *other != updates) {
         let problem = format!("has seen {other} updates, {STATE} beside it {updates}");
         return Err(Error::checkpoint(&path, problem));
     }
-    file.copy(&policy.entries(), "", &mut policy.values)?;
-    match expected {
-        Some(expected) if hash(&path)? != expected => {
+    let sizes = Actor::sizes(config, state.observation_dim, state.action_dim);
+    // Before any network is made: settings that are not the file's must not ask for memory.
+    let values = file.values(&network::entries(Actor::NAMES, &sizes), "")?;
+    match &state.policy_hash {
+        Some(expected) if hash(&path)? != *expected => {
             Err(Error::checkpoint(&path, format!("not the policy that {STATE} beside it belongs to")))
         }
-        _ => Ok(()),
+        _ => Ok(Networks::with_values(Actor::NAMES, &sizes, Buffer::from_slice(&values))),
     }
 }
 

@@ -28,8 +28,8 @@ pub struct Config {
     pub tau: f64,
     /// Updates between two such moves.
     pub target_period: u64,
-    /// Fraction by which the policy that is evaluated moves towards the actor after every update, in (0, 1]; 1 is the actor itself. A mean
-    /// over the last updates plays more evenly than any of them.
+    /// Fraction by which the policy that is evaluated moves towards the actor after each step of the actor, in (0, 1]; 1 is the actor
+    /// itself. A mean over the last steps plays more evenly than any of them.
     #[serde(default = "no_average")]
     pub policy_average: f64,
     /// Updates of the critics for one of actor, averaged policy and temperature.
@@ -118,10 +118,10 @@ impl Config {
         };
         let rate = "above 0, at most 1";
         check(
-            !self.hidden.is_empty() && self.hidden.iter().all(|n| (1..=16_384).contains(n)),
+            (1..=8).contains(&self.hidden.len()) && self.hidden.iter().all(|n| (1..=16_384).contains(n)),
             "hidden",
             &format!("{:?}", self.hidden),
-            "one or more sizes of 1 to 16384",
+            "one to eight layers of 1 to 16384 units",
         )?;
         check((1..=65_536).contains(&self.batch_size), "batch_size", &self.batch_size, "1 to 65536")?;
         check(
@@ -241,10 +241,12 @@ mod tests {
         assert_eq!(message(|c| c.gamma = 1.0), "gamma = 1 is out of range: at least 0, below 1");
         assert_eq!(
             message(|c| c.hidden = vec![256, 0]),
-            "hidden = [256, 0] is out of range: one or more sizes of 1 to 16384"
+            "hidden = [256, 0] is out of range: one to eight layers of 1 to 16384 units"
         );
         for (change, field) in [
             ((|c| c.hidden = vec![999_999_999]) as fn(&mut Config), "hidden"),
+            (|c| c.hidden = vec![], "hidden"),
+            (|c| c.hidden = vec![256; 9], "hidden"),
             (|c| c.batch_size = 0, "batch_size"),
             (|c| c.batch_size = 1_000_000, "batch_size"),
             (|c| c.actor_learning_rate = 0.0, "actor_learning_rate"),

@@ -37,12 +37,11 @@ impl LayerNorm {
         }
     }
 
-    /// The derivative by y of the last so many runs becomes that by x.
+    /// The derivative by y becomes that by x.
     pub fn backward(&self, delta: &mut [f32]) {
         let n = self.size as f32;
-        let from = self.normal.len() - delta.len();
-        let runs = delta.chunks_exact_mut(self.size).zip(self.normal[from..].chunks_exact(self.size));
-        for ((delta, normal), scale) in runs.zip(&self.scale[from / self.size..]) {
+        let runs = delta.chunks_exact_mut(self.size).zip(self.normal.chunks_exact(self.size));
+        for ((delta, normal), scale) in runs.zip(&self.scale) {
             let mean = sum(delta, |d| d) / n;
             let slope = sum_products(delta, normal) / n;
             for (d, y) in delta.iter_mut().zip(normal) {

@@ -1,7 +1,7 @@
 //! Soft Actor-Critic for continuous actions: the only crate that sees libtorch, and one that knows neither robots nor tasks.
 //!
 //! Observations, actions and rewards are `f32` slices; everything random comes from a seed; the same seed gives the same bits, also when
-//! a run is stopped, saved ([`Checkpoint`]) and continued.
+//! a run is stopped between two episodes, saved ([`Checkpoint::save`]) and continued.
 //!
 //! ```
 //! use sac::{Act, Config, Replay, Sac, Transition};
@@ -11,6 +11,7 @@
 //! let mut replay = Replay::new(&config, 1, 1);
 //! let mut action = [0.0];
 //! for step in 1..=200 {
+//!     sac.begin_episode();
 //!     let observation = [(step as f32).sin()];
 //!     sac.act(&observation, &mut action, if step <= config.random_steps { Act::Random } else { Act::Sample });
 //!     let reward = -(action[0] - observation[0]).powi(2);

@@ -3,7 +3,8 @@
 /// What an update reports, averaged over its batch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Losses {
-    /// Sum of both critics' mean squared errors, in reward^2.
+    /// Sum of both critics' losses: mean squared errors, in reward^2; with a histogram
+    /// ([`Config::value_bins`](crate::Config::value_bins)) mean cross-entropies, in nat.
     pub critic_loss: f32,
     /// Euclidean norm of the critics' gradient.
     pub grad_norm_critic: f32,

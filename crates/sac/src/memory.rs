@@ -47,26 +47,26 @@ impl Memory {
     pub fn new(config: &Config, actor: &Actor, critics: &Networks) -> Self {
         let n = config.batch_size;
         let (observations, actions) = (actor.observation_dim(), actor.action_dim());
-        let critic_pass = |back_rows| {
-            let pass = Pass::new(critics, n, back_rows);
+        let critic_pass = |back| {
+            let pass = Pass::new(critics, n, back);
             if config.layer_norm { pass.normalised(critics) } else { pass }
         };
         Self {
             batch: Batch::zeros(n, observations, actions),
-            next: Drawn::new(actor, n, 0),
-            present: Drawn::new(actor, n, n),
+            next: Drawn::new(actor, n, false),
+            present: Drawn::new(actor, n, true),
             done: Buffer::zeros(n * (observations + actions)),
             action_gradient: Buffer::zeros(n * actions),
             actor_gradient: actor.network.clone(),
             critic_gradient: critics.clone(),
-            critic_pass: critic_pass(n),
-            target_pass: critic_pass(0),
+            critic_pass: critic_pass(true),
+            target_pass: critic_pass(false),
         }
     }
 }
 
 impl Drawn {
-    fn new(actor: &Actor, rows: usize, back_rows: usize) -> Self {
+    fn new(actor: &Actor, rows: usize, back: bool) -> Self {
         let (observation_dim, actions) = (actor.observation_dim(), actor.action_dim());
         Self {
             observation_dim,
@@ -74,7 +74,7 @@ impl Drawn {
             samples: vec![Sample::default(); rows * actions],
             log_prob: vec![0.0; rows],
             input: Buffer::zeros(rows * (observation_dim + actions)),
-            pass: Pass::new(&actor.network, rows, back_rows),
+            pass: Pass::new(&actor.network, rows, back),
         }
     }
 

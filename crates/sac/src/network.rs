@@ -21,7 +21,7 @@ pub(crate) struct Layer {
 /// layers of twins are thus one matrix of twice the height: both see the same input.
 #[derive(Debug)]
 pub(crate) struct Networks {
-    names: Vec<String>,
+    names: Vec<&'static str>,
     /// Input, hidden and output sizes.
     pub sizes: Vec<usize>,
     pub values: Buffer,
@@ -48,25 +48,25 @@ impl Entry {
 
 impl Networks {
     /// Networks of the given names and sizes, all parameters zero.
-    pub fn zeros(names: &[&str], sizes: &[usize]) -> Self {
+    pub fn zeros(names: &[&'static str], sizes: &[usize]) -> Self {
         let len = names.len() * sizes.windows(2).map(|s| (s[0] + 1) * s[1]).sum::<usize>();
-        let names = names.iter().map(|name| name.to_string()).collect();
-        Self::with_values(names, sizes.to_vec(), Buffer::zeros(len))
+        Self::with_values(names, sizes, Buffer::zeros(len))
     }
 
-    fn with_values(names: Vec<String>, sizes: Vec<usize>, values: Buffer) -> Self {
-        let entries = entries(&names, &sizes);
+    /// Networks of the given names and sizes with these parameters, in the order of their [`entries`].
+    pub fn with_values(names: &[&'static str], sizes: &[usize], values: Buffer) -> Self {
+        let entries = entries(names, sizes);
         let view = |name: String| {
             let entry = entries.iter().find(|e| e.name == name).expect("every layer has a weight and a bias");
             values.view(entry.offset, &entry.shape)
         };
-        let layer = |name: &String, i: usize| Layer {
+        let layer = |name: &str, i: usize| Layer {
             weight: view(entry_name(name, i, "weight")),
             bias: view(entry_name(name, i, "bias")),
         };
         let layers = names.iter().map(|name| (0..sizes.len() - 1).map(|i| layer(name, i)).collect()).collect();
         let first = values.view(0, &[names.len() * sizes[1], sizes[0]]);
-        Self { names, sizes, values, layers, first }
+        Self { names: names.to_vec(), sizes: sizes.to_vec(), values, layers, first }
     }
 
     /// Orthogonal weights, biases zero (as in pytorch_sac).
@@ -100,7 +100,8 @@ fn entry_name(network: &str, layer: usize, kind: &str) -> String {
     format!("{network}.{}.{kind}", 2 * layer)
 }
 
-fn entries(names: &[String], sizes: &[usize]) -> Vec<Entry> {
+/// Every weight and bias of networks of these names and sizes, in the order of the flat vector.
+pub(crate) fn entries(names: &[&str], sizes: &[usize]) -> Vec<Entry> {
     let mut entries = Vec::new();
     let mut offset = 0;
     for (layer, size) in sizes.windows(2).enumerate() {
@@ -124,7 +125,7 @@ fn forward(layers: &[Layer], input: &Tensor) -> Tensor {
 
 impl Clone for Networks {
     fn clone(&self) -> Self {
-        Self::with_values(self.names.clone(), self.sizes.clone(), self.values.clone())
+        Self::with_values(&self.names, &self.sizes, self.values.clone())
     }
 }
 

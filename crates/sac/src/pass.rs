@@ -9,33 +9,31 @@ use crate::buffer::Buffer;
 use crate::layer_norm::LayerNorm;
 use crate::network::Networks;
 
-/// Memory for one batch on its way through the networks and back.
+/// Memory for one batch on its way through the networks and, if it has one, back.
 #[derive(Debug)]
 pub(crate) struct Pass {
     networks: usize,
     rows: usize,
-    /// The way back concerns only the last so many rows.
-    back_rows: usize,
     /// Numbers per row and layer: output size times number of networks, which lie side by side.
     widths: Vec<usize>,
     /// Output of each layer, after the ReLU, `(rows, width)`.
     output: Vec<Buffer>,
-    /// Derivative of the loss by the product and bias of each layer, `(back_rows, width)`.
+    /// Derivative of the loss by the product and bias of each layer, `(rows, width)`; empty without a way back.
     delta: Vec<Buffer>,
     /// Between bias and ReLU of each hidden layer; empty without.
     norms: Vec<LayerNorm>,
 }
 
 impl Pass {
-    pub fn new(networks: &Networks, rows: usize, back_rows: usize) -> Self {
+    /// For batches of `rows`; without `back` there is only the way forward.
+    pub fn new(networks: &Networks, rows: usize, back: bool) -> Self {
         let widths: Vec<usize> = networks.sizes[1..].iter().map(|size| size * networks.layers.len()).collect();
-        let buffers = |rows| widths.iter().map(|width| Buffer::zeros(rows * width)).collect();
+        let buffers = || widths.iter().map(|width| Buffer::zeros(rows * width)).collect();
         Self {
             networks: networks.layers.len(),
             rows,
-            back_rows,
-            output: buffers(rows),
-            delta: buffers(back_rows),
+            output: buffers(),
+            delta: if back { buffers() } else { vec![] },
             norms: vec![],
             widths,
         }
@@ -53,11 +51,11 @@ impl Pass {
         for layer in 0..self.widths.len() {
             if layer == 0 {
                 // Every network sees the same input: one product for all of them.
-                multiply(&self.all(&self.output, 0, self.rows), input, &networks.first.tr());
+                multiply(&self.all(&self.output, 0), input, &networks.first.tr());
             } else {
                 for (k, layers) in networks.layers.iter().enumerate() {
-                    let x = self.one(&self.output, layer - 1, self.rows, k);
-                    multiply(&self.one(&self.output, layer, self.rows, k), &x, &layers[layer].weight.tr());
+                    let x = self.one(&self.output, layer - 1, k);
+                    multiply(&self.one(&self.output, layer, k), &x, &layers[layer].weight.tr());
                 }
             }
             let bias = &networks.values[networks.biases(layer)];
@@ -78,38 +76,34 @@ impl Pass {
         self.output.last().expect("at least one layer")
     }
 
-    /// The last `back_rows` rows of [`Pass::result`], and where the derivative of the loss by them is to be written before
-    /// [`Pass::backward`].
+    /// [`Pass::result`], and where the derivative of the loss by it is to be written before [`Pass::backward`].
     pub fn result_and_gradient(&mut self) -> (&[f32], &mut [f32]) {
         let (result, gradient) = (self.output.last(), self.delta.last_mut());
-        let (result, gradient) = (result.expect("at least one layer"), gradient.expect("at least one layer"));
-        (&result[result.len() - gradient.len()..], gradient)
+        (result.expect("at least one layer"), gradient.expect("a way back"))
     }
 
     /// Carries the derivative of the loss from the result back to the first layer.
     pub fn backward(&mut self, networks: &Networks) {
         for layer in (1..self.widths.len()).rev() {
             for (k, layers) in networks.layers.iter().enumerate() {
-                let delta = self.one(&self.delta, layer, self.back_rows, k);
-                multiply(&self.one(&self.delta, layer - 1, self.back_rows, k), &delta, &layers[layer].weight);
+                let delta = self.one(&self.delta, layer, k);
+                multiply(&self.one(&self.delta, layer - 1, k), &delta, &layers[layer].weight);
             }
-            let output = &self.output[layer - 1];
-            let back = output.len() - self.delta[layer - 1].len()..;
-            mask_relu(&mut self.delta[layer - 1], &output[back]);
+            mask_relu(&mut self.delta[layer - 1], &self.output[layer - 1]);
             if let Some(norm) = self.norms.get(layer - 1) {
                 norm.backward(&mut self.delta[layer - 1]);
             }
         }
     }
 
-    /// After [`Pass::backward`]: the derivative by every weight and bias, for the last `back_rows` rows of the input, `input`.
+    /// After [`Pass::backward`]: the derivative by every weight and bias, for the `input` of the way forward.
     pub fn parameter_gradient(&self, input: &Tensor, gradient: &mut Networks) {
-        multiply(&gradient.first, &self.all(&self.delta, 0, self.back_rows).tr(), input);
+        multiply(&gradient.first, &self.all(&self.delta, 0).tr(), input);
         for layer in 0..self.widths.len() {
             if layer > 0 {
                 for (k, layers) in gradient.layers.iter().enumerate() {
-                    let delta = self.one(&self.delta, layer, self.back_rows, k);
-                    multiply(&layers[layer].weight, &delta.tr(), &self.one(&self.output, layer - 1, self.back_rows, k));
+                    let delta = self.one(&self.delta, layer, k);
+                    multiply(&layers[layer].weight, &delta.tr(), &self.one(&self.output, layer - 1, k));
                 }
             }
             let biases = gradient.biases(layer);
@@ -117,23 +111,22 @@ impl Pass {
         }
     }
 
-    /// After [`Pass::backward`]: the derivative by the inputs from column `from` on, summed over the networks, `(back_rows, input - from)`.
+    /// After [`Pass::backward`]: the derivative by the inputs from column `from` on, summed over the networks, `(rows, input - from)`.
     pub fn input_gradient(&self, networks: &Networks, from: usize, gradient: &Buffer) {
         let columns = networks.sizes[0] - from;
         let weights = networks.first.narrow(1, from as i64, columns as i64);
-        multiply(&gradient.view(0, &[self.back_rows, columns]), &self.all(&self.delta, 0, self.back_rows), &weights);
+        multiply(&gradient.view(0, &[self.rows, columns]), &self.all(&self.delta, 0), &weights);
     }
 
-    /// The last `rows` rows of all networks in `layer`, `(rows, width)`.
-    fn all(&self, buffers: &[Buffer], layer: usize, rows: usize) -> Tensor {
-        let (buffer, width) = (&buffers[layer], self.widths[layer]);
-        buffer.view(buffer.len() - rows * width, &[rows, width])
+    /// All networks in `layer`, `(rows, width)`.
+    fn all(&self, buffers: &[Buffer], layer: usize) -> Tensor {
+        buffers[layer].view(0, &[self.rows, self.widths[layer]])
     }
 
-    /// The last `rows` rows of network `k` in `layer`, `(rows, size)`.
-    fn one(&self, buffers: &[Buffer], layer: usize, rows: usize, k: usize) -> Tensor {
+    /// Network `k` in `layer`, `(rows, size)`.
+    fn one(&self, buffers: &[Buffer], layer: usize, k: usize) -> Tensor {
         let size = (self.widths[layer] / self.networks) as i64;
-        self.all(buffers, layer, rows).narrow(1, k as i64 * size, size)
+        self.all(buffers, layer).narrow(1, k as i64 * size, size)
     }
 }
 

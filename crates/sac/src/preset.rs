@@ -104,7 +104,7 @@ fn desktop() -> Config {
         n_step: 3,
         gamma: 0.97,
         target_period: 1,
-        // Over the last 3300 updates: evaluations swing less from one to the next, and are higher.
+        // Over the last 3300 steps of the actor: evaluations swing less from one to the next, and are higher.
         policy_average: 3e-4,
         random_steps: 3300,
         ..paper()
@@ -114,7 +114,8 @@ fn desktop() -> Config {
 /// What each difference buys: `results/learner`.
 fn swift() -> Config {
     Config {
-        // Time: the small network takes a third of the products, the actor's step falls due half as often.
+        // Time: the small network takes a third of the products, the actor's step falls due half as often. So do those of policy
+        // average and temperature.
         hidden: vec![128, 128],
         actor_period: 2,
         // White noise opens no doors, pink noise alone slows Lift.
@@ -215,6 +216,7 @@ mod tests {
         actor_value = 'minimum'
         layer_norm = false
         value_bins = 0
+        value_range = [-50.0, 50.0]
         pink_noise = 0.5
         initial_temperature = 0.1
         min_temperature = 0.0
@@ -226,14 +228,42 @@ mod tests {
         replay_capacity = 1_000_000
         prior_episodes = 0
         scaled_observations = true
+
+        [swift-prior]
+        hidden = [128, 128]
+        batch_size = 128
+        actor_learning_rate = 0.0005
+        critic_learning_rate = 0.0005
+        temperature_learning_rate = 0.0005
+        gamma = 0.97
+        n_step = 3
+        tau = 0.005
+        target_period = 1
+        policy_average = 0.0003
+        actor_period = 2
+        actor_value = 'minimum'
+        layer_norm = false
+        value_bins = 0
+        value_range = [-50.0, 50.0]
+        pink_noise = 0.5
+        initial_temperature = 0.1
+        min_temperature = 0.0
+        log_std_min = -5.0
+        log_std_max = 2.0
+        random_steps = 3300
+        updates_per_step = 0.5
+        reset_period = 0
+        replay_capacity = 1_000_000
+        prior_episodes = 20
+        scaled_observations = true
     ";
 
-    /// Fails if a preset changes, or if a field that came later is on in one of them.
+    /// Fails if a preset changes, is not frozen or is gone, or if a field that came later is on in one of them.
     #[test]
     fn presets_are_frozen() {
         let frozen: toml::Table = toml::from_str(FROZEN).unwrap();
-        for (name, settings) in frozen {
-            let preset = Preset::ALL.iter().find(|preset| preset.name == name).unwrap();
+        assert!(frozen.keys().eq(Preset::ALL.iter().map(|preset| preset.name)), "{:?}", Preset::ALL);
+        for (preset, (name, settings)) in Preset::ALL.iter().zip(frozen) {
             assert_eq!(settings.try_into::<Config>().unwrap(), preset.settings(), "{name}");
         }
     }

@@ -37,7 +37,7 @@ pub struct Sac {
     pub(crate) updates: u64,
     pub(crate) batch_rng: ChaCha8Rng,
     pub(crate) noise_rng: ChaCha8Rng,
-    /// Noise of the present episode, if it is to be pink. Not saved: checkpoints lie between episodes.
+    /// Noise of the present episode, if it is to be pink. Not saved: checkpoints to go on from lie between episodes.
     pink: Option<Pink>,
     pub(crate) memory: Memory,
 }
@@ -49,6 +49,8 @@ enum Stream {
     Acting,
     Batches,
     Noise,
+    /// Fresh weights of the first reset; those of the next are in the stream after it. Keep it last.
+    Resets,
 }
 
 impl Sac {
@@ -76,7 +78,8 @@ impl Sac {
     pub(crate) fn zeros(config: &Config, observation_dim: usize, action_dim: usize) -> Self {
         crate::threads::use_one();
         let rng = ChaCha8Rng::seed_from_u64(0);
-        let actor = Actor::zeros(config, observation_dim, action_dim, rng.clone());
+        let network = Networks::zeros(Actor::NAMES, &Actor::sizes(config, observation_dim, action_dim));
+        let actor = Actor::new(config, network, rng.clone());
         let value = Value::new(config);
         let sizes = [&[observation_dim + action_dim], config.hidden.as_slice(), &[value.outputs()]].concat();
         let critics = Networks::zeros(&["critic_1", "critic_2"], &sizes);
@@ -131,8 +134,7 @@ impl Sac {
     /// The policy as it stands: the running mean of the actor, to be evaluated and kept. Its noise comes from `seed`, so that evaluating
     /// it does not shift the noise of training.
     pub fn policy(&self, seed: u64) -> Actor {
-        let rng = ChaCha8Rng::seed_from_u64(seed);
-        Actor { network: self.average.clone(), policy: self.actor.policy, rng }
+        Actor::new(&self.config, self.average.clone(), ChaCha8Rng::seed_from_u64(seed))
     }
 
     /// The settings.
@@ -187,11 +189,12 @@ impl Sac {
 
     /// One update from the batch and the noise in memory.
     pub(crate) fn learn(&mut self) -> Losses {
-        if self.config.reset_period > 0 && self.updates > 0 && self.updates.is_multiple_of(self.config.reset_period) {
-            // Its place in the stream is saved with the learner: a run that goes on draws the same weights.
-            let mut rng = self.noise_rng.clone();
+        let period = self.config.reset_period;
+        if period > 0 && self.updates > 0 && self.updates.is_multiple_of(period) {
+            // A saved learner knows its seed by its generators: a run that goes on draws the same weights.
+            let mut rng = ChaCha8Rng::from_seed(self.noise_rng.get_seed());
+            rng.set_stream(Stream::Resets as u64 + self.updates / period - 1);
             self.initialise(&mut rng);
-            self.noise_rng = rng;
         }
         self.updates += 1;
         let (critic_loss, grad_norm_critic) = self.critic_step();
@@ -213,9 +216,10 @@ impl Sac {
         }
     }
 
-    /// Steps of the actor since then, this one included.
+    /// Steps of the actor since then, this one included. They come at multiples of the run's updates, wherever the networks began.
     fn actor_age(&self) -> u64 {
-        (self.age() / self.config.actor_period).max(1)
+        let (began, period) = (self.updates - self.age(), self.config.actor_period);
+        self.updates / period - began / period
     }
 
     /// Moves both critics towards y = r + discount (min Q_target(s', a') - alpha log pi(a'|s')). Returns loss and norm of the gradient.
@@ -408,6 +412,50 @@ mod tests {
         let unit = |reward: f32| [1.0, 1.97, 2.9109].iter().any(|sum| (reward - sum).abs() < 1e-5);
         let rewards = &sac.memory.batch.reward;
         assert!(rewards[..2].iter().all(|&r| unit(r)) && rewards[2..].iter().all(|&r| unit(r / 2.0)), "{rewards:?}");
+    }
+
+    /// Adam's count and the mean begin with the actor's first turn after a reset, wherever its turns then fall.
+    #[test]
+    fn after_a_reset_the_actor_counts_its_own_turns() {
+        for (reset_period, actor_period) in [(5, 2), (6, 3), (3, 4), (0, 2)] {
+            let config = Config { reset_period, actor_period, ..small() };
+            let mut sac = Sac::new(&config, 2, 1, 3).unwrap();
+            let replay = replay(&config, 1.0);
+            let mut actors: Vec<Vec<f32>> = Vec::new();
+            for k in 1..=20 {
+                if reset_period > 0 && (k - 1) % reset_period == 0 {
+                    actors.clear();
+                }
+                if sac.update(&replay).actor.is_none() {
+                    continue;
+                }
+                actors.push(sac.actor.network.values.to_vec());
+                assert_eq!(sac.actor_age(), actors.len() as u64, "update {k}, reset every {reset_period}");
+                for (i, average) in sac.average.values.iter().enumerate() {
+                    let mean = actors.iter().map(|actor| actor[i]).sum::<f32>() / actors.len() as f32;
+                    assert!((average - mean).abs() < 1e-6, "update {k}, weight {i}: {average}, not {mean}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn each_reset_draws_other_weights_and_none_shifts_the_noise() {
+        let replay = replay(&small(), 1.0);
+        let [resets, none] = [4, 0].map(|reset_period| {
+            let mut sac = Sac::new(&Config { reset_period, ..small() }, 2, 1, 3).unwrap();
+            let mut weights = || {
+                sac.update(&replay);
+                sac.actor.network.values[0]
+            };
+            let weights: Vec<f32> = (0..12).map(|_| weights()).collect();
+            (weights, sac.noise_rng, sac.batch_rng)
+        });
+        assert_eq!((&resets.1, &resets.2), (&none.1, &none.2));
+        // Adam moves a weight by 5e-4 at most in its first step.
+        let first = [0, 4, 8].map(|k| resets.0[k]);
+        let far = |a: f32, b: f32| (a - b).abs() > 0.01;
+        assert!(far(first[0], first[1]) && far(first[1], first[2]) && far(first[2], first[0]), "{first:?}");
     }
 
     #[test]

@@ -48,10 +48,12 @@ impl Tensors {
         Ok(header.metadata().as_ref().and_then(|notes| notes.get(key).cloned()))
     }
 
-    /// Copies each entry, under its name and `suffix`, to its place in `values`.
-    pub fn copy(&self, entries: &[Entry], suffix: &str, values: &mut [f32]) -> Result<(), Error> {
+    /// The numbers of every entry, each under its name and `suffix`, one after the other. Memory is asked for only once a shape is
+    /// found to be the file's.
+    pub fn values(&self, entries: &[Entry], suffix: &str) -> Result<Vec<f32>, Error> {
         let error = |problem: String| Error::checkpoint(&self.path, problem);
         let file = SafeTensors::deserialize(&self.bytes).map_err(|e| error(format!("damaged or cut off ({e})")))?;
+        let mut values = Vec::new();
         for entry in entries {
             let name = format!("{}{suffix}", entry.name);
             let tensor = file.tensor(&name).map_err(|_| error(format!("holds no {name}")))?;
@@ -59,13 +61,12 @@ impl Tensors {
                 let (dtype, shape) = (tensor.dtype(), tensor.shape());
                 return Err(error(format!("{name} is {dtype:?} {shape:?}, not F32 {:?}", entry.shape)));
             }
-            for (value, bytes) in values[entry.range()].iter_mut().zip(tensor.data().as_chunks().0) {
-                *value = f32::from_le_bytes(*bytes);
+            let numbers = tensor.data().as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes));
+            if let Some((index, value)) = numbers.clone().enumerate().find(|(_, value)| !value.is_finite()) {
+                return Err(error(format!("{name} holds {value} at {index}: damaged")));
             }
-            if let Some(index) = values[entry.range()].iter().position(|value| !value.is_finite()) {
-                return Err(error(format!("{name} holds {} at {index}: damaged", values[entry.range()][index])));
-            }
+            values.extend(numbers);
         }
-        Ok(())
+        Ok(values)
     }
 }

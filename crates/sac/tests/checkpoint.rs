@@ -13,15 +13,35 @@ fn config() -> Config {
     Config { hidden: vec![32, 16], batch_size: 16, target_period: 2, replay_capacity: 150, ..Config::default() }
 }
 
+/// What is off there. Networks begin anew before and after the save, and some of the episodes have pink noise.
+fn options() -> Config {
+    Config {
+        actor_period: 2,
+        layer_norm: true,
+        value_bins: 11,
+        pink_noise: 0.75,
+        reset_period: 15,
+        prior_episodes: 5,
+        ..config()
+    }
+}
+
 fn start() -> (Sac, Replay) {
-    let (mut sac, mut replay) =
-        (Sac::new(&config(), OBSERVATIONS, ACTIONS, 11).unwrap(), Replay::new(&config(), OBSERVATIONS, ACTIONS));
-    // Leaves steps that wait for their rewards, and a ring that has come round.
+    start_with(&config())
+}
+
+fn start_with(config: &Config) -> (Sac, Replay) {
+    let mut sac = Sac::new(config, OBSERVATIONS, ACTIONS, 11).unwrap();
+    let mut replay = Replay::new(config, OBSERVATIONS, ACTIONS);
+    // Leaves a ring that has come round.
     (0..200).for_each(|k| step(&mut sac, &mut replay, k));
     (sac, replay)
 }
 
 fn step(sac: &mut Sac, replay: &mut Replay, k: usize) {
+    if k.is_multiple_of(40) || k.is_multiple_of(30) {
+        sac.begin_episode();
+    }
     let observe = |k: usize| std::array::from_fn::<f32, OBSERVATIONS, _>(|i| ((7 * k + i) as f32).sin());
     let mut action = [0.0; ACTIONS];
     sac.act(&observe(k), &mut action, Act::Sample);
@@ -37,9 +57,14 @@ fn step(sac: &mut Sac, replay: &mut Replay, k: usize) {
 }
 
 fn go_on(sac: &mut Sac, replay: &mut Replay, steps: std::ops::Range<usize>) {
+    // Not saved: whoever goes on makes it anew.
+    let prior = (sac.config().prior_episodes > 0).then(|| start().1);
     for k in steps {
         step(sac, replay, k);
-        sac.update(replay);
+        match &prior {
+            Some(prior) => sac.update_with_prior(replay, prior),
+            None => sac.update(replay),
+        };
     }
 }
 
@@ -53,17 +78,30 @@ fn bytes(folder: &Path, sac: &Sac, replay: &Replay) -> Vec<(String, Vec<u8>)> {
 
 #[test]
 fn a_continued_run_gives_the_bytes_of_an_unbroken_one() {
-    let folder = tempfile::tempdir().unwrap();
-    let (mut sac, mut replay) = start();
-    go_on(&mut sac, &mut replay, 200..250);
-    Checkpoint::save(&folder.path().join("last"), &sac, Some(&replay), json!({ "step": 250, "x": 0.1 + 0.2 })).unwrap();
-    go_on(&mut sac, &mut replay, 250..300);
+    same_bytes(&config(), 240);
+    same_bytes(&options(), 240);
+}
 
-    let loaded = Checkpoint::load(&folder.path().join("last"), &config(), OBSERVATIONS, ACTIONS).unwrap();
-    assert_eq!(loaded.caller, json!({ "step": 250, "x": 0.1 + 0.2 }));
+/// Without pink noise all that is left of an episode are the steps that wait for their rewards, and those are saved.
+#[test]
+fn with_white_noise_a_run_may_be_saved_within_an_episode() {
+    same_bytes(&config(), 251);
+}
+
+/// Saves after so many steps.
+fn same_bytes(config: &Config, at: usize) {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut sac, mut replay) = start_with(config);
+    go_on(&mut sac, &mut replay, 200..at);
+    let caller = json!({ "step": at, "x": 0.1 + 0.2 });
+    Checkpoint::save(&folder.path().join("last"), &sac, Some(&replay), caller.clone()).unwrap();
+    go_on(&mut sac, &mut replay, at..300);
+
+    let loaded = Checkpoint::load(&folder.path().join("last"), config, OBSERVATIONS, ACTIONS).unwrap();
+    assert_eq!(loaded.caller, caller);
     let (mut sac_2, mut replay_2) = (loaded.sac, loaded.replay.unwrap());
-    assert_eq!((sac_2.updates(), sac_2.config()), (50, &config()));
-    go_on(&mut sac_2, &mut replay_2, 250..300);
+    assert_eq!((sac_2.updates(), sac_2.config()), (at as u64 - 200, config));
+    go_on(&mut sac_2, &mut replay_2, at..300);
 
     assert_eq!(replay, replay_2);
     let (straight, resumed) =
@@ -175,6 +213,24 @@ fn a_checkpoint_goes_on_with_the_settings_it_was_saved_with() {
     fs::write(&path, state.to_string()).unwrap();
     assert!(refused(&config()).ends_with("(policy_average: there 1.0, here 0.0003)"), "{}", refused(&config()));
     Actor::load(folder.path(), OBSERVATIONS, ACTIONS, 0).unwrap();
+}
+
+/// Layers that would take gigabytes are compared with those of the file first.
+#[test]
+fn layers_that_are_not_the_files_are_refused_before_they_are_made() {
+    let folder = tempfile::tempdir().unwrap();
+    Checkpoint::save(folder.path(), &start().0, None, Value::Null).unwrap();
+    let path = folder.path().join("state.json");
+    let mut state: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+    let mut refused = |hidden: &[usize]| {
+        state["config"]["hidden"] = json!(hidden);
+        fs::write(&path, state.to_string()).unwrap();
+        Actor::load(folder.path(), OBSERVATIONS, ACTIONS, 0).unwrap_err().to_string()
+    };
+    let large = refused(&[16_384; 8]);
+    assert!(large.ends_with("actor.safetensors: actor.0.weight is F32 [32, 5], not F32 [16384, 5]"), "{large}");
+    let deep = refused(&[32; 9]);
+    assert!(deep.ends_with("is out of range: one to eight layers of 1 to 16384 units"), "{deep}");
 }
 
 /// What a reader finds who is between the two renames of a save: the state of one checkpoint, the policy of another.
