@@ -104,7 +104,7 @@ reproduce: setup $(BASELINES) $(BOUNDS)
 	$(MAKE) study
 
 # The study of results/study, once more below runs/study: its learner's tournament (59 runs), its stages in the order of what they decide
-# (282 runs, of which a search stops half early), every policy of its first table under every disturbance. About 40 core-hours on an AMD
+# (297 runs, of which a search stops half early), every policy of its first table under every disturbance. About 41 core-hours on an AMD
 # EPYC, a fifth of it the tournament; what is done is not done again.
 study: setup
 	$(RUN) sweep -- experiments/configs/tournament.toml
@@ -113,6 +113,7 @@ study: setup
 	$(RUN) sweep -- $(STUDY)/table-1.toml --out runs/study/table-1
 	for run in $(STUDIED); do test -e $$run/disturbed.csv || $(RUN) evaluate -- --run $$run --episodes 5 \
 		--disturb experiments/configs/disturbances.toml --csv $$run/disturbed.csv || exit 1; done
+	$(RUN) sweep -- $(STUDY)/prior.toml --out runs/study/prior
 	$(RUN) sweep -- $(STUDY)/search.toml --out runs/study/search
 	$(RUN) sweep -- $(STUDY)/parts.toml --out runs/study/table-1
 	$(RUN) sweep -- $(STUDY)/hidden.toml --out runs/study/hidden

@@ -352,7 +352,7 @@ fn committed_tables_and_curves_are_of_the_committed_runs() {
     // The study's tables are made by themselves, with what was expected.
     let mut study = program("report");
     study.arg(results.join("study")).arg("--out").arg(out.path().join("study"));
-    for name in ["hypotheses", "hypotheses-hidden", "hypotheses-parts"] {
+    for name in ["hypotheses", "hypotheses-hidden", "hypotheses-parts", "hypotheses-prior"] {
         study.arg("--hypotheses").arg(results.join(format!("study/{name}.toml")));
     }
     study.assert().success();

@@ -392,6 +392,11 @@ fn shipped_configurations_are_read() {
             assert_eq!(same, *like, "{stage}: {id}");
         }
     }
+    // The tournament's learner with the script's episodes, longer or shorter.
+    let tuned = shipped_sweep("tournament.toml").runs.into_iter().find(|run| run.variant == "prior").unwrap();
+    let prior = shipped_sweep("study/prior.toml").runs;
+    assert_eq!(prior.len(), 15);
+    assert!(prior.iter().all(|run| run.learner == tuned.learner && run.env.task == TaskName::Door));
     let first_round = shipped_sweep("tournament.toml").runs;
     let second_round = shipped_sweep("tournament-confirm.toml").runs;
     assert_eq!((first_round.len(), second_round.len()), (39, 20));
