@@ -1,6 +1,6 @@
 //! Whatever the bytes, a reader gives an answer: no panic, no allocation far beyond the file's size, no hang. What people write
 //! (TOML, tables) and what disks damage (checkpoints) is mangled with fixed seeds, FUZZ_INPUTS times each (1000 by default; a
-//! checkpoint, all files together: it is read again a few times before it counts as damaged, as a run may be replacing it).
+//! checkpoint, all files together).
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;

@@ -9,6 +9,7 @@
 //! | `state.json` | sizes, settings, number of updates (which `actor.safetensors` repeats), states of the random generators, and what the caller adds |
 //! | `replay.bin` | the replay memory, if it was given |
 
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -32,7 +33,7 @@ const POLICY: &str = "actor.safetensors";
 const STATE: &str = "state.json";
 /// Key of the policy's file under which it says which checkpoint it belongs to.
 const UPDATES: &str = "updates";
-/// How often a checkpoint is read before it is called damaged, and the pause between: longer than two renames.
+/// How often a checkpoint is read that a run replaces meanwhile, and the pause between: longer than two renames.
 const TRIES: u32 = 3;
 const PAUSE: Duration = Duration::from_millis(20);
 
@@ -260,11 +261,14 @@ fn same_settings(saved: &Value, config: &Config) -> Result<(), String> {
 }
 
 /// What `read` finds in the folder of a checkpoint. A run that saves itself meanwhile renames that folder, so that what is read
-/// may be of two checkpoints or gone: then once more.
+/// may be of two checkpoints or gone: then once more. A folder that stayed is damaged.
 fn whole<T>(folder: &Path, read: impl Fn(&Path) -> Result<T, Error>) -> Result<T, Error> {
+    let inode = || fs::metadata(current(folder)).ok().map(|folder| folder.ino());
     for _ in 1..TRIES {
-        if let Ok(found) = read(&current(folder)) {
-            return Ok(found);
+        let before = inode();
+        let found = read(&current(folder));
+        if found.is_ok() || before.is_some() && before == inode() {
+            return found;
         }
         std::thread::sleep(PAUSE);
     }

@@ -247,17 +247,27 @@ fn parts_of_two_checkpoints_are_not_put_together() {
     let load = || Actor::load(&mixed, OBSERVATIONS, ACTIONS, 0).map(|_| ());
     let error = load().unwrap_err().to_string();
     assert!(error.ends_with("actor.safetensors: has seen 10 updates, state.json beside it 0"), "{error}");
+}
 
-    // The save comes to its end while the reader tries again.
-    let writer = std::thread::spawn({
-        let path = mixed.join("actor.safetensors");
-        move || {
-            std::thread::sleep(std::time::Duration::from_millis(10));
-            fs::write(path, old).unwrap();
+/// As by `evaluate` of a run that trains: whatever the moment, one checkpoint is found, whole.
+#[test]
+fn a_reader_finds_a_whole_checkpoint_while_a_run_saves_itself() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("last");
+    let (mut sac, mut replay) = start();
+    Checkpoint::save(&path, &sac, None, Value::Null).unwrap();
+    std::thread::scope(|scope| {
+        let writer = scope.spawn(|| {
+            for step in 200..220 {
+                go_on(&mut sac, &mut replay, step..step + 1);
+                Checkpoint::save(&path, &sac, None, Value::Null).unwrap();
+                std::thread::sleep(std::time::Duration::from_millis(30));
+            }
+        });
+        while !writer.is_finished() {
+            Actor::load(&path, OBSERVATIONS, ACTIONS, 0).unwrap();
         }
     });
-    load().unwrap();
-    writer.join().unwrap();
 }
 
 /// What a kill between the two renames of a save leaves: the old folder under its side name, the new one complete beside it.

@@ -1,6 +1,6 @@
 //! What was expected before any run, held against the runs: a row per hypothesis, by one rule.
 
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use std::path::Path;
 
 use anyhow::Result;
@@ -12,6 +12,7 @@ use serde_json::Value;
 use settings::parse;
 use tasks::TaskName;
 
+use crate::config::label;
 use crate::report::summary::RunSummary;
 
 /// Probability of calling one difference of a task real though there is none, over all its hypotheses.
@@ -100,15 +101,20 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
         for task in &hypothesis.tasks {
             let worst = if hypothesis.expected == Expected::Above { f64::NEG_INFINITY } else { f64::INFINITY };
             let of = |space: &str| -> Result<Vec<f64>> {
-                let (mut seeds, mut values) = (HashSet::new(), vec![]);
+                let (mut seeds, mut presets, mut values) = (HashSet::new(), BTreeSet::new(), vec![]);
                 for (run, numbers) in &done {
                     let elsewhere = hypothesis.experiment.as_ref().is_some_and(|named| *named != run.experiment);
-                    if run.task != task.as_str() || run.label() != space || elsewhere {
+                    if run.task != task.as_str() || label(&run.space, &run.variant) != space || elsewhere {
                         continue;
                     }
                     if !seeds.insert(run.seed) {
                         let (name, task, seed) = (&hypothesis.name, task.as_str(), run.seed);
                         return Err(wrong(format!("{name:?}: two runs of {task} {space} {seed}: name the experiment")));
+                    }
+                    presets.insert(run.preset.as_str());
+                    if presets.len() > 1 {
+                        let presets = presets.into_iter().collect::<Vec<_>>().join(" and ");
+                        return Err(wrong(format!("{:?}: {space} was trained with {presets}", hypothesis.name)));
                     }
                     values.push(numbers[metric].as_f64().unwrap_or(worst));
                 }
@@ -247,12 +253,14 @@ mod tests {
     }
 
     #[test]
-    fn a_run_counts_once_it_is_done_and_only_beside_its_like() {
+    fn a_run_counts_once_it_is_done() {
         let mut all = [runs("aforce", &[1.0, 2.0, 3.0], &[None; 3]), runs("osc", &[1.0, 2.0], &[None; 2])].concat();
         all[2].done = false;
-        all[4].preset = "paper".into();
         let row = judged(&hypothesis("sampled_return", "above", "osc", ""), &all).unwrap().remove(0);
-        assert_eq!((row.n_space, row.n_against, row.mean_space), (2, 1, Some(1.5)));
+        assert_eq!((row.n_space, row.n_against, row.mean_space), (2, 2, Some(1.5)));
+        all[4].preset = "paper".into();
+        let error = judged(&hypothesis("sampled_return", "above", "osc", ""), &all).unwrap_err().to_string();
+        assert!(error.contains("osc was trained with paper and swift"), "{error}");
     }
 
     #[test]
