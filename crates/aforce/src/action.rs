@@ -60,21 +60,20 @@ pub fn encode(space: &ActionSpace, config: &ControllerConfig, delta: &Vector6, f
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::robosuite_steps;
     use approx::assert_relative_eq;
 
     #[test]
     fn what_is_encoded_is_decoded() {
         let delta = Vector6::new(0.02, -0.05, 0.0, 0.1, -0.3, 0.5);
         for space in ActionSpace::built_in() {
-            let action = encode(&space, &robosuite_steps(), &delta, 30.0);
-            let command = decode(&space, &robosuite_steps(), &action);
+            let action = encode(&space, &ControllerConfig::default(), &delta, 30.0);
+            let command = decode(&space, &ControllerConfig::default(), &action);
             assert_relative_eq!(command.delta, delta, epsilon = 1e-12);
             assert_eq!(command.force.is_some(), space.force);
             assert!(command.force.is_none_or(|force| (force - 30.0).abs() < 1e-12));
             assert!(command.stiffness.is_none_or(|stiffness| stiffness == Vector6::repeat(150.0)));
         }
-        let far = encode(&"osc".parse().unwrap(), &robosuite_steps(), &Vector6::repeat(-9.0), 0.0);
+        let far = encode(&"osc".parse().unwrap(), &ControllerConfig::default(), &Vector6::repeat(-9.0), 0.0);
         assert_eq!(far, [-1.0; 6]);
     }
 
@@ -82,7 +81,7 @@ mod tests {
     fn layout_and_scaling() {
         let space: ActionSpace = "variable-force".parse().unwrap();
         let action = [-1.0, 0.0, 1.0, 0.5, -0.5, 2.0, 1.0, -0.5, f64::NAN, 0.1, 0.0, -7.0, 0.2];
-        let command = decode(&space, &robosuite_steps(), &action);
+        let command = decode(&space, &ControllerConfig::default(), &action);
         assert_eq!(command.stiffness, Some(Vector6::new(0.0, 150.0, 300.0, 225.0, 75.0, 300.0)));
         assert_eq!(command.delta, Vector6::new(0.05, -0.025, 0.0, 0.05, 0.0, -0.5));
         assert_eq!(command.force, Some(30.0));
@@ -91,7 +90,7 @@ mod tests {
     #[test]
     fn what_is_not_a_number_asks_for_nothing() {
         let command = |name: &str, action: &[f64]| {
-            let command = decode(&name.parse().unwrap(), &robosuite_steps(), action);
+            let command = decode(&name.parse().unwrap(), &ControllerConfig::default(), action);
             (command.stiffness, command.delta, command.force)
         };
         let (stiffness, delta, force) = command("variable-force", &[f64::NAN; 13]);

@@ -202,18 +202,30 @@ impl ActionSpace {
 
     /// Refuses parameters under which small oscillations grow, unless they are asked for.
     pub(crate) fn check_stability(&self, psi: &Psi) -> Result<(), ConfigError> {
+        if psi.allow_unstable {
+            return Ok(());
+        }
         for (axis, axis_name) in AXES.iter().enumerate() {
             let margin = self.margin(psi, axis);
-            if !margin.is_stable() && !psi.allow_unstable {
-                return Err(ConfigError::Unstable {
-                    field: format!("stiffness.adaptive.alpha (axis {axis_name})"),
-                    alpha: margin.alpha,
-                    alpha_max: margin.alpha_max,
-                    stiffness: psi.k_min[axis],
-                    inertia: self.unit.inertia(psi.inertia.vector())[axis],
-                    damping: margin.damping,
+            if margin.is_stable() {
+                continue;
+            }
+            if margin.damping == 0.0 {
+                return Err(ConfigError::Contradiction {
+                    field: format!("damping_ratio (axis {axis_name})"),
+                    reason: "0: without damping oscillations do not die out; take one above 0, or set \
+                             stiffness.adaptive.allow_unstable = true"
+                        .into(),
                 });
             }
+            return Err(ConfigError::Unstable {
+                field: format!("stiffness.adaptive.alpha (axis {axis_name})"),
+                alpha: margin.alpha,
+                alpha_max: margin.alpha_max,
+                stiffness: psi.k_min[axis],
+                inertia: self.unit.inertia(psi.inertia.vector())[axis],
+                damping: margin.damping,
+            });
         }
         Ok(())
     }
@@ -228,6 +240,8 @@ impl fmt::Display for ActionSpace {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::commanded_psi::PsiParameter;
+    use crate::psi::DeltaSign;
     use crate::stiffness::{Scale, StiffnessRange};
 
     fn space(name: &str) -> ActionSpace {
@@ -236,7 +250,7 @@ mod tests {
 
     #[test]
     fn dimensions_and_entries_agree() {
-        let config = crate::testing::robosuite_steps();
+        let config = ControllerConfig::default();
         for space in ActionSpace::built_in() {
             assert_eq!(space.entries(&config).len(), space.dim(), "{space}");
         }
@@ -297,6 +311,16 @@ mod tests {
         assert!(error(|s| s.name = "a/b".into()).contains("space.name"));
         let unstable = error(|s| psi_of(s).alpha = Gains::pair(5000.0, 1.0));
         assert!(unstable.contains("(axis x)") && unstable.contains("= 5000 is unstable"), "{unstable}");
+        let undamped = error(|s| {
+            s.damping_ratio = Gains::pair(0.0, 1.0);
+            psi_of(s).alpha = Gains::all(0.0);
+        });
+        assert!(undamped.starts_with("space.damping_ratio (axis x): 0: without damping"), "{undamped}");
+        let mu = error(|s| {
+            psi_of(s).delta_sign = DeltaSign::Literal;
+            s.commanded_psi.as_mut().unwrap().ranges[0].parameter = PsiParameter::Mu;
+        });
+        assert!(mu.starts_with("space.commanded_psi.ranges[0]: mu, with delta_sign"), "{mu}");
     }
 
     /// The limit is checked at the corners of what the policy may command, not at the record's own psi.

@@ -12,22 +12,21 @@ pub struct AdaptiveLaw {
 }
 
 impl AdaptiveLaw {
-    /// The law at its start. `psi` is checked with the space that the law acts in:
-    /// [`ActionSpace::validate`](crate::ActionSpace::validate).
+    /// The law at its start. `psi` is checked with the space that the law acts in,
+    /// [`ActionSpace::validate`](crate::ActionSpace::validate), not here.
     #[must_use]
     pub fn new(psi: Psi) -> Self {
         Self { stiffness: *psi.k_0.vector(), feedforward: Vector6::zeros(), psi }
     }
 
-    /// K = K(0) and F_ff = 0, as at the start of an episode.
-    pub fn reset(&mut self) {
-        *self = Self::new(self.psi);
-    }
-
     /// One sample of `dt` seconds, from the error e (m, rad) and its rate (m/s, rad/s): limit the rates, integrate, clamp.
     ///
-    /// `excess` is what the torque limits cut off the last sample's torque, seen at the tool: J (tau wanted - tau sent). With
-    /// anti-windup K does not grow along an axis whose spring, -K e, would push further that way.
+    /// `excess` is what the torque limits cut off the last sample's torque, seen at the tool: J (tau wanted - tau sent). It is no
+    /// wrench, and only its signs mean something: with anti-windup K does not grow along an axis whose spring, -K e, would push
+    /// further that way.
+    ///
+    /// # Panics
+    /// If bounds of psi are not in order or not numbers.
     pub fn update(&mut self, e: &Vector6, e_dot: &Vector6, excess: &Vector6, dt: f64) {
         let psi = &self.psi;
         let sign = psi.delta_sign.factor();

@@ -1,4 +1,4 @@
-//! What sets one seven-joint arm apart from another, as data: ranges, limits, drives.
+//! What sets one seven-joint arm apart from another, as data: ranges, limits, rotors.
 
 use serde::{Deserialize, Serialize};
 
@@ -29,20 +29,10 @@ pub struct Arm {
     pub torque_rate_max: [f64; 7],
     /// Rotor inertia reflected to each joint (kg m^2).
     pub rotor_inertia: [f64; 7],
-    /// Motor constant times gear ratio of each joint (Nm/sqrt(W)), for heat in the windings.
-    pub drive_constant: [f64; 7],
     /// What jerk-limited set-points keep a share of.
     pub cartesian: CartesianLimits,
 }
 
-/// Estimates for frameless motors of this size behind 100:1 gears, the first four joints and the last three. No published
-/// figures exist; use copper losses for ratios, not for values. Joint 5 is the real arm's, of 12 Nm: where a parameter set
-/// allows it 80 Nm (robosuite's), it weighs too much.
-const DRIVES: [f64; 7] = {
-    const LARGE: f64 = 0.10 * 100.0;
-    const SMALL: f64 = 0.04 * 100.0;
-    [LARGE, LARGE, LARGE, LARGE, SMALL, SMALL, SMALL]
-};
 /// Of the FR3 (notes of Drake's model), which shares the Panda's drives.
 const ROTORS: [f64; 7] = [0.606, 0.606, 0.462, 0.462, 0.206, 0.206, 0.206];
 
@@ -62,7 +52,6 @@ impl Arm {
         torque_max: [87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0],
         torque_rate_max: [1000.0; 7],
         rotor_inertia: ROTORS,
-        drive_constant: DRIVES,
         cartesian: CartesianLimits { translation: [1.7, 13.0, 6500.0], rotation: [2.5, 25.0, 12_500.0] },
     };
 
@@ -99,12 +88,9 @@ impl Arm {
             within(&format!("range (joint {}, lower end)", joint + 1), low, -100.0..=100.0)?;
             within(&format!("range (joint {}, upper end)", joint + 1), high, low..=100.0)?;
         }
-        for (name, values) in [
-            ("speed_max", self.speed_max),
-            ("torque_max", self.torque_max),
-            ("torque_rate_max", self.torque_rate_max),
-            ("drive_constant", self.drive_constant),
-        ] {
+        for (name, values) in
+            [("speed_max", self.speed_max), ("torque_max", self.torque_max), ("torque_rate_max", self.torque_rate_max)]
+        {
             for (joint, value) in values.into_iter().enumerate() {
                 positive(&format!("{name} (joint {})", joint + 1), value)?;
             }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::entry::clip;
 use crate::error::ConfigError;
 use crate::gains::Gains;
-use crate::psi::Psi;
+use crate::psi::{DeltaSign, Psi};
 use crate::stiffness::Scale;
 
 /// Which parameters of psi are entries of an action, and for how long a choice holds.
@@ -107,7 +107,7 @@ impl CommandedPsi {
     }
 
     /// Checks the ranges, and hands every corner of them to `check`: what holds at all corners holds between them, as the
-    /// stability limit and the bounds of K are monotone in each parameter.
+    /// stability limit and the bounds of K are monotone in each parameter. Not so in mu with delta's literal sign, which is refused.
     pub(crate) fn validate(
         &self,
         psi: &Psi,
@@ -127,6 +127,12 @@ impl CommandedPsi {
             if self.ranges[..at].iter().any(|other| other.parameter == range.parameter) {
                 let reason = format!("{} is commanded twice", range.parameter.entry(0));
                 return Err(ConfigError::Contradiction { field, reason });
+            }
+            let literal = psi.delta_sign == DeltaSign::Literal && !psi.allow_unstable;
+            if literal && range.parameter == PsiParameter::Mu {
+                let reason = "mu, with delta_sign = \"literal\": the law may be less stable between two stable ends; take \
+                              another sign, command another parameter, or set allow_unstable = true";
+                return Err(ConfigError::Contradiction { field, reason: reason.into() });
             }
         }
         for corner in 0..1usize << self.dim() {

@@ -199,13 +199,14 @@ impl Controller {
             return JointVector::repeat(f64::NAN);
         };
         let e = guard.error(self.error);
-        let sample = Sample { y, arm: &arm, unit: self.space.unit, axis: &axis, e, e_dot, dt };
+        let sample = Sample { y, arm: &arm, unit: self.space.unit, axis: &axis, e, dt };
 
         // K and F_ff (eqs. 4-6), from the errors that are not force control's.
         let mut wanted = Active { stiffness: self.stiffness, feedforward: Vector6::zeros(), force: Wrench::zeros() };
         if let Some(law) = &mut self.law {
-            let excess = guard.excess(y.jacobian * self.limiter.excess());
-            law.update(&axis.release(&e), &axis.release(&e_dot), &excess, dt);
+            let e = axis.release(&e);
+            let excess = guard.excess(y.jacobian * self.limiter.excess(), &e);
+            law.update(&e, &axis.release(&e_dot), &excess, dt);
             (wanted.stiffness, wanted.feedforward) = (*law.stiffness(), *law.feedforward());
         }
 

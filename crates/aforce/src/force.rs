@@ -138,7 +138,8 @@ pub struct ForceControl {
 }
 
 impl ForceControl {
-    /// `direction` is n: the unit vector, in world axes, in which the environment pushes on the tool.
+    /// `direction` is n: the unit vector, in world axes, in which the environment pushes on the tool. `config` is checked with the
+    /// rest of the controller's, [`ControllerConfig::validate`](crate::ControllerConfig::validate), not here.
     #[must_use]
     pub fn new(config: ForceConfig, direction: Vector3) -> Self {
         let contact = ContactDetector::new(config.contact_on, config.contact_off, config.contact_hold);
@@ -164,12 +165,18 @@ impl ForceControl {
     }
 
     /// The force that the environment should exert along n while in contact (N).
+    ///
+    /// # Panics
+    /// If the configuration's `force_max` is negative or not a number.
     pub fn set_target(&mut self, force: f64) {
         self.target = force.clamp(0.0, self.config.force_max);
         self.ramp = (self.target - self.desired).abs() / self.config.ramp_time;
     }
 
     /// One sample of `dt` seconds: F_cmd as a wrench (N; world axes), given what the environment exerts on the tool.
+    ///
+    /// # Panics
+    /// If a bound or a rate of the configuration is negative or not a number.
     pub fn update(&mut self, measured: &Wrench, dt: f64) -> Wrench {
         let force = linear(measured).dot(&self.direction);
         let was_in_contact = self.contact.in_contact();
@@ -183,7 +190,9 @@ impl ForceControl {
             self.move_command(0.0, dt);
         } else {
             if !was_in_contact {
-                self.desired = force.clamp(0.0, self.target); // Begin with the force that is there: no bump.
+                // Begin with the force that is there. F_cmd acts in full from here on, while the impedance that brought the tool
+                // leaves with `engagement`: until it has left both push.
+                self.desired = force.clamp(0.0, self.target);
                 self.ramp = (self.target - self.desired) / self.config.ramp_time;
                 self.previous = force;
             }

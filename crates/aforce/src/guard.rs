@@ -22,9 +22,8 @@ pub(crate) struct Sample<'a> {
     pub(crate) arm: &'a OperationalSpace,
     pub(crate) unit: StiffnessUnit,
     pub(crate) axis: &'a ForceAxis,
-    /// e (m, rad) and e_dot (m/s, rad/s).
+    /// e (m, rad).
     pub(crate) e: Vector6,
-    pub(crate) e_dot: Vector6,
     /// Since the last sample (s).
     pub(crate) dt: f64,
 }
@@ -41,8 +40,8 @@ pub(crate) trait Guard {
         e
     }
 
-    /// What limits have cut off, seen at the tool: K does not grow along it.
-    fn excess(&self, excess: Vector6) -> Vector6 {
+    /// What limits have cut off, seen at the tool at an error `e` of the spring: K does not grow along it.
+    fn excess(&self, excess: Vector6, _e: &Vector6) -> Vector6 {
         excess
     }
 

@@ -20,13 +20,16 @@
 //! environment *should* exert (pressing on a table below with 10 N is F_d = +10 N along +z).
 //!
 //! The way in is [`Controller`]: `reset`, then one `set_goal` per policy action and one `update` per control sample.
-//! Nothing here knows the plant: any simulator that fills a [`Measurement`] can use it. An arm that is not simulated is driven
-//! through [`host`], which bounds what the law may do. The control step does not allocate.
+//! Any simulator that fills a [`Measurement`] can use it: the law asks it for the arm's kinematics and inertia. What is built in
+//! of the plant are seven joints and two sets of a Panda's numbers: how fast its tool may move, which jerk-limited set-points of
+//! [`Controller::new`] keep a share of, and the drives behind [`EnergyLedger::copper_loss`]. An arm that is not simulated is
+//! driven through [`host`], which takes the [`Arm`] as data and bounds what the law may do. The control step does not allocate.
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 // See clippy.toml.
-// Nothing on the control loop may panic; what only reads settings says where it may. Indices are not linted: they run over vectors of
-// fixed length, and the host's fuzz looks after them.
+// Nothing on the control loop may panic, but for an action of another length than the space's (`Controller::set_goal`; a host refuses
+// it) and for parts that are used by themselves with settings that nobody checked: they say so. Indices are not linted: they run over
+// vectors of fixed length, and the host's fuzz looks after them.
 #![cfg_attr(
     not(test),
     deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::unreachable, clippy::todo)

@@ -50,8 +50,9 @@ impl MomentumObserver {
     }
 
     /// The wrench on the tool that explains the external torque best (N, Nm; world axes, at the tool point):
-    /// least squares of the torques. The seventh joint leaves one torque that no wrench explains. Zero in a
-    /// singular posture.
+    /// least squares of the torques. The seventh joint leaves one torque that no wrench explains. Towards a singular
+    /// posture the estimate grows without bound along the direction that is lost: what the model does not know of the
+    /// torques is divided by ever less of the Jacobian. Zero where nothing of it is left.
     #[must_use]
     pub fn wrench(&self) -> Wrench {
         let jacobian = &self.previous.jacobian;

@@ -60,8 +60,11 @@ pub struct Psi {
     pub k_rate_max: Gains,
     /// Largest rate of F_ff (N/s, Nm/s).
     pub f_ff_rate_max: Gains,
-    /// Inertia for which stability is checked (kg, kg m^2): the largest apparent inertia at the tool. With stiffness in 1/s^2
-    /// the inertia is 1 by construction, and this is not used.
+    /// Inertia for which stability is checked (kg, kg m^2): the largest apparent inertia at the tool. It is the worst one while it
+    /// is below K_min/mu^2 and delta is not literal; else a lighter arm may be less stable ([`stability_margin`]). With stiffness
+    /// in 1/s^2 the inertia is 1 by construction, and this is not used.
+    ///
+    /// [`stability_margin`]: crate::stability_margin
     pub inertia: Gains,
     /// K does not grow along an axis whose spring pushes a joint further into its torque limit.
     pub anti_windup: bool,

@@ -14,10 +14,10 @@ pub struct StabilityMargin {
 }
 
 impl StabilityMargin {
-    /// Small oscillations die out.
+    /// Small oscillations die out. Of an axis without damping only a feed-forward that looks ahead can make them.
     #[must_use]
     pub fn is_stable(&self) -> bool {
-        self.alpha < self.alpha_max
+        self.alpha < self.alpha_max && (self.damping > 0.0 || self.alpha > 0.0)
     }
 }
 
@@ -30,14 +30,16 @@ impl StabilityMargin {
 /// K + D mu + s alpha delta > 0    and    alpha (1/T - s delta) < (K D/M)/T + D mu
 /// ```
 ///
-/// The limit falls as K relaxes, so it is taken at the lowest stiffness and not at the starting one.
+/// The limit falls as K relaxes, so it is taken at the lowest stiffness and not at the starting one. It rises with mu, unless
+/// delta counts with the literal sign: then it may fall first. With M it falls if D is [literal](crate::Damping::Literal) and delta
+/// not; if D is mass-aware and delta not literal, it falls up to M = K/mu^2 and may rise beyond.
 #[must_use]
 pub fn stability_margin(psi: &Psi, axis: usize, inertia: f64, damping: f64) -> StabilityMargin {
     let (k, d, mu) = (psi.k_min[axis], damping, psi.mu[axis]);
     let s_delta = psi.delta_sign.factor() * psi.delta[axis];
     let t = d / inertia + mu;
     let no_divergence = if s_delta < 0.0 { (k + d * mu) / -s_delta } else { f64::INFINITY };
-    // Both sides times T, which is zero without damping and forgetting: then nothing but alpha = 0 is left.
+    // Both sides times T, which is zero without damping and forgetting: then no alpha is below the limit.
     let slope = 1.0 - s_delta * t;
     let no_oscillation = if slope > 0.0 { (k * d / inertia + d * mu * t) / slope } else { f64::INFINITY };
     StabilityMargin { alpha: psi.alpha[axis], alpha_max: no_divergence.min(no_oscillation), damping }
@@ -49,6 +51,7 @@ mod tests {
     use crate::damping::Damping;
     use crate::gains::Gains;
     use crate::psi::DeltaSign;
+    use approx::assert_relative_eq;
 
     fn law(k_min: f64, alpha: f64, delta: f64, delta_sign: DeltaSign) -> Psi {
         let [k_min, alpha, delta] = [k_min, alpha, delta].map(Gains::all);
@@ -79,8 +82,34 @@ mod tests {
     #[test]
     fn nothing_is_stable_without_damping_and_forgetting() {
         for sign in [DeltaSign::Literal, DeltaSign::Off, DeltaSign::Damping] {
-            let law = Psi { mu: Gains::all(0.0), ..law(100.0, 1.0, 0.1, sign) };
-            assert!(!stability_margin(&law, 0, 4.0, 0.0).is_stable(), "{sign:?}");
+            for alpha in [0.0, 1.0] {
+                let law = Psi { mu: Gains::all(0.0), ..law(100.0, alpha, 0.1, sign) };
+                assert!(!stability_margin(&law, 0, 4.0, 0.0).is_stable(), "{sign:?} {alpha}");
+            }
+        }
+        // Without delta's damping there is none, however the limit reads.
+        let ahead = |alpha| Psi { mu: Gains::all(20.0), ..law(100.0, alpha, 0.1, DeltaSign::Damping) };
+        assert!(!stability_margin(&ahead(0.0), 0, 4.0, 0.0).is_stable());
+        assert!(stability_margin(&ahead(1.0), 0, 4.0, 0.0).is_stable());
+    }
+
+    /// Which way the limit goes with mass and forgetting.
+    #[test]
+    fn the_largest_mass_is_the_worst_up_to_k_over_mu_squared() {
+        let limit = |damping: Damping, sign, mass, mu| {
+            let law = Psi { mu: Gains::all(mu), ..law(300.0, 1.0, 0.1, sign) };
+            stability_margin(&law, 0, mass, damping.of_axis(300.0, mass, 1.0)).alpha_max
+        };
+        let (off, aware) = (DeltaSign::Off, Damping::MassAware);
+        assert_relative_eq!(limit(aware, off, 12.0, 5.0), 12_000.0, max_relative = 1e-9);
+        assert_relative_eq!(limit(aware, off, 60.0, 5.0), 14_050.0, max_relative = 1e-4);
+        for step in 1..60 {
+            let (light, heavy) = (f64::from(step), f64::from(step + 1));
+            for sign in [off, DeltaSign::Damping] {
+                assert!(limit(Damping::Literal, sign, light, 5.0) >= limit(Damping::Literal, sign, heavy, 5.0));
+                assert!(heavy > 12.0 || limit(aware, sign, light, 5.0) >= limit(aware, sign, heavy, 5.0));
+                assert!(limit(aware, sign, 12.0, heavy) >= limit(aware, sign, 12.0, light));
+            }
         }
     }
 

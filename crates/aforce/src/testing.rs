@@ -3,7 +3,6 @@
 use nalgebra::UnitQuaternion;
 
 use crate::action_space::ActionSpace;
-use crate::config::ControllerConfig;
 use crate::gains::Gains;
 use crate::host::ArmState;
 use crate::psi::{DeltaSign, Psi};
@@ -12,7 +11,7 @@ use crate::spatial::{
 };
 use crate::stiffness::Stiffness;
 
-/// A generic arm at rest: random Jacobian, random positive definite mass matrix.
+/// A generic arm in motion: random Jacobian, random positive definite mass matrix.
 pub(crate) fn random_arm(seed: u64) -> Measurement {
     let mut state = seed;
     let mut random = move || {
@@ -80,11 +79,6 @@ pub(crate) fn move_gantry(y: &mut Measurement, tau: &JointVector, external: &Wre
     y.twist = y.jacobian * y.qd;
     y.pose.translation.vector += linear(&y.twist) * dt;
     y.pose.rotation = UnitQuaternion::from_scaled_axis(rotational(&y.twist) * dt) * y.pose.rotation;
-}
-
-/// The default configuration, which has robosuite's action steps.
-pub(crate) fn robosuite_steps() -> ControllerConfig {
-    ControllerConfig { position_step: 0.05, rotation_step: 0.5, ..ControllerConfig::default() }
 }
 
 /// A law in N/m whose numbers are easy to work with: it tolerates 5 mm and 0.05 rad, and relaxes in a second.

@@ -251,11 +251,6 @@ impl Role {
         matches!(self, Role::Hand | Role::Pad | Role::Tool)
     }
 
-    /// Whether this is a link of the arm, short of the wrist.
-    pub fn is_link(self) -> bool {
-        matches!(self, Role::Link(_))
-    }
-
     /// Whether this is a part of the arm, hand and tool included.
     pub fn is_on_arm(self) -> bool {
         self.joints().is_some()

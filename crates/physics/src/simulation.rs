@@ -145,7 +145,10 @@ impl Simulation {
         &self.model
     }
 
-    /// Starts an episode: arm at rest at `q`, gripper half open, no contact remembered.
+    /// Starts an episode: arm at rest at `q`, gripper half open, no load, no push, no reading of a contact.
+    ///
+    /// Free bodies stay where they are: [`place`](Self::place) them. The engine keeps the contacts that it has found, with the
+    /// forces that its solver starts from: to the bit an episode repeats in a new simulation or from a [`Snapshot`].
     pub fn reset(&mut self, q: &JointVector) {
         for (i, &q) in q.iter().enumerate() {
             self.engine.set_coordinate(i, q, 0.0);

@@ -39,6 +39,14 @@ pub enum UrdfError {
         /// What moves on the way.
         found: String,
     },
+    /// A link that is called as one of the arm's here.
+    #[error(
+        "two links would be called {name:?}: the seven that the joints move are link1 to link7 here; rename the other"
+    )]
+    Name {
+        /// The name.
+        name: String,
+    },
     /// An axis without direction.
     #[error("joint {joint:?} has the axis {axis:?}")]
     NoAxis {
@@ -53,7 +61,8 @@ pub enum UrdfError {
 /// `link7` there, as their joints keep their names; bodies are turned so that each joint turns about its own z.
 ///
 /// # Errors
-/// If the text is no URDF, there is no such link, or the way to it has other joints than seven revolute ones.
+/// If the text is no URDF, there is no such link, the way to it has other joints than seven revolute ones, or a link that they
+/// do not move is called `link1` to `link7`.
 pub fn arm(text: &str, tool: &str, drives: &Drives) -> Result<(Scene, usize), UrdfError> {
     let robot = urdf_rs::read_from_string(text)?;
     let way = way_to(&robot, tool)?;
@@ -118,8 +127,12 @@ impl Builder<'_> {
             (Some(place), Some(joint)) => self.hinge(place, joint),
             _ => Joint::Fixed,
         };
+        let name = place.map_or_else(|| link.to_owned(), |place| format!("link{}", place + 1));
+        if self.scene.bodies.iter().any(|body| body.name == name) {
+            return Err(UrdfError::Name { name });
+        }
         let index = self.scene.add(Body {
-            name: place.map_or_else(|| link.to_owned(), |place| format!("link{}", place + 1)),
+            name,
             parent,
             pose,
             joint: moves,

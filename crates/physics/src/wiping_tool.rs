@@ -48,10 +48,10 @@ pub fn add_wiping_tool(scene: &mut Scene, right_hand: usize) -> usize {
 
 /// Softness of contacts with which the level face has the tool's stiffness.
 ///
-/// The engine's spring at a point is m omega^2, m being the mass that resists a push there;
-/// the eight corners of the rails carry the face. Taken with the arm at home; the stiffness
-/// follows the arm's apparent mass: 43 kN/m in the middle of the table, 61 at its near edge,
-/// 28 at the far one.
+/// The engine's spring at a point is m omega^2, m being the mass that a push meets there while the
+/// arm may give way to all sides: its effective mass, which is less than the apparent one. The
+/// eight corners of the rails carry the face. Taken with the arm at home; the stiffness follows
+/// the effective mass: 43 kN/m in the middle of the table, 61 at its near edge, 28 at the far one.
 pub fn softness(model: &Model) -> Softness {
     let k = model.kinematics(&HOME.into());
     let (jacobian, mass) = (model.jacobian(&k), model.mass(&k).cholesky().expect("a mass matrix"));

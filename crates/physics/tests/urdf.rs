@@ -112,4 +112,12 @@ fn what_is_no_arm_of_seven_joints_is_refused_by_name() {
     assert!(text.contains(z));
     let flat = text.replacen(z, "<axis xyz=\"0 0 0\"/>", 1);
     assert_eq!(error(&flat, "right_hand"), "joint \"joint1\" has the axis [0.0, 0.0, 0.0]");
+    // Links of any name, but for one that stands still and is called as the first that moves here.
+    let named = text.replace("\"link", "\"part");
+    assert!(urdf::arm(&named, "right_hand", &drives()).is_ok());
+    let taken = error(&named.replace("\"part0\"", "\"link1\""), "right_hand");
+    assert_eq!(
+        taken,
+        "two links would be called \"link1\": the seven that the joints move are link1 to link7 here; rename the other"
+    );
 }

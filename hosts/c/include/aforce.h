@@ -76,7 +76,8 @@ typedef struct AforceState {
 
 // What one cycle gives.
 typedef struct AforceCommand {
-  // The torque to send (Nm): finite, and within the arm's limits of torque and rate, whatever the status.
+  // The torque to send (Nm): finite, and within the arm's limits of torque and rate, whatever the status. Zero, which may be a
+  // jump, if the function's result is not AFORCE_RESULT_OK: no host, no state, or a defect. Stop the arm by its own means then.
   double tau[7];
   // What the host is at.
   enum AforceStatus status;

@@ -91,7 +91,8 @@ pub struct AforceState {
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct AforceCommand {
-    /// The torque to send (Nm): finite, and within the arm's limits of torque and rate, whatever the status.
+    /// The torque to send (Nm): finite, and within the arm's limits of torque and rate, whatever the status. Zero, which may be a
+    /// jump, if the function's result is not AFORCE_RESULT_OK: no host, no state, or a defect. Stop the arm by its own means then.
     pub tau: [f64; 7],
     /// What the host is at.
     pub status: AforceStatus,
@@ -229,7 +230,7 @@ pub unsafe extern "C" fn aforce_start(
             Ok(()) => AforceResult::Ok,
             Err(fault) => {
                 // SAFETY: the caller vouches for `message` and `size`.
-                unsafe { write_text(&fault.to_string(), message, size) };
+                unsafe { write_text(&fault, message, size) };
                 AforceResult::Refused
             }
         }

@@ -1,6 +1,10 @@
 //! What codes mean, and messages into the caller's memory.
 
 use std::ffi::{CStr, c_char};
+use std::fmt::{self, Display, Write};
+use std::mem::MaybeUninit;
+
+use aforce::host::Fault;
 
 pub(crate) fn of_result(result: u32) -> &'static CStr {
     match result {
@@ -16,34 +20,36 @@ pub(crate) fn of_result(result: u32) -> &'static CStr {
 }
 
 pub(crate) fn of_fault(fault: u32) -> &'static CStr {
-    match fault {
-        0 => c"none",
-        1 => c"a field of the arm's state is not finite, or beyond anything an arm has",
-        2 => c"the time since the last cycle is no period, or too long",
-        3 => c"the mass matrix is not positive definite",
-        4 => c"the arm's pose is not the model's",
-        5 => c"a joint is outside its range",
-        6 => c"a joint is too fast",
-        7 => c"the tool has left the workspace",
-        8 => c"the environment pushes too hard",
-        9 => c"the environment turns too hard",
-        10 => c"no action for too long",
-        _ => c"no such fault",
-    }
+    if fault == 0 { c"none" } else { Fault::text(fault).unwrap_or(c"no such fault") }
 }
 
-/// Writes `text` with its zero into `size` bytes at `message`, as far as it goes.
+/// Writes `text` with its zero into `size` bytes at `message`, as far as it goes, and nothing on the heap.
 ///
 /// # Safety
 /// `message` must be null or have `size` bytes.
-pub(crate) unsafe fn write_text(text: &str, message: *mut c_char, size: usize) {
+pub(crate) unsafe fn write_text(text: &impl Display, message: *mut c_char, size: usize) {
     if message.is_null() || size == 0 {
         return;
     }
-    let length = text.len().min(size - 1);
-    // SAFETY: `length` + 1 bytes are the caller's, and no text of ours overlaps them.
-    unsafe {
-        std::ptr::copy_nonoverlapping(text.as_ptr().cast::<c_char>(), message, length);
-        *message.add(length) = 0;
+    // SAFETY: the bytes are the caller's, and nothing else writes to them meanwhile.
+    let mut buffer =
+        Buffer { free: unsafe { std::slice::from_raw_parts_mut(message.cast::<MaybeUninit<u8>>(), size) } };
+    // What does not fit is cut off: that is no error.
+    let _ = write!(buffer, "{text}");
+    buffer.free[0].write(0);
+}
+
+/// What is left of the caller's bytes: one at least, for the zero.
+struct Buffer<'a> {
+    free: &'a mut [MaybeUninit<u8>],
+}
+
+impl Write for Buffer<'_> {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        let length = text.len().min(self.free.len() - 1);
+        let (now, rest) = std::mem::take(&mut self.free).split_at_mut(length);
+        now.write_copy_of_slice(&text.as_bytes()[..length]);
+        self.free = rest;
+        Ok(())
     }
 }

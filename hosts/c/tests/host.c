@@ -28,7 +28,6 @@ static const char *const SETUP =
     "torque_max = [80, 80, 80, 80, 80, 12, 12]\n"
     "torque_rate_max = [1e9, 1e9, 1e9, 1e9, 1e9, 1e9, 1e9]\n"
     "rotor_inertia = [0, 0, 0, 0, 0, 0, 0]\n"
-    "drive_constant = [1, 1, 1, 1, 1, 1, 1]\n"
     "cartesian = { translation = [1.7, 13, 6500], rotation = [2.5, 25, 12500] }\n"
     "[limits]\n"
     "silence_max = inf\n"

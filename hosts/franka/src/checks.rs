@@ -1,10 +1,11 @@
 //! What is looked at before a torque flows.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use aforce::JointVector;
 use aforce::host::HostSetup;
-use anyhow::{Result, bail};
+use anyhow::{Result, bail, ensure};
 use franka::{Model, Robot};
 
 use crate::arm::arm_state;
@@ -13,12 +14,19 @@ use crate::arm::arm_state;
 const PUSH: f64 = 8.0;
 const PATIENCE: Duration = Duration::from_secs(20);
 
+/// Refuses to go on after a signal.
+pub fn go_on(stop: &AtomicBool) -> Result<()> {
+    ensure!(!stop.load(Ordering::Relaxed), "stopped by a signal before the law began");
+    Ok(())
+}
+
 /// Asks for a push upwards by hand, and refuses a wrench that reads anything else: with the wrong sign or axes contact is never
 /// seen, or pressing feeds itself.
-pub fn push_by_hand(robot: &Robot, model: &Model, setup: &HostSetup) -> Result<()> {
+pub fn push_by_hand(robot: &Robot, model: &Model, setup: &HostSetup, stop: &AtomicBool) -> Result<()> {
     println!("push the tool UPWARDS by hand, harder than {PUSH} N ...");
     let begin = Instant::now();
     while begin.elapsed() < PATIENCE {
+        go_on(stop)?;
         let state = arm_state(&robot.read_once()?, model);
         let wrench = setup.interface.measurement(&state, &JointVector::zeros()).wrench;
         let force = wrench.fixed_rows::<3>(0);

@@ -1,33 +1,114 @@
 //! The way to the start: a smooth move of the joints by the arm's own position controller.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use anyhow::{Context, Result};
 use franka::{ControllerMode, Duration, JointPositions, Robot, RobotState, motion_finished};
 
 /// Largest speed of a joint on the way (rad/s): a fifth of what the slowest may.
 const SPEED: f64 = 0.4;
+/// Time in which the arm comes to rest when it is told to stop (s).
+const BRAKING: f64 = 0.5;
 
-/// Moves to `goal` (rad) along a quintic: at rest, without acceleration, at both ends.
-pub fn move_to(robot: &Robot, goal: [f64; 7]) -> Result<()> {
-    let (mut start, mut time) = ([0.0; 7], 0.0);
-    let mut duration = 0.0f64;
+/// Moves to `goal` (rad), or brakes to rest on the way as soon as `stop` is set.
+pub fn move_to(robot: &Robot, goal: [f64; 7], stop: &AtomicBool) -> Result<()> {
+    let mut way: Option<Way> = None;
     robot
         .control_joint_positions(
             |state: &RobotState, period: Duration| {
-                time += period.as_secs_f64();
-                if time == 0.0 {
-                    start = state.q;
-                    let furthest = goal.iter().zip(start).map(|(goal, start)| (goal - start).abs()).fold(0.0, f64::max);
-                    duration = (1.875 * furthest / SPEED).max(0.5); // A quintic's peak speed is 1.875 of its mean.
-                }
-                let t = (time / duration).min(1.0);
-                let share = t * t * t * (10.0 - 15.0 * t + 6.0 * t * t);
-                let target = std::array::from_fn(|joint| start[joint] + share * (goal[joint] - start[joint]));
-                let positions = JointPositions::new(target);
-                if t >= 1.0 { motion_finished(positions) } else { positions }
+                let way = way.get_or_insert_with(|| Way::new(state.q, goal));
+                way.advance(period.as_secs_f64(), stop.load(Ordering::Relaxed));
+                let positions = JointPositions::new(way.target());
+                if way.is_over() { motion_finished(positions) } else { positions }
             },
             ControllerMode::JointImpedance,
             true,
             franka::DEFAULT_CUTOFF_FREQUENCY,
         )
         .context("the move to the start")
+}
+
+/// A quintic: at rest, without acceleration, at both ends.
+struct Way {
+    start: [f64; 7],
+    goal: [f64; 7],
+    /// How long it takes, and how much of that is done (s).
+    duration: f64,
+    done: f64,
+    /// Since it was told to stop (s).
+    braking: Option<f64>,
+}
+
+impl Way {
+    fn new(start: [f64; 7], goal: [f64; 7]) -> Self {
+        let furthest = goal.iter().zip(start).map(|(goal, start)| (goal - start).abs()).fold(0.0, f64::max);
+        // A quintic's peak speed is 1.875 of its mean.
+        Self { start, goal, duration: (1.875 * furthest / SPEED).max(0.5), done: 0.0, braking: None }
+    }
+
+    /// `dt` seconds later. Once told to `stop`, time on the way slows down to none.
+    fn advance(&mut self, dt: f64, stop: bool) {
+        let rate = match &mut self.braking {
+            Some(elapsed) => {
+                *elapsed += dt;
+                let share = (*elapsed / BRAKING).min(1.0);
+                1.0 - share * share * (3.0 - 2.0 * share)
+            }
+            None => {
+                self.braking = stop.then_some(0.0);
+                1.0
+            }
+        };
+        self.done += rate * dt;
+    }
+
+    fn target(&self) -> [f64; 7] {
+        let t = (self.done / self.duration).min(1.0);
+        let share = t * t * t * (10.0 - 15.0 * t + 6.0 * t * t);
+        std::array::from_fn(|joint| self.start[joint] + share * (self.goal[joint] - self.start[joint]))
+    }
+
+    /// At the goal, or at rest on the way.
+    fn is_over(&self) -> bool {
+        self.done >= self.duration || self.braking.is_some_and(|elapsed| elapsed >= BRAKING)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The first joint's angles (rad) in cycles of 1 ms; told to stop after `stop` of them.
+    fn angles(stop: usize) -> Vec<f64> {
+        let mut way = Way::new([0.0; 7], [1.0, -0.5, 0.0, 0.0, 0.0, 0.0, 0.2]);
+        let mut angles = vec![0.0];
+        while !way.is_over() {
+            way.advance(0.001, angles.len() > stop);
+            angles.push(way.target()[0]);
+        }
+        angles
+    }
+
+    fn differences(of: &[f64]) -> Vec<f64> {
+        of.windows(2).map(|pair| (pair[1] - pair[0]) / 0.001).collect()
+    }
+
+    #[test]
+    fn it_goes_to_the_goal_or_comes_to_rest_without_a_jerk() {
+        for stop in [usize::MAX, 0, 700, 2500, 4600] {
+            let angles = angles(stop);
+            let speeds = differences(&angles);
+            let accelerations = differences(&speeds);
+            let (last, end) = (angles[angles.len() - 1], speeds[speeds.len() - 1]);
+            assert!(speeds.iter().all(|speed| (-1e-9..SPEED + 1e-3).contains(speed)));
+            assert!(accelerations.iter().all(|a| a.abs() < 1.5), "{stop}");
+            assert!(differences(&accelerations).iter().all(|jerk| jerk.abs() < 20.0), "{stop}");
+            assert!(end.abs() < 1e-3, "it ends at rest: {end} rad/s");
+            if stop == usize::MAX {
+                assert!((last - 1.0).abs() < 1e-9);
+            } else {
+                assert!(angles.len() - stop <= 502, "within half a second");
+            }
+        }
+    }
 }

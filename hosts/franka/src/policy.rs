@@ -2,14 +2,18 @@
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, Command, Stdio};
-use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
-use std::time::Duration;
+use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, sync_channel};
+use std::time::{Duration, Instant};
 
 use aforce::host::Host;
 use anyhow::{Context, Result, anyhow, bail, ensure};
 
-/// Time that a policy has for its first answer.
+use crate::checks::go_on;
+
+/// Time that a policy has for its first answer, and how long a signal may wait meanwhile.
 const PATIENCE: Duration = Duration::from_secs(30);
+const LOOK: Duration = Duration::from_millis(50);
 
 /// The running policy. Its end is not the host's concern: the watchdog hears its silence.
 pub struct Policy {
@@ -53,12 +57,18 @@ impl Policy {
     }
 
     /// The first action, before any torque flows: a policy for another space is refused here.
-    pub fn first(&mut self, host: &Host) -> Result<Vec<f64>> {
+    pub fn first(&mut self, host: &Host, stop: &AtomicBool) -> Result<Vec<f64>> {
         let expected = host.controller().space().dim();
-        let action = self
-            .actions
-            .recv_timeout(PATIENCE)
-            .map_err(|_| anyhow!("the policy did not answer within {} s", PATIENCE.as_secs()))??;
+        let begin = Instant::now();
+        let action = loop {
+            go_on(stop)?;
+            match self.actions.recv_timeout(LOOK) {
+                Ok(action) => break action?,
+                Err(RecvTimeoutError::Timeout) if begin.elapsed() < PATIENCE => (),
+                Err(RecvTimeoutError::Timeout) => bail!("the policy did not answer within {} s", PATIENCE.as_secs()),
+                Err(RecvTimeoutError::Disconnected) => bail!("the policy ended without an answer"),
+            }
+        };
         let found = action.len();
         ensure!(
             found == expected,

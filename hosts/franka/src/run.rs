@@ -21,9 +21,10 @@ use crate::{checks, motion};
 const LOGGED: u64 = 10;
 /// The robot refuses torque rates of 1000 Nm/s, and compares in single precision.
 const RATE_SHARE: f64 = 0.99;
-/// Torque (Nm) and force (N, Nm) at which the robot itself stops: above what the set-up calls a fault.
+/// Torque (Nm) at which the robot itself stops, and force (N, Nm): so much above what the set-up calls a fault, up to a largest.
 const COLLISION_TORQUE: [f64; 7] = [60.0, 60.0, 60.0, 60.0, 12.0, 12.0, 12.0];
 const COLLISION_MARGIN: f64 = 1.5;
+const COLLISION_MAX: f64 = 100.0;
 const IDENTITY: [f64; 16] = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 
 /// Who says what to do.
@@ -55,10 +56,11 @@ pub fn run(args: &Args) -> Result<()> {
     prepare(&robot, &setup)?;
     let model = robot.load_model().context("the robot's model")?;
     if let Some(start) = start {
-        motion::move_to(&robot, start)?;
+        motion::move_to(&robot, start, &stop)?;
+        checks::go_on(&stop)?;
     }
     if !args.no_push_check {
-        checks::push_by_hand(&robot, &model, &setup)?;
+        checks::push_by_hand(&robot, &model, &setup, &stop)?;
     }
 
     // Everything that can be refused is refused before a torque flows.
@@ -77,7 +79,7 @@ pub fn run(args: &Args) -> Result<()> {
         (Some(command), _) => {
             let mut policy = Policy::start(command)?;
             policy.ask(&host);
-            first = Some(policy.first(&host)?);
+            first = Some(policy.first(&host, &stop)?);
             Source::Policy(policy)
         }
         (None, Some(script)) => Source::Script(Running::new(script, &setup, arm.pose)),
@@ -103,6 +105,12 @@ fn read_setup(args: &Args) -> Result<HostSetup> {
     };
     let mut setup = HostSetup::from_toml(&text).map_err(|error| anyhow!("{name}: {error}"))?;
     ensure!(setup.controller.control_hz == 1000, "{name}: controller.control_hz must be 1000, the arm's rate");
+    for (max, unit) in setup.limits.external_max.into_iter().zip(["N", "Nm"]) {
+        ensure!(
+            max < COLLISION_MAX,
+            "{name}: limits.external_max has {max} {unit}: below {COLLISION_MAX} would be right, where the robot itself stops"
+        );
+    }
     setup.arm.torque_rate_max = setup.arm.torque_rate_max.map(|rate| RATE_SHARE * rate);
     Ok(setup)
 }
@@ -141,7 +149,7 @@ fn prepare(robot: &Robot, setup: &HostSetup) -> Result<()> {
         println!("the robot has stopped in a reflex: recovering");
         robot.automatic_error_recovery()?;
     }
-    let [force, moment] = setup.limits.external_max.map(|max| (COLLISION_MARGIN * max).min(100.0));
+    let [force, moment] = setup.limits.external_max.map(|max| (COLLISION_MARGIN * max).min(COLLISION_MAX));
     let forces = [force, force, force, moment, moment, moment];
     robot.set_collision_behavior_simple(COLLISION_TORQUE, COLLISION_TORQUE, forces, forces)?;
     robot.set_k(IDENTITY)?;

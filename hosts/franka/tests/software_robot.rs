@@ -230,6 +230,33 @@ fn it_moves_to_a_start_and_asks_for_a_push() {
     assert!(text(&output).contains("no push of 8 N was felt"), "{}", text(&output));
 }
 
+/// A way of 1 rad takes five seconds.
+#[test]
+fn ctrl_c_on_the_way_to_the_start_brakes() {
+    let (_robot, _lock) = robot_or_skip!();
+    let folder = tempfile::tempdir().unwrap();
+    let start = ["1.0", "-0.7854", "0", "-2.3562", "0", "1.5708", "0.7854"];
+    let mut command = host(&["--script", "hold", "--start"]);
+    let mut child = command.args(start).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut line = String::new();
+    BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
+    assert!(line.starts_with("connected"), "{line}");
+    std::thread::sleep(Duration::from_secs(2));
+    let begin = Instant::now();
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    println!("{} after {:?}: {}", output.status, begin.elapsed(), text(&output));
+    assert!(begin.elapsed() < Duration::from_secs(2));
+    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "error: stopped by a signal before the law began\n");
+
+    // It stands on the way, without a reflex.
+    let (output, log) = run(&folder, &["--script", "hold", "--duration", "1"]);
+    assert!(output.status.success() && !text(&output).contains("reflex"));
+    let angle = numbers(&log, "position_y_m")[0].atan2(numbers(&log, "position_x_m")[0]);
+    assert!(angle > 0.02 && angle < 0.9, "{angle}");
+}
+
 #[test]
 fn a_start_outside_of_the_workspace_and_another_arm_are_refused() {
     let (_robot, _lock) = robot_or_skip!();
@@ -243,6 +270,11 @@ fn a_start_outside_of_the_workspace_and_another_arm_are_refused() {
     assert_eq!(output.status.code(), Some(1));
     assert!(text(&output).contains("allowed: 0.6000 to 0.7500: refused"), "{}", text(&output));
     assert!(log.is_empty());
+
+    std::fs::write(&setup, fr3.replace("external_max = [50.0, 20.0]", "")).unwrap();
+    let (output, _) = run(&folder, &["--script", "hold", "--setup", setup.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output).contains("limits.external_max has 100 N: below 100 would be right"), "{}", text(&output));
 
     std::fs::write(&setup, fr3.replace("arm = \"fr3\"", "arm = \"panda\"")).unwrap();
     let (output, _) = run(&folder, &["--script", "hold", "--setup", setup.to_str().unwrap()]);

@@ -5,7 +5,7 @@ use crate::gains::Gains;
 use crate::goal::GoalRule;
 use crate::interpolator::Interpolation;
 use crate::spatial::{Vector3, linear, pose_error};
-use crate::testing::{adaptive, gantry, move_gantry, psi, random_arm, robosuite_steps, space};
+use crate::testing::{adaptive, gantry, move_gantry, psi, random_arm, space};
 use approx::assert_relative_eq;
 use proptest::prelude::*;
 
@@ -30,7 +30,7 @@ fn action(space: &ActionSpace, delta: [f64; 6], force: f64) -> Vec<f64> {
 #[test]
 fn osc_torque_is_robosuites_formula() {
     let mut y = random_arm(21);
-    let mut control = controller(&space("osc"), &robosuite_steps(), unlimited());
+    let mut control = controller(&space("osc"), &ControllerConfig::default(), unlimited());
     control.reset(&y);
     let q0 = y.q;
     control.set_goal(&[0.4, -0.2, 0.6, 0.1, -0.3, 0.2], &y);
@@ -83,7 +83,7 @@ fn a_positive_entry_moves_the_tool_along_the_positive_axis() {
     for space in ActionSpace::built_in() {
         for axis in 0..6 {
             let mut y = gantry(INERTIA);
-            let mut control = controller(&space, &robosuite_steps(), unlimited());
+            let mut control = controller(&space, &ControllerConfig::default(), unlimited());
             control.reset(&y);
             let mut delta = [0.0; 6];
             delta[axis] = 0.5;
@@ -256,7 +256,7 @@ fn other_parameters_take_effect_in_the_next_sample() {
 #[test]
 fn commanded_parameters_hold_for_ten_actions() {
     let y = gantry(INERTIA);
-    let mut control = controller(&space("aforce-psi"), &robosuite_steps(), unlimited());
+    let mut control = controller(&space("aforce-psi"), &ControllerConfig::default(), unlimited());
     control.reset(&y);
     // k_min of the translational axes. Actions 0, 10 and 20 choose; what comes between has no effect.
     let floor_after = |control: &mut Controller, entry: f64| {

@@ -1,6 +1,6 @@
 //! From what an arm's interface reports to what the law reads: who compensates what, and in which frame with which sign.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, SMatrix};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, not_negative, within};
@@ -146,10 +146,6 @@ impl ArmInterface {
     /// What the law reads, given the arm's `rotor_inertia` (kg m^2). A wrench from an observer is not yet in it.
     #[must_use]
     pub fn measurement(&self, state: &ArmState, rotor_inertia: &JointVector) -> Measurement {
-        let by_law = |who: CompensatedBy, torque: &JointVector| match who {
-            CompensatedBy::Law => *torque,
-            CompensatedBy::Arm => JointVector::zeros(),
-        };
         let rotors = match self.inertia {
             InertiaSide::Link => JointMatrix::from_diagonal(rotor_inertia),
             InertiaSide::Motor => JointMatrix::zeros(),
@@ -161,9 +157,18 @@ impl ArmInterface {
             twist: state.jacobian * state.qd,
             jacobian: state.jacobian,
             mass: state.mass + rotors,
-            bias: by_law(self.gravity, &state.gravity) + by_law(self.coriolis, &state.coriolis),
+            bias: self.bias(state),
             wrench: self.wrench_on_tool(&state.wrench, &state.pose),
         }
+    }
+
+    /// What the law compensates (Nm).
+    pub(crate) fn bias(&self, state: &ArmState) -> JointVector {
+        let by_law = |who: CompensatedBy, torque: &JointVector| match who {
+            CompensatedBy::Law => *torque,
+            CompensatedBy::Arm => JointVector::zeros(),
+        };
+        by_law(self.gravity, &state.gravity) + by_law(self.coriolis, &state.coriolis)
     }
 
     /// Friction that acts on the joints (Nm s/rad).
@@ -211,22 +216,36 @@ impl ArmState {
     /// The first field with an entry that no arm has: not a number, or far beyond any unit's range (1e4; of positions 10 m).
     /// Within these bounds nothing in the law overflows.
     pub(crate) fn unreadable(&self) -> Option<&'static str> {
-        let plain = |x: &f64| x.abs() <= 1e4; // Not a number is not.
         let rotation = self.pose.rotation.coords;
         let checks = [
-            ("q", self.q.iter().all(plain)),
-            ("qd", self.qd.iter().all(plain)),
+            ("q", plain(&self.q)),
+            ("qd", plain(&self.qd)),
             ("pose (position)", self.pose.translation.vector.iter().all(|x| x.abs() <= 10.0)),
             ("pose (rotation)", all_finite(&rotation) && (rotation.norm() - 1.0).abs() < 1e-3),
-            ("jacobian", self.jacobian.iter().all(plain)),
-            ("mass", self.mass.iter().all(plain)),
-            ("gravity", self.gravity.iter().all(plain)),
-            ("coriolis", self.coriolis.iter().all(plain)),
-            ("wrench", self.wrench.iter().all(plain)),
-            ("tau", self.tau.iter().all(plain)),
+            ("jacobian", plain(&self.jacobian)),
+            ("mass", plain(&self.mass)),
+            ("gravity", plain(&self.gravity)),
+            ("coriolis", plain(&self.coriolis)),
+            ("wrench", plain(&self.wrench)),
+            ("tau", plain(&self.tau)),
         ];
         checks.into_iter().find(|(_, readable)| !readable).map(|(field, _)| field)
     }
+
+    /// Whether posture and velocity can be read, whatever else cannot.
+    pub(crate) fn has_joints(&self) -> bool {
+        plain(&self.q) && plain(&self.qd)
+    }
+
+    /// Whether gravity and Coriolis torques can be read.
+    pub(crate) fn has_bias(&self) -> bool {
+        plain(&self.gravity) && plain(&self.coriolis)
+    }
+}
+
+/// No entry is beyond any unit's range. Not a number is.
+fn plain<const R: usize, const C: usize>(values: &SMatrix<f64, R, C>) -> bool {
+    values.iter().all(|x| x.abs() <= 1e4)
 }
 
 #[cfg(test)]

@@ -12,6 +12,9 @@ use crate::host::task_guard::TaskGuard;
 use crate::observer::MomentumObserver;
 use crate::spatial::{JointVector, Measurement, Pose, Vector6, Wrench, all_finite, linear, pose_error, rotational};
 
+/// Cycles of no length in a row that are believed: an interface's first, a state handed over. More are a broken clock.
+const EMPTY_CYCLES: u32 = 5;
+
 /// A [`Controller`] under the bounds of [`HostLimits`], with a latch for faults and a hold for when it does not act.
 #[derive(Debug, Clone)]
 pub struct Host {
@@ -27,8 +30,12 @@ pub struct Host {
     mode: Mode,
     /// Since the latest action (s).
     silence: f64,
+    /// Cycles of no length in a row.
+    empty: u32,
     /// The latest measurement that could be read.
     y: Option<Measurement>,
+    /// The latest bias that could be read (Nm).
+    bias: JointVector,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,7 +63,9 @@ impl Host {
             observer: None,
             mode: Mode::Stopped,
             silence: 0.0,
+            empty: 0,
             y: None,
+            bias: JointVector::zeros(),
         })
     }
 
@@ -67,7 +76,7 @@ impl Host {
     /// # Errors
     /// If the state cannot be read, contradicts the model, or is outside of a bound. The host stays as it was.
     pub fn start(&mut self, state: &ArmState, model: &Pose) -> Result<(), Fault> {
-        let mut y = self.read(state)?;
+        let mut y = self.read(state, 0.0)?;
         self.check_kinematics(&state.pose, model)?;
         let observer = match self.interface.wrench {
             WrenchSource::Reported => None,
@@ -81,7 +90,8 @@ impl Host {
         self.law.reset(&y);
         self.law.limiter().reset(&state.tau);
         self.guard.reset(self.law.own_stiffness());
-        (self.mode, self.silence, self.y) = (Mode::Running, 0.0, Some(y));
+        (self.mode, self.silence, self.empty) = (Mode::Running, 0.0, 0);
+        (self.bias, self.y) = (y.bias, Some(y));
         Ok(())
     }
 
@@ -109,21 +119,30 @@ impl Host {
     }
 
     /// One cycle: the torque for `state`, `dt` seconds after the last cycle. A `dt` of 0 (an interface's first cycle) reads the
-    /// state and repeats the last torque. Never panics, never allocates.
+    /// state and repeats the last torque; only a few in a row are believed. Never panics, never allocates.
     pub fn update(&mut self, state: &ArmState, dt: f64) -> Command {
+        self.empty = if dt == 0.0 { self.empty.saturating_add(1) } else { 0 };
+        // A hold goes on whatever the interface's clock says.
+        let step = if self.is_period(dt) { dt } else { self.period };
+        let y = self.read(state, step);
+        if state.has_bias() {
+            self.bias = self.interface.bias(state);
+        }
         let wanted = match self.mode {
-            Mode::Running => match self.law(state, dt) {
+            Mode::Running => match y.as_ref().map_err(|fault| *fault).and_then(|y| self.law(y, dt)) {
                 Ok(tau) => tau,
                 Err(fault) => {
                     self.leave(Mode::Fault(fault));
-                    self.held(state, dt)
+                    self.held(state, step)
                 }
             },
-            Mode::Stopped | Mode::Fault(_) => self.held(state, dt),
+            Mode::Stopped | Mode::Fault(_) => self.held(state, step),
         };
-        let step = time(dt).min(self.period);
+        if let Ok(y) = y {
+            self.y = Some(y);
+        }
         let limiter = self.law.limiter();
-        let tau = limiter.pass(&wanted, &JointVector::zeros(), step);
+        let tau = limiter.pass(&wanted, &JointVector::zeros(), step.min(self.period));
         let cut = limiter.excess().iter().any(|excess| *excess != 0.0);
         let status = match self.mode {
             Mode::Stopped => Status::Stopped,
@@ -144,7 +163,7 @@ impl Host {
         &self.law
     }
 
-    /// What the law has read last, in its own conventions; `None` before the first start.
+    /// The latest state that could be read, in the law's conventions; `None` before the first.
     #[must_use]
     pub fn measurement(&self) -> Option<&Measurement> {
         self.y.as_ref()
@@ -169,42 +188,30 @@ impl Host {
     }
 
     /// The law's torque (Nm), before the limits of the joints.
-    fn law(&mut self, state: &ArmState, dt: f64) -> Result<JointVector, Fault> {
-        let max = self.limits.period_max;
-        if !(0.0..=max).contains(&dt) {
-            return Err(Fault::Period { period: dt, max });
+    fn law(&mut self, y: &Measurement, dt: f64) -> Result<JointVector, Fault> {
+        if !self.is_period(dt) {
+            return Err(Fault::Period { period: dt, max: self.limits.period_max });
         }
-        let mut y = self.read(state)?;
         if dt == 0.0 {
-            self.y = Some(y);
             return Ok(*self.law.limiter().previous());
         }
-        if let Some(observer) = &mut self.observer {
-            observer.update(&state.tau, &y, dt);
-            y.wrench = observer.wrench();
-        }
-        self.check(&y)?;
+        self.check(y)?;
         self.silence += dt;
         if self.silence > self.limits.silence_max {
             return Err(Fault::Silence { silence: self.silence, max: self.limits.silence_max });
         }
-        let tau = self.law.torque(&y, dt, &mut self.guard);
-        self.y = Some(y);
+        let tau = self.law.torque(y, dt, &mut self.guard);
         if all_finite(&tau) { Ok(tau) } else { Err(Fault::Mass) }
     }
 
-    /// The holding torque (Nm), from what can be read.
+    /// The holding torque (Nm). It needs joints and bias alone: what is wrong may be all else.
     fn held(&mut self, state: &ArmState, dt: f64) -> JointVector {
-        let dt = time(dt);
-        if let Ok(y) = self.read(state) {
-            let tau = self.hold.torque(&y.q, &y.qd, dt) + y.bias;
-            self.y = Some(y);
-            tau
-        } else {
+        if !state.has_joints() {
             // Nothing is known of the posture: compensate as it was.
             self.hold.pass(dt);
-            self.y.as_ref().map_or(JointVector::zeros(), |y| y.bias)
+            return self.bias;
         }
+        self.hold.torque(&state.q, &state.qd, dt) + self.bias
     }
 
     fn leave(&mut self, mode: Mode) {
@@ -212,11 +219,26 @@ impl Host {
         self.hold.begin();
     }
 
-    fn read(&self, state: &ArmState) -> Result<Measurement, Fault> {
-        match state.unreadable() {
-            Some(field) => Err(Fault::Unreadable { field }),
-            None => Ok(self.interface.measurement(state, &self.arm.rotor_inertia.into())),
+    /// The state as the law reads it, `dt` seconds after the last one. An observed wrench is the observer's: none before a start.
+    fn read(&mut self, state: &ArmState, dt: f64) -> Result<Measurement, Fault> {
+        if let Some(field) = state.unreadable() {
+            return Err(Fault::Unreadable { field });
         }
+        let mut y = self.interface.measurement(state, &self.arm.rotor_inertia.into());
+        if let WrenchSource::Observed { .. } = self.interface.wrench {
+            y.wrench = self.observer.as_mut().map_or(Wrench::zeros(), |observer| {
+                if dt > 0.0 {
+                    observer.update(&state.tau, &y, dt);
+                }
+                observer.wrench()
+            });
+        }
+        Ok(y)
+    }
+
+    /// Whether so much time (s) can have passed since the last cycle.
+    fn is_period(&self, dt: f64) -> bool {
+        if dt == 0.0 { self.empty <= EMPTY_CYCLES } else { dt > 0.0 && dt <= self.limits.period_max }
     }
 
     fn check_kinematics(&self, pose: &Pose, model: &Pose) -> Result<(), Fault> {
@@ -259,9 +281,4 @@ impl Host {
         }
         Ok(())
     }
-}
-
-/// A period as it counts where the law does not act: none, if it is no period.
-fn time(dt: f64) -> f64 {
-    if dt > 0.0 && dt.is_finite() { dt } else { 0.0 }
 }

@@ -1,5 +1,7 @@
 //! What a host learns of a sample besides the torque.
 
+use std::ffi::CStr;
+
 use crate::spatial::JointVector;
 
 /// What one cycle gives.
@@ -78,8 +80,8 @@ pub enum Fault {
         /// Its name.
         field: &'static str,
     },
-    /// A period that is no period, or too long: the loop has stalled.
-    #[error("{period} s since the last cycle; allowed: 0 to {max}")]
+    /// A period that is no period, or too long: the loop has stalled. Or many of no length in a row: its clock has.
+    #[error("{period} s since the last cycle; allowed: up to {max}, and 0 a few times in a row")]
     Period {
         /// As given (s).
         period: f64,
@@ -180,6 +182,24 @@ impl Fault {
             Self::Silence { .. } => 10,
         }
     }
+
+    /// What kind a [`code`](Self::code) stands for, without numbers; `None` if there is no such code. It ends as C wants it.
+    #[must_use]
+    pub fn text(code: u32) -> Option<&'static CStr> {
+        Some(match code {
+            1 => c"a field of the arm's state is not finite, or beyond anything an arm has",
+            2 => c"the time since the last cycle is no period, or too long",
+            3 => c"the mass matrix is not positive definite, or so small that the law's torque is not finite",
+            4 => c"the arm's pose is not the model's",
+            5 => c"a joint is outside its range",
+            6 => c"a joint is too fast",
+            7 => c"the tool has left the workspace",
+            8 => c"the environment pushes too hard",
+            9 => c"the environment turns too hard",
+            10 => c"no action for too long",
+            _ => return None,
+        })
+    }
 }
 
 /// Why an action was not taken.
@@ -196,4 +216,32 @@ pub enum NotTaken {
         /// The space's.
         expected: usize,
     },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_fault_has_a_code_and_a_text() {
+        let (joint, position, low, high, max) = (1, 0.0, 0.0, 0.0, 0.0);
+        let faults = [
+            Fault::Unreadable { field: "q" },
+            Fault::Period { period: 0.0, max },
+            Fault::Mass,
+            Fault::Kinematics { distance: 0.0, angle: 0.0, max_distance: 0.0, max_angle: 0.0 },
+            Fault::JointRange { joint, position, low, high },
+            Fault::JointSpeed { joint, speed: 0.0, max },
+            Fault::Workspace { axis: 'x', position, low, high },
+            Fault::ExternalForce { force: 0.0, max },
+            Fault::ExternalMoment { moment: 0.0, max },
+            Fault::Silence { silence: 0.0, max },
+        ];
+        for (fault, code) in faults.iter().zip(1..) {
+            assert_eq!(fault.code(), code);
+            assert!(Fault::text(code).is_some(), "{fault}");
+        }
+        assert_eq!((Fault::text(0), Fault::text(faults.len() as u32 + 1)), (None, None));
+        assert_eq!(Fault::text(3).unwrap().to_str().unwrap(), Fault::Mass.to_string());
+    }
 }

@@ -88,8 +88,9 @@ impl Guard for TaskGuard {
         clipped
     }
 
-    fn excess(&self, excess: Vector6) -> Vector6 {
-        excess + self.cut
+    fn excess(&self, excess: Vector6, e: &Vector6) -> Vector6 {
+        // Two units: they do not add up. Along each axis the cut counts where it stops the spring, -K e, else the joints' excess.
+        excess.zip_zip_map(&self.cut, e, |excess, cut, e| if -e * cut > 0.0 { cut } else { excess })
     }
 
     fn active(&mut self, wanted: Active, sample: &Sample) -> Active {
@@ -114,13 +115,17 @@ impl Guard for TaskGuard {
     }
 
     fn wrench(&mut self, wanted: Wrench, viscous: &Wrench, sample: &Sample) -> Wrench {
-        self.tank.fill((viscous.dot(&sample.e_dot) * sample.dt).max(0.0));
         let bounded = capped(&wanted, &self.limits.wrench_max);
         let step = self.limits.wrench_rate_max.map(|rate| rate * sample.dt);
         let jump = bounded - self.wrench;
         let allowed = capped(&jump, &step);
         let wrench = if allowed == jump { bounded } else { self.wrench + allowed };
         self.cut = wanted - wrench;
+        // What the damper takes out of the arm, as far as it acts: on the arm's own motion, whatever the set-point does.
+        let power = |part: fn(&Vector6) -> Vector3| {
+            share(&part(&wrench), &part(&wanted)) * part(viscous).dot(&part(&sample.y.twist)) // W
+        };
+        self.tank.fill((power(linear) + power(rotational)) * sample.dt);
         self.limited.insert(Limited::WRENCH, wrench != wanted);
         self.wrench = wrench;
         wrench
@@ -138,7 +143,34 @@ impl Guard for TaskGuard {
     }
 }
 
+/// The share of `wanted` that is left in `actual`.
+fn share(actual: &Vector3, wanted: &Vector3) -> f64 {
+    let whole = wanted.norm_squared();
+    if whole > 0.0 { (actual.dot(wanted) / whole).clamp(0.0, 1.0) } else { 1.0 }
+}
+
 /// Its linear and its rotational part shortened to `max`, if longer.
 fn capped(v: &Vector6, max: &[f64; 2]) -> Vector6 {
     stack(&limit_norm(linear(v), max[0]), &limit_norm(rotational(v), max[1]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What joints and cap cut off are of two units; each alone stops a spring that pushes that way.
+    #[test]
+    fn either_cut_stops_the_spring() {
+        let mut guard = TaskGuard::new(&HostLimits::default(), &Arm::PANDA, 1.5);
+        guard.cut = Vector6::new(-4.0, 4.0, -4.0, 0.0, 0.0, 0.0);
+        let excess = Vector6::new(5.0, 5.0, -5.0, 5.0, -5.0, 0.0);
+        for (e, stopped) in
+            [(-1.0, [true, true, false, true, false, false]), (1.0, [true, false, true, false, true, false])]
+        {
+            let e = Vector6::repeat(e);
+            let effective = guard.excess(excess, &e);
+            let found: Vec<bool> = (0..6).map(|axis| -e[axis] * effective[axis] > 0.0).collect();
+            assert_eq!(found, stopped, "an error of {}", e[0]);
+        }
+    }
 }

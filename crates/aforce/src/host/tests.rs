@@ -2,10 +2,12 @@
 
 use super::*;
 use crate::action::encode;
+use crate::action_space::RateRule;
 use crate::arm::Arm;
 use crate::config::ControllerConfig;
 use crate::controller::Controller;
 use crate::force::ForceConfig;
+use crate::goal::GoalRule;
 use crate::interpolator::Interpolation;
 use crate::spatial::{JointVector, Measurement, Pose, Vector6, Wrench, linear};
 use crate::testing::{gantry, move_gantry, space};
@@ -92,8 +94,15 @@ impl Plant {
 
     /// One cycle, in which the environment exerts `external`.
     fn step(&mut self, external: &Wrench) -> Status {
+        self.spoilt_step(external, DT, |_| ())
+    }
+
+    /// The same, of which the host is told `period` (s) and a spoilt state.
+    fn spoilt_step(&mut self, external: &Wrench, period: f64, spoil: impl FnOnce(&mut ArmState)) -> Status {
         self.y.wrench = *external;
-        let command = self.host.update(&state(&self.y, &self.tau), DT);
+        let mut told = state(&self.y, &self.tau);
+        spoil(&mut told);
+        let command = self.host.update(&told, period);
         self.tau = command.tau;
         move_gantry(&mut self.y, &self.tau, external, DT);
         command.status
@@ -178,6 +187,58 @@ fn a_fault_latches_holds_and_relaxes_until_a_new_start() {
     assert!(matches!(plant.act(&[0.0; 6], 50), Status::Running | Status::Limited(_)));
 }
 
+/// A gantry that has just begun to move, and where it is.
+fn moving() -> (Plant, Vector3<f64>) {
+    let mut plant = Plant::new(&setup("aforce"));
+    plant.act(&[0.5, 0.0, 0.0, 0.0, 0.0, 0.0], 100);
+    assert!(plant.y.twist.norm() > 0.01);
+    let position = plant.position();
+    (plant, position)
+}
+
+/// Three seconds after a fault at `position`.
+fn assert_held(plant: &Plant, position: &Vector3<f64>) {
+    assert!(plant.host.is_relaxed());
+    let (speed, distance) = (plant.y.twist.norm(), (plant.position() - position).norm());
+    assert!(speed < 1e-3 && distance < 0.05, "{speed} m/s, {distance} m");
+}
+
+#[test]
+fn a_hold_stops_the_tool_whatever_else_stays_unreadable() {
+    type Spoil = fn(&mut ArmState);
+    let spoils: [(&str, Spoil); 4] = [
+        ("wrench", |state| state.wrench[2] = f64::NAN),
+        ("mass", |state| state.mass[(0, 0)] = f64::NAN),
+        ("jacobian", |state| state.jacobian[(1, 1)] = f64::INFINITY),
+        ("tau", |state| state.tau[6] = f64::NAN),
+    ];
+    for (field, spoil) in spoils {
+        let (mut plant, position) = moving();
+        // It is also handed a weight, which only the present state tells.
+        plant.y.bias[2] = 30.0;
+        for _ in 0..3000 {
+            let status = plant.spoilt_step(&Wrench::zeros(), DT, spoil);
+            assert_eq!(status, Status::Fault(Fault::Unreadable { field }));
+        }
+        assert_held(&plant, &position);
+    }
+}
+
+#[test]
+fn a_hold_goes_on_when_the_clock_does_not() {
+    for period in [f64::NAN, -0.001, 0.0, 1.0] {
+        let (mut plant, position) = moving();
+        // A few cycles of no length are believed.
+        let believed = if period == 0.0 { 5 } else { 0 };
+        for cycle in 0..3000 {
+            let status = plant.spoilt_step(&Wrench::zeros(), period, |_| ());
+            let is_fault = matches!(status, Status::Fault(Fault::Period { .. }));
+            assert_eq!(is_fault, cycle >= believed, "{status:?} in cycle {cycle} of {period} s");
+        }
+        assert_held(&plant, &position);
+    }
+}
+
 #[test]
 fn a_silent_policy_and_a_stalled_loop_are_faults() {
     let mut plant = Plant::new(&setup("low"));
@@ -250,26 +311,16 @@ fn errors_are_clipped_and_the_wrench_keeps_its_bound_and_its_rate() {
         HostLimits { error_max: [0.02, 0.1], wrench_max: [12.0, 2.0], wrench_rate_max: [200.0, 50.0], ..endless() };
     let mut plant = Plant::new(&HostSetup { limits, ..setup("high") });
     let mut last = Wrench::zeros();
-    // Somebody pulls the tool away: 10 cm of error at 1500 N/m were 150 N.
+    // Somebody holds the tool aside: 10 cm of error at 1500 N/m were 150 N.
     plant.y.pose.translation.vector.x += 0.1;
     let mut strongest = 0.0f64;
-    for cycle in 0..400 {
-        if cycle % 50 == 0 {
-            plant.host.set_goal(&[0.0; 6]).unwrap();
-        }
-        let wrench = {
-            plant.y.wrench = Wrench::zeros();
-            let command = plant.host.update(&state(&plant.y, &plant.tau), DT);
-            let Status::Limited(limited) = command.status else { panic!("{:?}", command.status) };
-            assert!(limited.contains(Limited::ERROR) || cycle >= 50);
-            *plant.host.controller().wrench()
-        };
+    for _ in 0..100 {
+        let status = plant.host.update(&state(&plant.y, &plant.tau), DT).status;
+        assert!(matches!(status, Status::Limited(limited) if limited.contains(Limited::ERROR)), "{status:?}");
+        let wrench = *plant.host.controller().wrench();
         assert!(linear(&(wrench - last)).norm() <= 0.2 + 1e-9, "200 N/s");
         strongest = strongest.max(linear(&wrench).norm());
         last = wrench;
-        if cycle == 49 {
-            break;
-        }
     }
     assert!(strongest <= 12.0 + 1e-9 && strongest > 9.0, "{strongest}");
 }
@@ -283,9 +334,6 @@ fn goals_stay_in_the_workspace_and_a_tool_outside_of_it_is_a_fault() {
     assert!(limited.contains(Limited::GOAL));
     assert!((plant.position().x - 0.6).abs() < 5e-3, "{}", plant.position());
     plant.y.pose.translation.vector.x = 0.66;
-    let fault = plant.act(&[], 0);
-    assert_eq!(fault, Status::Stopped, "nothing was done");
-    plant.host.set_goal(&[0.0; 6]).unwrap();
     assert!(matches!(plant.step(&Wrench::zeros()), Status::Fault(Fault::Workspace { axis: 'x', .. })));
 }
 
@@ -328,6 +376,42 @@ fn the_tank_bounds_what_growing_stiffness_pays() {
     let (rich, poor) = (paid(f64::INFINITY), paid(0.3));
     assert!(rich > 0.5, "{rich}");
     assert!(poor <= 0.3 && poor > 0.2, "{poor}");
+}
+
+/// A set-point that leaves a held tool behind gets nothing out of the arm, however hard the damper pulls.
+#[test]
+fn a_held_tool_fills_no_tank() {
+    let mut setup = setup("high");
+    setup.space.rate = RateRule::SetPoint;
+    setup.space.goal = GoalRule::Continued { leash_position: 0.1, leash_rotation: 0.5 };
+    setup.limits = HostLimits { tank: TankConfig { initial: 1.0, capacity: 5.0, low: 0.5 }, ..endless() };
+    let mut plant = Plant::new(&setup);
+    let mut strongest = 0.0f64;
+    for cycle in 0..500 {
+        if cycle % 50 == 0 {
+            plant.host.set_goal(&[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]).unwrap();
+        }
+        plant.host.update(&state(&plant.y, &plant.tau), DT);
+        strongest = strongest.max(plant.host.controller().wrench()[0]);
+        assert_eq!(plant.host.tank(), 1.0);
+    }
+    assert!(strongest > 20.0, "it pulls: {strongest} N");
+}
+
+/// A hand drags the tool by 10 cm against a cap of 5 N: that takes half a joule out of it, whatever the damper wants.
+#[test]
+fn a_damper_that_is_cut_fills_the_tank_with_what_is_left_of_it() {
+    let tank = TankConfig { initial: 0.0, capacity: 100.0, low: 0.0 };
+    let limits = HostLimits { wrench_max: [5.0, f64::INFINITY], tank, ..endless() };
+    let mut plant = Plant::new(&HostSetup { limits, ..setup("high") });
+    plant.y.qd[0] = 0.2;
+    plant.y.twist[0] = 0.2;
+    for _ in 0..500 {
+        plant.y.pose.translation.vector.x += 0.2 * DT;
+        plant.host.update(&state(&plant.y, &plant.tau), DT);
+    }
+    let filled = plant.host.tank();
+    assert!(filled > 0.1 && filled <= 0.5, "{filled} J");
 }
 
 #[test]
@@ -392,14 +476,27 @@ fn an_observed_wrench_is_what_pushes() {
     let interface = ArmInterface { wrench: WrenchSource::Observed { cutoff_hz: 25.0 }, ..ArmInterface::PLAIN };
     let mut plant = Plant::new(&HostSetup { interface, ..setup("low") });
     let push = Wrench::new(3.0, -2.0, 5.0, 0.1, 0.0, -0.2);
+    // What the arm reports is nonsense, and nobody reads it.
+    let nonsense = |state: &mut ArmState| state.wrench = Wrench::repeat(33.0);
+    let observed = |plant: &mut Plant, period| {
+        let status = plant.spoilt_step(&push, period, nonsense);
+        (status, plant.host.measurement().unwrap().wrench)
+    };
     for cycle in 0..1500 {
         if cycle % 50 == 0 {
             plant.host.set_goal(&[0.0; 6]).unwrap();
         }
-        // What the arm reports is nonsense, and nobody reads it.
-        let reported = plant.host.update(&ArmState { wrench: Wrench::repeat(33.0), ..state(&plant.y, &plant.tau) }, DT);
-        plant.tau = reported.tau;
-        move_gantry(&mut plant.y, &plant.tau, &push, DT);
+        observed(&mut plant, DT);
     }
-    assert_relative_eq!(plant.host.measurement().unwrap().wrench, push, epsilon = 0.05);
+    let (_, settled) = observed(&mut plant, DT);
+    assert_relative_eq!(settled, push, epsilon = 0.05);
+    let (status, unchanged) = observed(&mut plant, 0.0);
+    assert!(matches!(status, Status::Running | Status::Limited(_)));
+    assert_eq!(unchanged, settled, "a cycle of no length");
+    plant.host.stop();
+    for _ in 0..3000 {
+        let (status, held) = observed(&mut plant, DT);
+        assert_eq!(status, Status::Stopped);
+        assert_relative_eq!(held, push, epsilon = 0.5);
+    }
 }
