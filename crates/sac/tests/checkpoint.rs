@@ -242,7 +242,6 @@ fn parts_of_two_checkpoints_are_not_put_together() {
     Checkpoint::save(&mixed, &sac, None, Value::Null).unwrap();
     go_on(&mut sac, &mut replay, 200..210);
     Checkpoint::save(&newer, &sac, None, Value::Null).unwrap();
-    let old = fs::read(mixed.join("actor.safetensors")).unwrap();
     fs::copy(newer.join("actor.safetensors"), mixed.join("actor.safetensors")).unwrap();
     let load = || Actor::load(&mixed, OBSERVATIONS, ACTIONS, 0).map(|_| ());
     let error = load().unwrap_err().to_string();
