@@ -13,7 +13,6 @@ use rand_chacha::ChaCha8Rng;
 use crate::component::{Component, xyz};
 use crate::normalisation::normalisation;
 use crate::task::{Reward, Task, Waypoint};
-use crate::task_name::TaskName;
 
 /// Opening (rad) from which the door counts as open; it stops at 0.4.
 const OPEN: f64 = 0.3;
@@ -56,7 +55,7 @@ impl Task for Door {
     }
 
     fn name(&self) -> &'static str {
-        TaskName::Door.as_str()
+        "door"
     }
 
     fn has_gripper(&self) -> bool {

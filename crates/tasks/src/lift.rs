@@ -10,7 +10,6 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::component::{Component, xyz, xyzw};
 use crate::task::{Reward, Task, Waypoint};
-use crate::task_name::TaskName;
 
 /// Height of the cube's centre (m) from which it counts as lifted.
 const LIFTED: f64 = TABLE_HEIGHT + 0.04;
@@ -53,7 +52,7 @@ impl Task for Lift {
     }
 
     fn name(&self) -> &'static str {
-        TaskName::Lift.as_str()
+        "lift"
     }
 
     fn has_gripper(&self) -> bool {

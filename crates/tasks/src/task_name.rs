@@ -55,3 +55,18 @@ impl FromStr for TaskName {
         known.ok_or_else(|| format!("no task is called {text:?}; known are {names}"))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_task_goes_by_its_name() {
+        for name in TaskName::ALL {
+            assert_eq!(name.create(500, MarkerView::default()).name(), name.as_str());
+            assert_eq!(name.as_str().parse(), Ok(name));
+        }
+        let error = "walk".parse::<TaskName>().unwrap_err();
+        assert_eq!(error, "no task is called \"walk\"; known are lift, door, wipe");
+    }
+}

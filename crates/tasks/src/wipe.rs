@@ -15,7 +15,6 @@ use crate::markers::{self, Markers};
 use crate::normalisation::{COMPLETION_REWARD, CONTACT_REWARD, MARKER_REWARD, normalisation};
 use crate::observation::in_contact;
 use crate::task::{REWARD_TERMS, Reward, Task, Waypoint};
-use crate::task_name::TaskName;
 
 /// A marker is wiped while the tool presses with more than the first and at most the
 /// second (N).
@@ -110,7 +109,7 @@ impl Task for Wipe {
     }
 
     fn name(&self) -> &'static str {
-        TaskName::Wipe.as_str()
+        "wipe"
     }
 
     fn has_gripper(&self) -> bool {
