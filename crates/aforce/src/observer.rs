@@ -6,11 +6,11 @@ use crate::spatial::{JointVector, Measurement, Wrench};
 /// commanded torque, gravity, Coriolis forces and the joints' damping is an external torque. It needs no acceleration.
 ///
 /// ```text
-/// p_dot = tau + C^T qd - g - d qd + tau_ext        r = k (p - integral of (the right side with r for tau_ext))
+/// p_dot = tau + C^T qd - g - d qd + tau_ext        r_dot = k (tau_ext - r)
 /// ```
 ///
-/// The residual r follows tau_ext through a first-order low-pass with the cut-off k. What the model does not know, a
-/// payload for instance, is taken for a contact.
+/// The residual r follows tau_ext through a first-order low-pass with the cut-off k, exact for a tau_ext that is constant over a
+/// sample, so that it is stable at any rate. What the model does not know, a payload for instance, is taken for a contact.
 #[derive(Debug, Clone)]
 pub struct MomentumObserver {
     /// k (1/s).
@@ -19,8 +19,6 @@ pub struct MomentumObserver {
     damping: JointVector,
     /// The previous sample.
     previous: Measurement,
-    /// p as the model alone explains it (kg m2/s).
-    momentum: JointVector,
     /// r (Nm).
     residual: JointVector,
 }
@@ -33,19 +31,19 @@ impl MomentumObserver {
             gain: std::f64::consts::TAU * cutoff_hz,
             damping,
             previous: y.clone(),
-            momentum: y.mass * y.qd,
             residual: JointVector::zeros(),
         }
     }
 
-    /// Takes in the sample `y`, `dt` seconds after the last, between which the torque `tau` (Nm) acted.
+    /// Takes in the sample `y`, `dt` seconds (more than none) after the last, between which the torque `tau` (Nm) acted.
     pub fn update(&mut self, tau: &JointVector, y: &Measurement, dt: f64) {
         let last = &self.previous;
         let qd = (last.qd + y.qd) / 2.0;
+        let change = y.mass * y.qd - last.mass * last.qd;
         // C^T qd - g = M_dot qd - (C qd + g), and M_dot is the change of M.
         let drift = (y.mass - last.mass) * qd - last.bias * dt;
-        self.momentum += drift + (tau - self.damping.component_mul(&qd) + self.residual) * dt;
-        self.residual = self.gain * (y.mass * y.qd - self.momentum);
+        let external = (change - drift) / dt - tau + self.damping.component_mul(&qd);
+        self.residual += (1.0 - (-self.gain * dt).exp()) * (external - self.residual);
         self.previous.clone_from(y);
     }
 

@@ -3,6 +3,8 @@
 //! The file may have any serial arm of seven revolute joints. What it does not know is given beside it ([`Drives`]). Joints off
 //! the way to the tool, a gripper's for instance, are welded at zero.
 
+use std::collections::HashSet;
+
 use aforce::{Pose, Vector3};
 use nalgebra::{Matrix3, Translation3, UnitQuaternion};
 use thiserror::Error;
@@ -30,6 +32,12 @@ pub enum UrdfError {
         link: String,
         /// All names.
         known: String,
+    },
+    /// Joints that are no tree.
+    #[error("link {link:?} is moved by two joints, or is below itself; the joints of a URDF are a tree")]
+    NoTree {
+        /// Its name.
+        link: String,
     },
     /// Not seven joints, or not revolute ones.
     #[error("the way to {tool:?} has {found}; allowed are seven revolute joints")]
@@ -61,7 +69,7 @@ pub enum UrdfError {
 /// `link7` there, as their joints keep their names; bodies are turned so that each joint turns about its own z.
 ///
 /// # Errors
-/// If the text is no URDF, there is no such link, the way to it has other joints than seven revolute ones, or a link that they
+/// If the text is no URDF, its joints are no tree, there is no such link, the way to it has other joints than seven revolute ones, or a link that they
 /// do not move is called `link1` to `link7`.
 pub fn arm(text: &str, tool: &str, drives: &Drives) -> Result<(Scene, usize), UrdfError> {
     let robot = urdf_rs::read_from_string(text)?;
@@ -85,9 +93,18 @@ fn way_to<'a>(robot: &'a Robot, tool: &str) -> Result<Vec<&'a UrdfJoint>, UrdfEr
         let known: Vec<&str> = robot.links.iter().map(|link| link.name.as_str()).collect();
         return Err(UrdfError::Link { link: tool.into(), known: known.join(", ") });
     }
+    let no_tree = |link: &str| UrdfError::NoTree { link: link.into() };
+    let mut moved = HashSet::new();
+    if let Some(joint) = robot.joints.iter().find(|joint| !moved.insert(&joint.child.link)) {
+        return Err(no_tree(&joint.child.link));
+    }
     let mut way = vec![];
     let mut link = tool;
     while let Some(joint) = robot.joints.iter().find(|joint| joint.child.link == link) {
+        // Longer than all joints: it goes round.
+        if way.len() == robot.joints.len() {
+            return Err(no_tree(link));
+        }
         way.push(joint);
         link = &joint.parent.link;
     }

@@ -112,6 +112,13 @@ fn what_is_no_arm_of_seven_joints_is_refused_by_name() {
     assert!(text.contains(z));
     let flat = text.replacen(z, "<axis xyz=\"0 0 0\"/>", 1);
     assert_eq!(error(&flat, "right_hand"), "joint \"joint1\" has the axis [0.0, 0.0, 0.0]");
+    // A loop, of the arm or beside it, and a link with two parents.
+    let joint = |parent, child| {
+        let ends = format!("<parent link=\"{parent}\"/><child link=\"{child}\"/>");
+        text.replace("</robot>", &format!("<joint name=\"more\" type=\"fixed\">{ends}</joint></robot>"))
+    };
+    assert!(error(&joint("right_hand", "link0"), "right_hand").contains("is below itself"));
+    assert!(error(&joint("link0", "link5"), "right_hand").starts_with("link \"link5\" is moved by two joints"));
     // Links of any name, but for one that stands still and is called as the first that moves here.
     let named = text.replace("\"link", "\"part");
     assert!(urdf::arm(&named, "right_hand", &drives()).is_ok());
