@@ -43,7 +43,7 @@ impl MomentumObserver {
         // C^T qd - g = M_dot qd - (C qd + g), and M_dot is the change of M.
         let drift = (y.mass - last.mass) * qd - last.bias * dt;
         let external = (change - drift) / dt - tau + self.damping.component_mul(&qd);
-        self.residual += (1.0 - (-self.gain * dt).exp()) * (external - self.residual);
+        self.residual += (1.0 - libm::exp(-self.gain * dt)) * (external - self.residual);
         self.previous.clone_from(y);
     }
 

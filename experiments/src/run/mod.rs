@@ -5,6 +5,7 @@ pub mod clock;
 pub mod csv_table;
 pub mod csv_writer;
 pub mod disturbances;
+mod experience;
 pub mod folder;
 mod learner_log;
 pub mod manifest;

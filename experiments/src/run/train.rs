@@ -6,16 +6,17 @@ use anyhow::{Context, Result, ensure};
 use clap::Args;
 use output::statistics::mean_of;
 use rand_chacha::ChaCha8Rng;
-use sac::{Act, Checkpoint, Replay, Sac, Transition};
+use sac::{Act, Checkpoint, Replay, Sac};
 use serde::{Deserialize, Serialize};
 use settings::setup;
-use tasks::{Env, Episode, Outcome, Step};
+use tasks::{Env, Episode, Outcome};
 
 use crate::config::{RunConfig, RunId};
 use crate::run::checkpoint_record::CheckpointRecord;
 use crate::run::clock::{Clock, Spent};
 use crate::run::csv_table::CsvTable;
 use crate::run::csv_writer::{CsvWriter, cut_after, last_step, takes};
+use crate::run::experience::{script, step_and_store};
 use crate::run::folder::{RunFolder, State};
 use crate::run::learner_log::LearnerLog;
 use crate::run::progress_bar::RunProgress;
@@ -98,12 +99,6 @@ struct Run<'a> {
     clock: Clock,
     /// When it began, went on or was saved last.
     saved: Instant,
-}
-
-struct Tables {
-    episodes: CsvWriter,
-    eval: CsvWriter,
-    progress: CsvWriter,
 }
 
 /// Trains as `config` says in `folder`, until the end or until a signal asks to stop; `None` if all its steps are done
@@ -193,37 +188,12 @@ impl<'a> Run<'a> {
             let sac = Sac::new(&config.learner, observations, actions, seed("learner"))?;
             (sac, Replay::new(&config.learner, observations, actions), counters)
         };
-        takes(&folder.episodes(), (TrainingKey::default(), Outcome::default()))?;
-        takes(&folder.eval(), (EvaluationKey::default(), Outcome::default()))?;
-        takes(&folder.progress(), ProgressRow::default())?;
-        let evaluated = counters.step / config.evaluate_every * config.evaluate_every;
-        for (path, step) in [(folder.episodes(), counters.step), (folder.eval(), evaluated)] {
-            let last = last_step(&path)?;
-            ensure!(
-                last >= step,
-                "{}: ends at action {last}, the checkpoint is of {}: rows are missing",
-                path.display(),
-                counters.step
-            );
-        }
-        for (path, step) in
-            [(folder.episodes(), counters.step), (folder.eval(), evaluated), (folder.progress(), counters.step)]
-        {
-            cut_after(&path, step)?;
-        }
-        let there = if folder.episodes().exists() { CsvTable::read(&folder.episodes())?.rows.len() as u64 } else { 0 };
-        ensure!(
-            there == counters.episode,
-            "{}: {there} rows up to action {}, the checkpoint has seen {} episodes: rows were taken out or added",
-            folder.episodes().display(),
-            counters.step,
-            counters.episode
-        );
+        let tables = Tables::going_on(folder, config, &counters)?;
         Ok(Run {
             config,
             folder,
             id: RunId::of(config),
-            prior: (config.learner.prior_episodes > 0).then(|| prior(config)).transpose()?,
+            prior: (config.learner.prior_episodes > 0).then(|| script(config)).transpose()?,
             env,
             evaluation_env,
             sac,
@@ -232,12 +202,8 @@ impl<'a> Run<'a> {
             log: LearnerLog::new(counters.step),
             board: tensorboard.then(|| TensorBoard::create(folder.path(), counters.step)).transpose()?,
             clock: Clock::going_on(counters.spent),
+            tables,
             counters,
-            tables: Tables {
-                episodes: CsvWriter::append(&folder.episodes())?,
-                eval: CsvWriter::append(&folder.eval())?,
-                progress: CsvWriter::append(&folder.progress())?,
-            },
             saved: Instant::now(),
         })
     }
@@ -384,44 +350,44 @@ impl<'a> Run<'a> {
     }
 }
 
-/// One step of `env`, kept in `replay`; `observation` becomes the next one.
-fn step_and_store(
-    env: &mut Env,
-    observation: &mut Vec<f32>,
-    action: &[f32],
-    replay: &mut Replay,
-    scaled: bool,
-) -> Result<Step> {
-    let wide: Vec<f64> = action.iter().map(|&a| f64::from(a)).collect();
-    let step = env.step(&wide);
-    let next = learner_view(env, scaled);
-    replay.push(&Transition {
-        observation,
-        action,
-        reward: step.reward as f32,
-        next_observation: &next,
-        terminated: step.terminated,
-        truncated: step.truncated,
-    })?;
-    *observation = next;
-    Ok(step)
+struct Tables {
+    episodes: CsvWriter,
+    eval: CsvWriter,
+    progress: CsvWriter,
 }
 
-/// Episodes of the script, from starts of their own. The same each time, so that no checkpoint needs them.
-fn prior(config: &RunConfig) -> Result<Replay> {
-    let mut env = Env::new(config.env.clone(), sub_seed(config.seed, "prior", 0))?;
-    let mut replay = Replay::new(&config.learner, env.observation_components().len(), env.action_dim());
-    for _ in 0..config.learner.prior_episodes {
-        env.reset(None);
-        let mut observation = learner_view(&env, config.learner.scaled_observations);
-        loop {
-            let action: Vec<f32> = env.expert_action().iter().map(|&a| a as f32).collect();
-            let step =
-                step_and_store(&mut env, &mut observation, &action, &mut replay, config.learner.scaled_observations)?;
-            if step.terminated || step.truncated {
-                break;
-            }
+impl Tables {
+    /// Those of `folder` up to the checkpoint that `counters` are of: rows from after it will be written again.
+    fn going_on(folder: &RunFolder, config: &RunConfig, counters: &Counters) -> Result<Self> {
+        let (episodes, eval, progress) = (folder.episodes(), folder.eval(), folder.progress());
+        takes(&episodes, (TrainingKey::default(), Outcome::default()))?;
+        takes(&eval, (EvaluationKey::default(), Outcome::default()))?;
+        takes(&progress, ProgressRow::default())?;
+        let evaluated = counters.step / config.evaluate_every * config.evaluate_every;
+        for (path, step) in [(&episodes, counters.step), (&eval, evaluated)] {
+            let last = last_step(path)?;
+            ensure!(
+                last >= step,
+                "{}: ends at action {last}, the checkpoint is of {}: rows are missing",
+                path.display(),
+                counters.step
+            );
         }
+        for (path, step) in [(&episodes, counters.step), (&eval, evaluated), (&progress, counters.step)] {
+            cut_after(path, step)?;
+        }
+        let there = if episodes.exists() { CsvTable::read(&episodes)?.rows.len() as u64 } else { 0 };
+        ensure!(
+            there == counters.episode,
+            "{}: {there} rows up to action {}, the checkpoint has seen {} episodes: rows were taken out or added",
+            episodes.display(),
+            counters.step,
+            counters.episode
+        );
+        Ok(Tables {
+            episodes: CsvWriter::append(&episodes)?,
+            eval: CsvWriter::append(&eval)?,
+            progress: CsvWriter::append(&progress)?,
+        })
     }
-    Ok(replay)
 }

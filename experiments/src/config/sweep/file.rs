@@ -1,0 +1,81 @@
+//! The file of a sweep, with what it extends.
+
+use std::path::{Path, PathBuf};
+
+use aforce::overlay;
+use anyhow::{Context, Result};
+use output::program::bad;
+use serde::Deserialize;
+use settings::{parse, spaces};
+use toml::{Table, Value};
+
+use crate::config::cli::record;
+use crate::config::sweep::group::{Group, is_name, no_identity};
+
+/// The file: groups of runs, and settings that all of them share.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct File {
+    pub(super) name: Option<String>,
+    /// A sweep, its path counted from this file, whose settings these are on top of, and whose groups these are if there are
+    /// none here.
+    pub(super) extends: Option<PathBuf>,
+    /// Any part of a run's configuration.
+    #[serde(default)]
+    pub(super) run: Table,
+    /// By name, settings on top of those of a group: every group is there with each of them.
+    #[serde(default)]
+    pub(super) variants: Table,
+    #[serde(default)]
+    pub(super) halving: Vec<u64>,
+    #[serde(default)]
+    pub(super) group: Vec<Group>,
+}
+
+impl File {
+    /// With what it extends; `readers` are the files that asked for it.
+    pub(super) fn read(path: &Path, readers: &mut Vec<PathBuf>) -> Result<Self> {
+        let here = fs_err::canonicalize(path)?;
+        if readers.contains(&here) {
+            return Err(bad(format!("{}: extends itself", path.display())));
+        }
+        readers.push(here);
+        let wrong = |problem: String| bad(format!("{}: {problem}", path.display()));
+        let mut file: File = parse(&fs_err::read_to_string(path)?).map_err(wrong)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        for space in file.group.iter_mut().flat_map(|group| &mut group.spaces) {
+            let named = spaces::of_value(space.clone(), folder);
+            *space = record(&named.map_err(|problem| wrong(format!("spaces: {problem:#}")))?);
+        }
+        let Some(base) = &file.extends else { return Ok(file) };
+        let base = File::read(&folder.join(base), readers).with_context(|| format!("{}: extends", path.display()))?;
+        let mut run = base.run;
+        overlay(&mut run, file.run);
+        let group = if file.group.is_empty() { base.group } else { file.group };
+        let variants = if file.variants.is_empty() { base.variants } else { file.variants };
+        let halving = if file.halving.is_empty() { base.halving } else { file.halving };
+        Ok(File { run, group, variants, halving, ..file })
+    }
+
+    /// Those of the file in its order; one without a name if there are none.
+    pub(super) fn variants(&self) -> Result<Vec<Variant>, String> {
+        if self.variants.is_empty() {
+            return Ok(vec![Variant::default()]);
+        }
+        let variant = |(name, settings): (&String, &Value)| {
+            is_name(name)?;
+            let settings =
+                settings.as_table().ok_or_else(|| format!("variants.{name}: a table of settings is needed"))?;
+            no_identity(&format!("variants.{name}"), settings)?;
+            Ok(Variant { name: name.clone(), settings: settings.clone() })
+        };
+        self.variants.iter().map(variant).collect()
+    }
+}
+
+/// A name and the settings that it stands for.
+#[derive(Clone, Default)]
+pub(super) struct Variant {
+    pub(super) name: String,
+    pub(super) settings: Table,
+}

@@ -1,0 +1,51 @@
+//! What the learner learns from: steps of an environment, kept in a replay memory.
+
+use anyhow::Result;
+use sac::{Replay, Transition};
+use tasks::{Env, Step};
+
+use crate::config::RunConfig;
+use crate::run::rollout::learner_view;
+use crate::run::seeds::sub_seed;
+
+/// One step of `env`, kept in `replay`; `observation` becomes the next one.
+pub(super) fn step_and_store(
+    env: &mut Env,
+    observation: &mut Vec<f32>,
+    action: &[f32],
+    replay: &mut Replay,
+    scaled: bool,
+) -> Result<Step> {
+    let wide: Vec<f64> = action.iter().map(|&a| f64::from(a)).collect();
+    let step = env.step(&wide);
+    let next = learner_view(env, scaled);
+    replay.push(&Transition {
+        observation,
+        action,
+        reward: step.reward as f32,
+        next_observation: &next,
+        terminated: step.terminated,
+        truncated: step.truncated,
+    })?;
+    *observation = next;
+    Ok(step)
+}
+
+/// Episodes of the script, from starts of their own. The same each time, so that no checkpoint needs them.
+pub(super) fn script(config: &RunConfig) -> Result<Replay> {
+    let mut env = Env::new(config.env.clone(), sub_seed(config.seed, "prior", 0))?;
+    let mut replay = Replay::new(&config.learner, env.observation_components().len(), env.action_dim());
+    for _ in 0..config.learner.prior_episodes {
+        env.reset(None);
+        let mut observation = learner_view(&env, config.learner.scaled_observations);
+        loop {
+            let action: Vec<f32> = env.expert_action().iter().map(|&a| a as f32).collect();
+            let step =
+                step_and_store(&mut env, &mut observation, &action, &mut replay, config.learner.scaled_observations)?;
+            if step.terminated || step.truncated {
+                break;
+            }
+        }
+    }
+    Ok(replay)
+}
