@@ -261,13 +261,16 @@ fn same_settings(saved: &Value, config: &Config) -> Result<(), String> {
 }
 
 /// What `read` finds in the folder of a checkpoint. A run that saves itself meanwhile renames that folder, so that what is read
-/// may be of two checkpoints or gone: then once more. A folder that stayed is damaged.
+/// may be of two checkpoints or gone: then once more. A folder that stayed, under the name that it had, is damaged.
 fn whole<T>(folder: &Path, read: impl Fn(&Path) -> Result<T, Error>) -> Result<T, Error> {
-    let inode = || fs::metadata(current(folder)).ok().map(|folder| folder.ino());
+    let place = || {
+        let path = current(folder);
+        fs::metadata(&path).ok().map(|folder| (path, folder.ino()))
+    };
     for _ in 1..TRIES {
-        let before = inode();
+        let before = place();
         let found = read(&current(folder));
-        if found.is_ok() || before.is_some() && before == inode() {
+        if found.is_ok() || before.is_some() && before == place() {
             return found;
         }
         std::thread::sleep(PAUSE);
