@@ -14,7 +14,7 @@ observations are scaled as aforce scales its own, which are robosuite's, and act
 import argparse
 from pathlib import Path
 
-from robosuite_random import HORIZON, SPACES, make, meter, table, write  # First: it sets the number of threads.
+from robosuite_random import HORIZON, LIMIT, SPACES, WEIGHT, make, meter, table, write  # First: it sets the number of threads.
 
 import aforce
 import aforce.robosuite
@@ -67,7 +67,9 @@ class Lift(gym.Env):
         observation, reward, _, _ = self._env.step(wanted)
         self._elapsed += 1
         force = float(np.linalg.norm(self._env.robots[0].ee_force))
-        info = {"is_success": bool(self._env._check_success()), "energy": self._energy[0] - before, "force": force}
+        penalty = WEIGHT * force if force > LIMIT else 0.0  # Counted, not part of robosuite's reward.
+        success = bool(self._env._check_success())
+        info = {"is_success": success, "energy": self._energy[0] - before, "force": force, "penalty": penalty}
         return self._scaled(observation), reward, False, self._elapsed >= HORIZON, info
 
 

@@ -9,15 +9,19 @@ from stable_baselines3.common.callbacks import BaseCallback
 
 class Curve(BaseCallback):
     """After `starts[n]` actions, for each n there is, plays an episode from each of its seeds with mean actions, and writes what
-    they came to: means over the episodes, in a row of the table `out`."""
+    they came to: means over the episodes, in a row of the table `out`. Columns that begin with `training` are of the actions that
+    were trained with since the row before, noise included."""
 
     def __init__(self, env, starts, out):
         super().__init__()
-        self.env, self.starts, self.out, self.rows = env, starts, out, []
+        self.env, self.starts, self.out, self.rows, self.trained = env, starts, out, [], []
 
     def _on_step(self):
+        info, reward = self.locals["infos"][0], self.locals["rewards"][0]
+        self.trained.append((reward, info["energy"], info["penalty"], info["force"]))
         if self.num_timesteps in self.starts:
             self.evaluate(self.starts[self.num_timesteps])
+            self.trained.clear()
         return True
 
     def evaluate(self, seeds):
@@ -27,6 +31,9 @@ class Curve(BaseCallback):
             "step": self.num_timesteps, "cpu_min": round(time.process_time() / 60, 3), "return": total, "success": success,
             "energy_per_action_j": energy, "max_force_n": force,
         }
+        reward, energy, penalty, force = np.transpose(self.trained)
+        training = {"reward": reward.mean(), "energy_j": energy.mean(), "penalty": penalty.mean(), "force_n": force.mean()}
+        row |= {f"training_{name}_per_action": round(float(value), 4) for name, value in training.items()}
         self.rows.append(row)
         print(row, flush=True)
         with self.out.open("w", newline="") as file:
