@@ -5,10 +5,12 @@
     VENV/bin/pip install target/wheels/aforce-*.whl robosuite==1.4.1 mujoco==3.2.7 stable-baselines3==2.9.2
     VENV/bin/python scripts/robosuite_law.py random --out runs/robosuite/random.csv [--episodes 30]
     VENV/bin/python scripts/robosuite_law.py learn --space aforce --seed 1 --out runs/robosuite/aforce_1.csv [--steps 150000]
+    MUJOCO_GL=egl VENV/bin/python scripts/robosuite_law.py watch --space aforce --policy runs/robosuite/aforce_1.zip --out sheet.png
 
 `random`: energy and forces of random actions in every task, AFORCE beside robosuite's own variable_kp and fixed OSC, measured as
 robosuite_random.py does. `learn`: Stable-Baselines3's SAC on Lift, with one of these spaces and the settings that aforce ships;
-observations are scaled as aforce scales its own, which are robosuite's, and actions are [-1, 1] in every space.
+observations are scaled as aforce scales its own, which are robosuite's, and actions are [-1, 1] in every space. `watch`: pictures of an
+episode with the mean actions of what was learned.
 """
 
 import argparse
@@ -73,6 +75,10 @@ class Lift(gym.Env):
         return self._scaled(observation), reward, False, self._elapsed >= HORIZON, info
 
 
+def random(arguments):
+    write(arguments.out, table(spaces(arguments.setup), arguments.episodes, arguments.seed))
+
+
 def learn(arguments):
     import torch
     from sb3_curve import Curve
@@ -87,27 +93,50 @@ def learn(arguments):
     model.save(arguments.out.with_suffix(".zip"))
 
 
+def watch(arguments):
+    import mujoco
+    from PIL import Image
+    from stable_baselines3 import SAC
+
+    env, policy = Lift(spaces(arguments.setup)[arguments.space]), SAC.load(arguments.policy, device="cpu")
+    observation, _ = env.reset(seed=arguments.seed)
+    model, data = env._env.sim.model._model, env._env.sim.data._data
+    renderer, camera, seen = mujoco.Renderer(model, 240, 320), mujoco.MjvCamera(), mujoco.MjvOption()
+    camera.lookat, camera.distance, camera.azimuth, camera.elevation = [-0.05, 0, 0.95], 1.2, 140, -20
+    seen.geomgroup[0] = 0  # Shapes that collide hide those to look at.
+    sheet, total, success = Image.new("RGB", (4 * 320, 3 * 240)), 0.0, False
+    pictures = [int((HORIZON - 1) * (n / 11) ** 2) for n in range(12)]  # More of them early, when it moves.
+    for action in range(HORIZON):
+        if action in pictures:
+            n = pictures.index(action)
+            renderer.update_scene(data, camera, seen)
+            sheet.paste(Image.fromarray(renderer.render()), (n % 4 * 320, n // 4 * 240))
+        observation, reward, _, _, info = env.step(policy.predict(observation, deterministic=True)[0])
+        total, success = total + reward, info["is_success"]
+    sheet.save(arguments.out)
+    print(f"return {total:.1f}, lifted at the end: {success}; pictures after {pictures} actions")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     kinds = parser.add_subparsers(dest="kind", required=True)
-    random, learner = kinds.add_parser("random"), kinds.add_parser("learn")
-    random.add_argument("--episodes", type=int, default=30)
-    learner.add_argument("--space", choices=spaces("paper-steps"), required=True)
+    noise, learner, watcher = kinds.add_parser("random"), kinds.add_parser("learn"), kinds.add_parser("watch")
+    noise.add_argument("--episodes", type=int, default=30)
+    for kind in (learner, watcher):
+        kind.add_argument("--space", choices=spaces("paper-steps"), required=True)
     learner.add_argument("--steps", type=int, default=150_000)
     learner.add_argument("--every", type=int, default=10_000, help="actions between evaluations")
     learner.add_argument("--episodes", type=int, default=10, help="of an evaluation")
-    for kind in (random, learner):
+    watcher.add_argument("--policy", type=Path, required=True, metavar="ZIP", help="what `learn` left beside its table")
+    for kind in (noise, learner, watcher):
         kind.add_argument("--seed", type=int, default=1)
-        kind.add_argument("--setup", choices=STEPS, default="paper-steps" if kind is random else "small-steps")
+        kind.add_argument("--setup", choices=STEPS, default="paper-steps")
         kind.add_argument("--out", type=Path, required=True)
     arguments = parser.parse_args()
     if arguments.out.exists():
         parser.error(f"{arguments.out} exists: it is not overwritten")
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    if arguments.kind == "random":
-        write(arguments.out, table(spaces(arguments.setup), arguments.episodes, arguments.seed))
-    else:
-        learn(arguments)
+    {"random": random, "learn": learn, "watch": watch}[arguments.kind](arguments)
 
 
 if __name__ == "__main__":
