@@ -135,8 +135,9 @@ impl ActionSpace {
         }
         for range in self.commanded_psi.iter().flat_map(|psi| &psi.ranges) {
             for (group, frame) in ["translational axes", "rotational axes"].into_iter().enumerate() {
-                let (name, low, high) = (range.parameter.entry(group), range.low[3 * group], range.high[3 * group]);
-                entries.push(ActionEntry { name, unit: "as in psi, log", frame, low, high });
+                let (name, unit) = (range.parameter.entry(group), range.parameter.unit(self.unit, group));
+                let (low, high) = (range.low[3 * group], range.high[3 * group]);
+                entries.push(ActionEntry { name, unit, frame, low, high });
             }
         }
         for (axis, name) in DELTA.into_iter().enumerate() {

@@ -6,7 +6,7 @@ use crate::entry::clip;
 use crate::error::ConfigError;
 use crate::gains::Gains;
 use crate::psi::{DeltaSign, Psi};
-use crate::stiffness::Scale;
+use crate::stiffness::{Scale, StiffnessUnit};
 
 /// Which parameters of psi are entries of an action, and for how long a choice holds.
 ///
@@ -68,6 +68,20 @@ impl PsiParameter {
             Self::Delta => psi.delta.set(axis, value),
             Self::KMin => psi.k_min.set(axis, value),
             Self::KMax => psi.k_max.set(axis, value),
+        }
+    }
+
+    /// Unit of the entry of the translational (0) or rotational (1) axes, where stiffness is in `stiffness`.
+    pub(crate) fn unit(self, stiffness: StiffnessUnit, group: usize) -> &'static str {
+        use StiffnessUnit::{NewtonPerMetre, PerSecondSquared};
+        match (self, stiffness) {
+            (Self::Tolerance, _) => ["m, log", "rad, log"][group],
+            (Self::Alpha | Self::Gamma, NewtonPerMetre) => ["N/(m s), log", "Nm/(rad s), log"][group],
+            (Self::Alpha | Self::Gamma, PerSecondSquared) => "1/s^3, log",
+            (Self::KMin | Self::KMax, NewtonPerMetre) => ["N/m, log", "Nm/rad, log"][group],
+            (Self::KMin | Self::KMax, PerSecondSquared) => "1/s^2, log",
+            (Self::Mu, _) => "1/s, log",
+            (Self::Delta, _) => "s, log",
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use aforce::{ActionEntry, JointVector, OperationalSpace, Vector6, Wrench};
+use aforce::{ActionEntry, JointVector, OperationalSpace, StiffnessUnit, Vector6, Wrench};
 use physics::panda::HOME;
 use serde::Serialize;
 
@@ -120,7 +120,11 @@ fn derived(env: &Env) -> Vec<Derived> {
         line("tolerance, gamma/beta", "m, rad", *psi.tolerance().vector());
         line("relaxation, (K_max - K_min)/gamma", "s", *psi.relaxation_time().vector());
         let limit = Vector6::from_fn(|axis, _| margins[axis].alpha_max);
-        line("alpha at which K_min becomes unstable", "as alpha", limit);
+        let unit = match space.unit {
+            StiffnessUnit::NewtonPerMetre => "N/(m s), Nm/(rad s)",
+            StiffnessUnit::PerSecondSquared => "1/s^3",
+        };
+        line("alpha at which K_min becomes unstable", unit, limit);
     }
     list
 }
