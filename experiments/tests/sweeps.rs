@@ -88,3 +88,38 @@ fn the_better_half_of_a_search_goes_on() {
     let told = String::from_utf8(report.stderr).unwrap();
     assert!(!report.status.success() && told.contains("no run folder below it"), "{told}");
 }
+
+/// One of two candidates cannot be trained: the other is ranked all the same, and the exit code tells.
+#[test]
+fn a_candidate_that_fails_is_the_last() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("tuned.toml");
+    let draws = "draws = { count = 2, seed = 3, ranges.'env.space.stiffness.fixed' = { low = 20, high = 300, scale = 'log' } }\n";
+    std::fs::write(&file, "halving = [300]\n".to_string() + &few(600).replace("\"aforce\", ", "") + draws).unwrap();
+    let out = folder.path().join("out");
+    // What looks like a run whose configuration was lost.
+    let lost = out.join("lift/osc,draw-1/seed_1");
+    std::fs::create_dir_all(&lost).unwrap();
+    std::fs::write(lost.join("episodes.csv"), "step\n5\n").unwrap();
+
+    let sweep = || {
+        let mut sweep = program("sweep");
+        sweep.arg(&file).arg("--out").arg(&out);
+        sweep
+    };
+    let told = sweep().assert().code(3).get_output().stderr.clone();
+    assert!(String::from_utf8(told).unwrap().contains("failed: lift osc,draw-1"));
+    let ranked = CsvTable::read(&out.join("search.csv")).unwrap();
+    assert_eq!(ranked.column("variant").unwrap(), ["draw-0", "draw-1", "draw-0"]);
+    assert_eq!(ranked.column("rank").unwrap(), ["1", "2", "1"]);
+    assert!(ranked.column("score").unwrap()[1].is_empty());
+
+    // A scheduler that asks again for what was trained, or was taken on since.
+    for steps in ["300", "600"] {
+        let again = sweep().args(["--index", "0", "--steps", steps]).assert().success().get_output().stdout.clone();
+        assert!(String::from_utf8(again).unwrap().contains("seed_1: done before"));
+    }
+    // A sweep at work asks for the run that it read, whatever the file says by now.
+    let other = sweep().args(["--index", "0", "--expect", "0123456789abcdef"]).assert().code(2).get_output().clone();
+    assert!(String::from_utf8(other.stderr).unwrap().contains("was changed while the sweep was at work"));
+}

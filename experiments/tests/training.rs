@@ -221,7 +221,7 @@ fn a_run_that_cannot_go_on_stays_finished() {
     let text = |name: &str| std::fs::read(run.join(name)).unwrap();
     let before: Vec<Vec<u8>> = all.iter().map(|name| text(name)).collect();
     type Damage = fn(&Path);
-    let damages: [(&str, Damage, &str); 7] = [
+    let damages: [(&str, Damage, &str); 8] = [
         (
             "checkpoints/last/state.json",
             |path| change(path, "\"policy_average\": 0.0003,", ""),
@@ -233,11 +233,15 @@ fn a_run_that_cannot_go_on_stays_finished() {
         ("episodes.csv", |path| std::fs::write(path, first_lines(path, 3)).unwrap(), "rows are missing"),
         ("eval.csv", |path| std::fs::remove_file(path).unwrap(), "rows are missing"),
         ("config.toml", |path| std::fs::remove_file(path).unwrap(), "without its config.toml"),
+        ("manifest.json", |path| std::fs::write(path, "{").unwrap(), "manifest.json"),
     ];
     for (name, damage, word) in damages {
         let whole = text(name);
         damage(&run.join(name));
+        let damaged: Vec<_> = all.iter().map(|file| std::fs::read(run.join(file)).ok()).collect();
         expect(&error(train_for(3000, folder.path()).arg("--resume"), 1), &["seed_7", word]);
+        let left: Vec<_> = all.iter().map(|file| std::fs::read(run.join(file)).ok()).collect();
+        assert!(left == damaged, "{name}");
         std::fs::write(run.join(name), whole).unwrap();
         let after: Vec<Vec<u8>> = all.iter().map(|name| text(name)).collect();
         assert!(before == after, "{name}");

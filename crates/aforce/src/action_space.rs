@@ -181,6 +181,9 @@ impl ActionSpace {
                 format!("{:?} names folders: letters, digits, - _ + = and . (not first) are allowed", self.name);
             return contradiction("name", &reason);
         }
+        if self.name.parse::<f64>().is_ok() {
+            return contradiction("name", &format!("{:?} reads as a number, which tables would round", self.name));
+        }
         self.goal.validate()?;
         self.damping_ratio.within("damping_ratio", 0.0..=10.0)?;
         self.stiffness.validate(control_hz)?;
@@ -310,6 +313,7 @@ mod tests {
         assert!(error(|s| s.stiffness = Stiffness::Fixed(Gains::all(1.0))).contains("commanded_psi"));
         assert!(error(|s| (s.set_point, s.rate) = (SetPoint::Jump, RateRule::SetPoint)).contains("space.rate"));
         assert!(error(|s| s.name = "a/b".into()).contains("space.name"));
+        assert!(error(|s| s.name = "1e3".into()).contains("reads as a number"));
         let unstable = error(|s| psi_of(s).alpha = Gains::pair(5000.0, 1.0));
         assert!(unstable.contains("(axis x)") && unstable.contains("= 5000 is unstable"), "{unstable}");
         let undamped = error(|s| {

@@ -106,7 +106,10 @@ fn compare(player: &mut Player, cases: &[Case], episodes: u32, table: &mut CsvWr
         "disturbance", "success", "held", "return", "change of return", "of J per action", "of largest N"
     );
     let mut undisturbed = vec![];
+    let policy = player.policy.clone();
     for case in cases {
+        // The same noise in every case: episodes are compared in pairs.
+        player.policy = policy.clone();
         player.config.env.disturbance = case.disturbance;
         player.env = Env::new(player.config.env.clone(), 0)?;
         let key = CaseKey { disturbance: &case.name };

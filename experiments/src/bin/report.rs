@@ -88,6 +88,12 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
             }
         }
     }
+    let verdicts_table = out.join("verdicts.csv");
+    ensure!(
+        !arguments.hypotheses.is_empty() || !verdicts_table.exists(),
+        "{}: would speak of earlier runs: name with --hypotheses what it was made from, or remove it; nothing was written",
+        verdicts_table.display()
+    );
     let verdicts = arguments.hypotheses.iter().map(|file| judge(file, &rows)).collect::<Result<Vec<_>>>()?.concat();
     let tables = ["runs.csv", "summary.csv", "comparison.csv", "tournament.csv", "robustness.csv", "verdicts.csv"];
     let tables = tables.map(|name| out.join(name));
@@ -126,7 +132,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     for template in text::find_templates(&arguments.runs)? {
         let filled = out.join(template.strip_prefix(&arguments.runs)?).with_extension("");
         file::prepare(&filled)?;
-        file::replace(&filled, text::fill(&template, &rows, &comparison)?.as_bytes())?;
+        file::replace(&filled, text::fill(&template, &filled, &rows, &comparison)?.as_bytes())?;
         written.push(filled);
     }
     println!("{} runs in {} tables of a task", rows.len(), sections.len());

@@ -25,7 +25,7 @@ use output::program::{self, bad};
 /// is 75 then.
 ///
 /// A file with `halving` is a search: after each of those numbers of actions the better half of the candidates of each task
-/// and action space goes on. Their ranks are written to search.csv.
+/// and action space goes on; one whose run fails is the last. Their ranks are written to search.csv.
 #[derive(Parser)]
 #[command(version)]
 struct Arguments {
@@ -43,6 +43,9 @@ struct Arguments {
     /// With --index: train so many actions instead of those of the file, as a search does that halves its candidates
     #[arg(long, value_name = "N", requires = "index", value_parser = cli::parse_steps)]
     steps: Option<u64>,
+    /// With --index: the hash of the run that is meant, of the sweep that asks for it
+    #[arg(long, value_name = "HASH", requires = "index", hide = true)]
+    expect: Option<String>,
     /// Runs at the same time (default: one per processor core)
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
@@ -84,25 +87,24 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
         return Ok(ending);
     }
-    let mut ranked = vec![];
-    for round in halving {
+    let table = out.join("search.csv");
+    let steps = runs[0].1.steps;
+    let (mut ranked, mut ending) = (vec![], ExitCode::SUCCESS);
+    for round in halving.into_iter().chain([steps]) {
         let shorter: Vec<_> = runs.iter().cloned().map(|(at, run)| (at, RunConfig { steps: round, ..run })).collect();
         println!("until {round} actions:");
-        let ending = train_all(arguments, &shorter, &out)?;
-        if ending != ExitCode::SUCCESS {
-            return Ok(ending);
+        let ended = train_all(arguments, &shorter, &out)?;
+        if ended == ExitCode::from(cli::SOME_FAILED) {
+            ending = ended; // A candidate whose run fails is ranked last, and the others go on.
+        } else if ended != ExitCode::SUCCESS {
+            return Ok(ended);
         }
         let of_round = rank(&runs, &out, round)?;
         runs.retain(|(_, run)| search::goes_on(run, &of_round));
         ranked.extend(of_round);
-        file::write_table(&out.join("search.csv"), &ranked)?;
+        file::write_table(&table, &ranked)?;
     }
-    let ending = train_all(arguments, &runs, &out)?;
-    if ending == ExitCode::SUCCESS {
-        ranked.extend(rank(&runs, &out, runs[0].1.steps)?);
-        file::write_table(&out.join("search.csv"), &ranked)?;
-        println!("candidates, ranked: {}", out.join("search.csv").display());
-    }
+    println!("candidates, ranked: {}", table.display());
     Ok(ending)
 }
 
@@ -113,6 +115,18 @@ fn rank(runs: &[(usize, RunConfig)], out: &Path, actions: u64) -> Result<Vec<Can
 fn train_one(arguments: &Arguments, runs: &[RunConfig], index: usize, out: &Path) -> Result<ExitCode> {
     let last = runs.len() - 1;
     let run = runs.get(index).ok_or_else(|| bad(format!("--index {index}: the list goes from 0 to {last}")))?;
+    if arguments.expect.as_ref().is_some_and(|meant| *meant != run.hash()) {
+        return Err(bad(format!(
+            "{}: was changed while the sweep was at work, run {index} is now {}: start the sweep again",
+            arguments.file.display(),
+            RunId::of(run)
+        )));
+    }
+    let folder = RunFolder::below(out, run);
+    if folder.state(run) == State::Done || folder.has_come_past(run) {
+        println!("{}: done before", folder.path().display());
+        return Ok(ExitCode::SUCCESS);
+    }
     let options = RunOptions { resume: true, tensorboard: arguments.tensorboard, quiet: false };
     match train_and_draw(run, out, options) {
         // No failure: it is left to that process, as in a sweep of many.
@@ -130,11 +144,7 @@ fn train_all(arguments: &Arguments, runs: &[(usize, RunConfig)], out: &Path) -> 
     let jobs = runs.iter().map(|(index, run)| (*index, run, RunFolder::below(out, run)));
     let (mut done, mut elsewhere) = (0, 0);
     let jobs = jobs.filter(|(_, run, folder)| match folder.state(run) {
-        State::Done => {
-            done += 1;
-            false
-        }
-        _ if folder.has_come_past(run) => {
+        state if state == State::Done || folder.has_come_past(run) => {
             done += 1;
             false
         }
@@ -142,13 +152,13 @@ fn train_all(arguments: &Arguments, runs: &[(usize, RunConfig)], out: &Path) -> 
             elsewhere += 1;
             false
         }
-        State::New | State::Begun => true,
+        _ => true,
     });
     let jobs = jobs.map(|(index, run, folder)| {
         // This very program: a build in the meantime changes the file, not this sweep.
         let mut command = Command::new("/proc/self/exe");
         command.arg0(&program).arg(&arguments.file).arg("--out").arg(out);
-        command.args(["--index", &index.to_string(), "--steps", &run.steps.to_string()]);
+        command.args(["--index", &index.to_string(), "--steps", &run.steps.to_string(), "--expect", &run.hash()]);
         if arguments.tensorboard {
             command.arg("--tensorboard");
         }

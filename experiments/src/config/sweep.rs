@@ -59,8 +59,9 @@ pub fn read(path: &Path) -> Result<Sweep> {
     if runs.is_empty() {
         return Err(wrong("no run: a group needs tasks, spaces and seeds".into()));
     }
-    can_halve(&file.halving, &runs).map_err(wrong)?;
-    Ok(Sweep { name, runs, halving: file.halving })
+    let halving = file.halving.unwrap_or_default();
+    can_halve(&halving, &runs).map_err(wrong)?;
+    Ok(Sweep { name, runs, halving })
 }
 
 /// Whether candidates can be ranked after these numbers of actions: by their evaluations in the last quarter.
@@ -75,7 +76,8 @@ fn can_halve(halving: &[u64], runs: &[RunConfig]) -> Result<(), String> {
     if !halving.is_sorted_by(|a, b| a < b) || halving.iter().any(|&round| round >= steps) {
         return Err(format!("halving = {halving:?}: rising numbers of actions below steps, {steps}"));
     }
-    for (round, every) in halving.iter().flat_map(|round| runs.iter().map(move |run| (round, run.evaluate_every))) {
+    let rounds = halving.iter().chain([&steps]);
+    for (round, every) in rounds.flat_map(|round| runs.iter().map(move |run| (round, run.evaluate_every))) {
         if 4 * (round / every * every) <= 3 * round {
             return Err(format!("halving: one evaluation in {every} actions, and none in the last quarter of {round}"));
         }

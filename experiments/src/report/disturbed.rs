@@ -1,6 +1,6 @@
 //! What a hidden disturbance costs trained policies: a row per group and disturbance.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use output::statistics::{FEWEST_FOR_INTERVAL, interval, mean, mean_of};
 use serde::Serialize;
 
@@ -60,12 +60,13 @@ impl Means {
 /// The rows of a group, of those of its runs in whose folders `evaluate --disturb` left a table; `folders` are those of `rows`.
 ///
 /// # Errors
-/// If a table cannot be read, or has no undisturbed episodes.
+/// If a table cannot be read, has no undisturbed episodes or is of another policy than the run's best or last.
 pub fn disturbed(group: &Group, folders: &[RunFolder], rows: &[RunSummary]) -> Result<Vec<DisturbedRow>> {
     // By disturbance, in the order of the first table: undisturbed and disturbed means of every run.
     let mut cases: Vec<(String, Vec<[Means; 2]>)> = vec![];
     let of_group = folders.iter().zip(rows).filter(|(_, row)| group.has(row));
-    for path in of_group.map(|(folder, _)| folder.disturbed()).filter(|path| path.exists()) {
+    for (folder, path) in of_group.map(|(folder, _)| (folder, folder.disturbed())).filter(|(_, path)| path.exists()) {
+        is_of_its_policy(folder)?;
         let tables = Columns::by_text(&path, "disturbance")?;
         let of = |name: &str| tables.iter().find(|(case, _)| case == name).map(|(_, table)| Means::of(table));
         let undisturbed = of(UNDISTURBED).with_context(|| format!("{}: no undisturbed episodes", path.display()))??;
@@ -112,6 +113,23 @@ pub fn disturbed(group: &Group, folders: &[RunFolder], rows: &[RunSummary]) -> R
     Ok(cases.into_iter().map(row).collect())
 }
 
+/// A run that was taken on may have got a better policy, or another last one, than that which was disturbed.
+fn is_of_its_policy(folder: &RunFolder) -> Result<()> {
+    let played = Columns::read(&folder.disturbed())?.values("step")?;
+    let evaluations = Columns::evaluations(folder, "mean")?.mean_by_step("return")?;
+    let better = |best: (f64, f64), next: (f64, f64)| if next.1 > best.1 { next } else { best };
+    let (best, last) = (evaluations.iter().copied().reduce(better), evaluations.last().copied());
+    let kept = [best, last].map(|evaluation| evaluation.map_or(f64::NAN, |point| point.0));
+    ensure!(
+        played.iter().all(|step| kept.contains(step)),
+        "{}: of an earlier policy; the best is of action {}, the last of {}: evaluate --disturb again",
+        folder.disturbed().display(),
+        kept[0],
+        kept[1]
+    );
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -128,11 +146,13 @@ mod tests {
         });
         let folders = folders.each_ref().map(|folder| RunFolder::at(folder));
         // The first touches nothing; the third was not disturbed.
-        let header = "disturbance,schema,success,return,energy_per_action_j,arm_max_contact_force_n";
-        for (folder, with) in
-            folders.iter().zip(["push,5,false,40,3,0\npush,5,true,60,3,0\n", "push,5,true,300,3,30\n"])
+        let header = "disturbance,schema,step,success,return,energy_per_action_j,arm_max_contact_force_n";
+        for (folder, with) in folders
+            .iter()
+            .zip(["push,5,80000,false,40,3,0\npush,5,80000,true,60,3,0\n", "push,5,80000,true,300,3,30\n"])
         {
-            let without = if with.contains("300") { "none,5,true,400,2,10\n" } else { "none,5,true,100,2,0\n" };
+            let without =
+                if with.contains("300") { "none,5,80000,true,400,2,10\n" } else { "none,5,80000,true,100,2,0\n" };
             fs_err::write(folder.disturbed(), format!("{header}\n{without}{with}")).unwrap();
         }
         let groups = groups(&rows);
@@ -143,8 +163,12 @@ mod tests {
         // 500 without, 350 with; forces 0 and 10, 0 and 30.
         assert!((row.relative_loss.unwrap() - 0.3).abs() < 1e-12 && row.ci_low.is_none());
         assert_eq!((row.energy_ratio, row.largest_force_ratio), (Some(1.5), Some(3.0)));
-        fs_err::write(folders[0].disturbed(), format!("{header}\npush,5,true,1,1,1\n")).unwrap();
-        let problem = format!("{:#}", disturbed(&groups[0], &folders, &rows).unwrap_err());
-        assert!(problem.contains("disturbed.csv: no undisturbed episodes"), "{problem}");
+        for (row, problem) in
+            [("push,5,80000", "disturbed.csv: no undisturbed episodes"), ("none,5,70000", "of an earlier policy")]
+        {
+            fs_err::write(folders[0].disturbed(), format!("{header}\n{row},true,1,1,1\n")).unwrap();
+            let told = format!("{:#}", disturbed(&groups[0], &folders, &rows).unwrap_err());
+            assert!(told.contains(problem), "{told}");
+        }
     }
 }

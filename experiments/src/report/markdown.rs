@@ -15,9 +15,13 @@ pub fn tables(section: Section, groups: &[Group], comparison: &[ComparisonRow]) 
     let comparison: Vec<_> = comparison.iter().filter(|row| row.experiment == experiment && row.task == task).collect();
     let title = section.title();
     let of = if experiment.is_empty() { String::new() } else { format!(", {experiment}") };
-    let run = groups[0].runs[0];
-    let step = format!("{} m and {} rad", run.position_step_m, run.rotation_step_rad);
-    let mut parts = vec![format!("# {title}{of}: at most {step} per action and axis\n")];
+    let steps: BTreeSet<String> = groups
+        .iter()
+        .flat_map(|group| &group.runs)
+        .map(|run| format!("{} m and {} rad", run.position_step_m, run.rotation_step_rad))
+        .collect();
+    let steps = steps.into_iter().collect::<Vec<_>>().join(" or ");
+    let mut parts = vec![format!("# {title}{of}: at most {steps} per action and axis\n")];
     parts.extend(notes(&groups));
     parts.push(format!("![Learning curves](curves_{task}.svg)\n"));
     let mut tables = vec![returns(&groups), energies(&groups)];

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::{Result, ensure};
 use output::statistics::mean;
 use serde::Serialize;
 
@@ -24,8 +24,9 @@ pub struct Candidate {
     pub seeds: usize,
     /// Actions of the round, of each run.
     pub actions: u64,
-    /// Mean return of the evaluations in the last quarter of these actions, mean and sampled actions alike, over the seeds.
-    pub score: f64,
+    /// Mean return of the evaluations in the last quarter of these actions, mean and sampled actions alike, over the seeds; none if
+    /// a run failed before it had any.
+    pub score: Option<f64>,
     /// 1 is the best of its task and space in this round.
     pub rank: usize,
 }
@@ -33,9 +34,9 @@ pub struct Candidate {
 /// The candidates of `runs` below `out` after so many actions, the better one of a task and space first.
 ///
 /// # Errors
-/// If a run has not been evaluated by then.
+/// If a table cannot be read, or no run of a task and space has come so far.
 pub fn rank(runs: &[&RunConfig], out: &Path, actions: u64) -> Result<Vec<Candidate>> {
-    let mut scores: BTreeMap<(String, String, String), Vec<f64>> = BTreeMap::new();
+    let mut scores: BTreeMap<(String, String, String), Vec<Option<f64>>> = BTreeMap::new();
     for run in runs {
         let RunId { task, space, variant, .. } = RunId::of(run);
         scores.entry((task, space, variant)).or_default().push(score(&RunFolder::below(out, run), actions)?);
@@ -48,13 +49,16 @@ pub fn rank(runs: &[&RunConfig], out: &Path, actions: u64) -> Result<Vec<Candida
             variant,
             seeds: scores.len(),
             actions,
-            score: mean(&scores),
+            score: scores.into_iter().collect::<Option<Vec<f64>>>().map(|scores| mean(&scores)),
             rank: 0,
         })
         .collect();
     let of = |candidate: &Candidate| (candidate.task.clone(), candidate.space.clone());
-    candidates.sort_by(|a, b| of(a).cmp(&of(b)).then(b.score.total_cmp(&a.score)));
+    let worth = |candidate: &Candidate| candidate.score.unwrap_or(f64::NEG_INFINITY);
+    candidates.sort_by(|a, b| of(a).cmp(&of(b)).then(worth(b).total_cmp(&worth(a))));
     for group in candidates.chunk_by_mut(|a, b| of(a) == of(b)) {
+        let Candidate { task, space, score, .. } = &group[0];
+        ensure!(score.is_some(), "{task} {space}: no candidate was evaluated in the last quarter of {actions} actions");
         group.iter_mut().zip(1..).for_each(|(candidate, rank)| candidate.rank = rank);
     }
     Ok(candidates)
@@ -68,15 +72,18 @@ pub fn goes_on(run: &RunConfig, ranked: &[Candidate]) -> bool {
     rivals.take(half).any(|candidate| candidate.variant == id.variant)
 }
 
-fn score(run: &RunFolder, actions: u64) -> Result<f64> {
+fn score(run: &RunFolder, actions: u64) -> Result<Option<f64>> {
+    // A run that failed early has an empty table, or none.
+    if fs_err::metadata(run.eval()).map_or(0, |file| file.len()) == 0 {
+        return Ok(None);
+    }
     let mut returns = vec![];
     for policy in ["mean", "sampled"] {
         let points = Columns::evaluations(run, policy)?.mean_by_step("return")?;
         let late = |step: f64| 4.0 * step > 3.0 * actions as f64 && step <= actions as f64;
         returns.extend(points.iter().filter(|point| late(point.0)).map(|point| point.1));
     }
-    let none = || format!("{}: no evaluation in the last quarter of {actions} actions", run.path().display());
-    (!returns.is_empty()).then(|| mean(&returns)).with_context(none)
+    Ok((!returns.is_empty()).then(|| mean(&returns)))
 }
 
 #[cfg(test)]
@@ -85,7 +92,7 @@ mod tests {
 
     fn candidate(space: &str, variant: &str, score: f64) -> Candidate {
         let [task, space, variant] = ["lift", space, variant].map(String::from);
-        Candidate { task, space, variant, seeds: 1, actions: 10, score, rank: 0 }
+        Candidate { task, space, variant, seeds: 1, actions: 10, score: Some(score), rank: 0 }
     }
 
     #[test]

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use crate::config::{self, RunConfig};
 use crate::report::columns::Columns;
+use crate::run::clock::Spent;
 use crate::run::folder::RunFolder;
 use output::statistics::{mean, mean_of};
 
@@ -148,7 +149,7 @@ impl RunSummary {
         ensure!(!lengths.is_empty(), "{}: no training episode", run.path().display());
         let schema = training.values("schema")?[0] as u32;
         let returns = eval.mean_by_step("return")?;
-        let end = returns.last().with_context(|| format!("{}: no evaluation", run.path().display()))?;
+        ensure!(!returns.is_empty(), "{}: no evaluation", run.path().display());
         // The last evaluations: of a number that not every episode has, those of their episodes that have it.
         let before = returns.len().checked_sub(LAST + 1).map_or(0.0, |i| returns[i].0);
         let eval = eval.after(before)?;
@@ -176,6 +177,10 @@ impl RunSummary {
             let known = values.iter().any(|value| !value.is_nan());
             Ok::<_, Error>(known.then(|| values.iter().filter(|&&value| value > 0.0).count()))
         };
+        // The manifest is written when a run ends; of one that has not, the last row of its progress tells.
+        let so_far = |clock: &str| Ok::<_, Error>(progress.points(clock)?.last().map_or(0.0, |point| point.1));
+        let done = run.done().exists();
+        let spent = if done { manifest.spent } else { Spent { wall_s: so_far("wall_s")?, cpu_s: so_far("cpu_s")? } };
         // Tables of an earlier schema lack some columns.
         let known = |value: f64| (!value.is_nan()).then_some(value);
         Ok(RunSummary {
@@ -188,8 +193,8 @@ impl RunSummary {
             preset: config.preset.name.into(),
             position_step_m: config.env.controller.position_step,
             rotation_step_rad: config.env.controller.rotation_step,
-            env_steps: end.0 as u64,
-            done: run.done().exists(),
+            env_steps: training.values("step")?.last().map_or(0, |&step| step as u64),
+            done,
             final_return: at_end("return")?,
             curve_return: mean_of(&returns, |p| p.1),
             best_return: returns.iter().map(|p| p.1).fold(f64::MIN, f64::max),
@@ -240,8 +245,8 @@ impl RunSummary {
             sampled_fulfilled_max_force_n: known(sampled_eval.fulfilled_max_force()?),
             sampled_arm_max_contact_force_n: known(sampled("arm_max_contact_force_n")?),
             sampled_self_contact_time_s: known(sampled("self_contact_time_s")?),
-            wall_s: manifest.spent.wall_s,
-            cpu_s: (manifest.spent.cpu_s > 0.0).then_some(manifest.spent.cpu_s),
+            wall_s: spent.wall_s,
+            cpu_s: (spent.cpu_s > 0.0).then_some(spent.cpu_s),
             commit: manifest.commits(),
         })
     }

@@ -24,17 +24,18 @@ pub fn find_templates(root: &Path) -> Result<Vec<PathBuf>> {
     Ok(files.into_iter().filter(|path| path.extension().is_some_and(|extension| extension == "j2")).collect())
 }
 
-/// Fills in the template `path`, in Jinja's language. It knows `runs[EXPERIMENT][TASK][GROUP][COLUMN]`, a column of
+/// Fills in the template `path` as the text `filled`, in Jinja's language. It knows `runs[EXPERIMENT][TASK][GROUP][COLUMN]`, a column of
 /// `runs.csv` as a list over the runs of a group, `comparison[EXPERIMENT][TASK][GROUP][QUANTITY]`, a row of
 /// `comparison.csv`, `rows(FILE, COLUMN=VALUE, ...)`, the rows of any other CSV file (its path counted from the
-/// template's folder) whose columns read so, and the filters `mean` (of a list) and `digits(n)` (of a number, of each
+/// folder of the text, or else of the template) whose columns read so, and the filters `mean` (of a list) and `digits(n)` (of a number, of each
 /// in a list, or of a row of `comparison.csv` with its interval).
 ///
 /// # Errors
 /// If it is no template, or asks for files, runs, columns or quantities that do not exist.
-pub fn fill(path: &Path, runs: &[RunSummary], comparison: &[ComparisonRow]) -> Result<String> {
+pub fn fill(path: &Path, filled: &Path, runs: &[RunSummary], comparison: &[ComparisonRow]) -> Result<String> {
     let template = fs_err::read_to_string(path)?;
-    let folder = path.parent().context("a file lies in a folder")?.to_path_buf();
+    let folder = |file: &Path| file.parent().map(Path::to_path_buf).context("a file lies in a folder");
+    let (here, there) = (folder(filled)?, folder(path)?);
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).keep_trailing_newline(true).build()?);
@@ -44,7 +45,10 @@ pub fn fill(path: &Path, runs: &[RunSummary], comparison: &[ComparisonRow]) -> R
         let problem = |error: anyhow::Error| Error::new(ErrorKind::InvalidOperation, format!("{error:#}"));
         let wanted = wanted.args().map(|column| Ok((column, wanted.get::<Value>(column)?.to_string())));
         let wanted = wanted.collect::<Result<Vec<_>, Error>>()?;
-        rows(&folder.join(file), &wanted).map(|rows| Value::from(Serde(rows))).map_err(problem)
+        let made = here.join(file);
+        rows(&if made.exists() { made } else { there.join(file) }, &wanted)
+            .map(|rows| Value::from(Serde(rows)))
+            .map_err(problem)
     });
     let known = Serde(json!({ "runs": by_group(runs)?, "comparison": by_space(comparison)? }));
     Ok(environment.render_named_str(&path.display().to_string(), &template, known)?)
@@ -79,12 +83,14 @@ fn rows(path: &Path, wanted: &[(&str, String)]) -> Result<Vec<BTreeMap<String, J
     if let Some((column, _)) = wanted.iter().find(|(column, _)| table.position(column).is_none()) {
         bail!("{}: no column {column}", path.display());
     }
-    let typed = |text: &str| text.parse::<f64>().map_or(json!(text), |number| json!(number));
+    // A hash may have no letters.
+    let number = |column: &str, text: &str| text.parse::<f64>().ok().filter(|_| column != "commit");
+    let typed = |column: &str, text: &str| number(column, text).map_or(json!(text), |number| json!(number));
     let is_wanted = |row: &&csv::StringRecord| {
         wanted.iter().all(|(column, text)| table.position(column).is_some_and(|at| row[at] == *text))
     };
     let by_column = |row: &csv::StringRecord| {
-        table.headers.iter().zip(row).map(|(column, text)| (column.to_string(), typed(text))).collect()
+        table.headers.iter().zip(row).map(|(column, text)| (column.to_string(), typed(column, text))).collect()
     };
     Ok(table.rows.iter().filter(is_wanted).map(by_column).collect())
 }
@@ -123,8 +129,8 @@ mod tests {
         let folder = tempfile::tempdir()?;
         let path = folder.path().join("a.md.j2");
         fs_err::write(&path, template)?;
-        fs_err::write(folder.path().join("b.csv"), "space,energy_j\nosc,2.5\naforce,1.5\n")?;
-        fill(&path, &all, &comparison(&groups(&all)))
+        fs_err::write(folder.path().join("b.csv"), "space,energy_j,commit\nosc,2.5,353933642383\naforce,1.5,e\n")?;
+        fill(&path, &path.with_extension(""), &all, &comparison(&groups(&all)))
     }
 
     #[test]
@@ -141,8 +147,8 @@ mod tests {
         let text = text.unwrap();
         assert!(text.starts_with("0.80;0.50 (0.") && text.ends_with(");"), "of two seeds no interval: {text}");
         let text =
-            filled("{{ rows('b.csv', space='aforce')[0].energy_j + 1 }}, {{ rows('b.csv', energy_j=2.5)[0].space }}");
-        assert_eq!(text.unwrap(), "2.5, osc");
+            filled("{{ rows('b.csv', space='aforce')[0].energy_j + 1 }}, {{ rows('b.csv', energy_j=2.5)[0].commit }}");
+        assert_eq!(text.unwrap(), "2.5, 353933642383");
     }
 
     #[test]

@@ -38,7 +38,7 @@ impl TournamentRow {
     pub fn of(run: &RunFolder, summary: &RunSummary) -> Result<Option<Self>> {
         let minutes: Vec<(f64, f64)> =
             Columns::read(&run.progress())?.points("cpu_s")?.into_iter().map(|(step, s)| (step, s / 60.0)).collect();
-        let Some(&(step, cpu_min)) = minutes.last() else { return Ok(None) };
+        let Some(cpu_min) = summary.cpu_s.map(|s| s / 60.0).filter(|_| !minutes.is_empty()) else { return Ok(None) };
         let returns = Columns::evaluations(run, "mean")?.mean_by_step("return")?;
         // The last evaluation that began by then; of a run that had not ended by then.
         let at = |limit: f64| {
@@ -61,7 +61,7 @@ impl TournamentRow {
             return_24min: at(24.0),
             success_end: summary.final_success,
             cpu_min_to_450: summary.cpu_min_to_450,
-            cpu_ms_per_action: 60e3 * cpu_min / step,
+            cpu_ms_per_action: 60e3 * cpu_min / summary.env_steps as f64,
             sampled_success_end: summary.sampled_success,
             commit: summary.commit.clone(),
         }))

@@ -1,4 +1,4 @@
-//! What a run costs, over all the processes that had a part in it.
+//! What a run costs, over all the processes that had a part in it: of one that was killed, what it had spent when it last saved itself.
 
 use std::time::{Duration, Instant};
 
@@ -24,8 +24,13 @@ pub struct Clock {
 
 impl Clock {
     /// Starts now.
-    pub fn going_on(before: Spent) -> Self {
-        Clock { before, started: Instant::now(), cpu_at_start: cpu_s() }
+    pub fn start() -> Self {
+        Clock { before: Spent::default(), started: Instant::now(), cpu_at_start: cpu_s() }
+    }
+
+    /// The same after what earlier processes spent.
+    pub fn after(self, before: Spent) -> Self {
+        Clock { before, ..self }
     }
 
     /// Until now.

@@ -39,6 +39,9 @@ pub fn read(path: &Path, task: TaskName) -> Result<Vec<Case>> {
     let mut read = vec![none];
     for case in cases.into_iter().filter(|case| case.task.is_none_or(|only| only == task)) {
         ensure!(read.iter().all(|other| other.name != case.name), "{}: two cases are named {:?}", at(), case.name);
+        // Of numbers, tables keep seven digits.
+        let reads_as_number = case.name.parse::<f64>().is_ok();
+        ensure!(!reads_as_number, "{}: case {:?}: a name that reads as a number", at(), case.name);
         case.disturbance.validate(task).with_context(|| format!("{}: case {:?}", at(), case.name))?;
         read.push(case);
     }

@@ -12,6 +12,7 @@ use crate::config::RunId;
 use crate::run::rows::{EvaluationKey, SCHEMA};
 
 /// Whoever chooses the actions.
+#[derive(Clone)]
 pub enum Policy {
     /// A trained network.
     Actor {

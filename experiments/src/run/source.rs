@@ -92,8 +92,9 @@ impl SourceArgs {
                     bad(format!("--beside {what}: neither a run folder nor an action space ({not_a_space:#})"))
                 })?;
                 (other.run, other.expert, other.random) = (Some(what.into()), false, false);
-                // A run has its own configuration; what --set says holds for both.
-                let settings = SettingArgs { config: None, ..self.env.settings.clone() };
+                // A run has its own configuration; what --set says of the environment holds for both.
+                let mut settings = SettingArgs { config: None, ..self.env.settings.clone() };
+                settings.overrides.retain(|(key, _)| key.starts_with("env."));
                 other.env = EnvArgs { settings, ..EnvArgs::default() };
             }
         }

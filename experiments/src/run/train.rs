@@ -19,6 +19,7 @@ use crate::run::csv_writer::{CsvWriter, cut_after, last_step, takes};
 use crate::run::experience::{script, step_and_store};
 use crate::run::folder::{RunFolder, State};
 use crate::run::learner_log::LearnerLog;
+use crate::run::manifest::Manifest;
 use crate::run::progress_bar::RunProgress;
 use crate::run::rollout::{Policy, evaluate, learner_view};
 use crate::run::rows::{EvaluationKey, ProgressRow, SCHEMA, TrainingKey};
@@ -143,9 +144,7 @@ pub fn train(
     stop: &Stop,
     progress: &mut RunProgress,
 ) -> Result<Ending> {
-    let mut run = Run::start(config, folder, tensorboard)?;
-    let mut manifest = folder.begin_manifest(config, run.counters.step)?;
-    folder.begin(config)?;
+    let (mut run, mut manifest) = Run::start(config, folder, tensorboard)?;
 
     let ending = run.train(stop, progress);
     manifest.status = match ending {
@@ -161,7 +160,9 @@ pub fn train(
 }
 
 impl<'a> Run<'a> {
-    fn start(config: &'a RunConfig, folder: &'a RunFolder, tensorboard: bool) -> Result<Self> {
+    /// Nothing in the folder changes before all that it needs has been read.
+    fn start(config: &'a RunConfig, folder: &'a RunFolder, tensorboard: bool) -> Result<(Self, Manifest)> {
+        let clock = Clock::start();
         let seed = |stream| sub_seed(config.seed, stream, 0);
         let mut env = Env::new(config.env.clone(), seed("train-env"))?;
         let evaluation_env = Env::new(config.env.clone(), 0)?;
@@ -188,12 +189,15 @@ impl<'a> Run<'a> {
             let sac = Sac::new(&config.learner, observations, actions, seed("learner"))?;
             (sac, Replay::new(&config.learner, observations, actions), counters)
         };
-        let tables = Tables::going_on(folder, config, &counters)?;
-        Ok(Run {
+        let prior = (config.learner.prior_episodes > 0).then(|| script(config)).transpose()?;
+        Tables::can_go_on(folder, config, &counters)?;
+        let manifest = folder.begin_manifest(config, counters.step)?;
+        folder.begin(config)?;
+        let run = Run {
             config,
             folder,
             id: RunId::of(config),
-            prior: (config.learner.prior_episodes > 0).then(|| script(config)).transpose()?,
+            prior,
             env,
             evaluation_env,
             sac,
@@ -201,11 +205,12 @@ impl<'a> Run<'a> {
             saved_step: counters.step,
             log: LearnerLog::new(counters.step),
             board: tensorboard.then(|| TensorBoard::create(folder.path(), counters.step)).transpose()?,
-            clock: Clock::going_on(counters.spent),
-            tables,
+            clock: clock.after(counters.spent),
+            tables: Tables::going_on(folder, config, &counters)?,
             counters,
             saved: Instant::now(),
-        })
+        };
+        Ok((run, manifest))
     }
 
     fn train(&mut self, stop: &Stop, progress: &mut RunProgress) -> Result<Ending> {
@@ -357,14 +362,13 @@ struct Tables {
 }
 
 impl Tables {
-    /// Those of `folder` up to the checkpoint that `counters` are of: rows from after it will be written again.
-    fn going_on(folder: &RunFolder, config: &RunConfig, counters: &Counters) -> Result<Self> {
+    /// Whether those of `folder` have all the rows up to the checkpoint that `counters` are of, in our columns.
+    fn can_go_on(folder: &RunFolder, config: &RunConfig, counters: &Counters) -> Result<()> {
         let (episodes, eval, progress) = (folder.episodes(), folder.eval(), folder.progress());
         takes(&episodes, (TrainingKey::default(), Outcome::default()))?;
         takes(&eval, (EvaluationKey::default(), Outcome::default()))?;
         takes(&progress, ProgressRow::default())?;
-        let evaluated = counters.step / config.evaluate_every * config.evaluate_every;
-        for (path, step) in [(&episodes, counters.step), (&eval, evaluated)] {
+        for (path, step) in [(&episodes, counters.step), (&eval, evaluated(config, counters))] {
             let last = last_step(path)?;
             ensure!(
                 last >= step,
@@ -373,10 +377,8 @@ impl Tables {
                 counters.step
             );
         }
-        for (path, step) in [(&episodes, counters.step), (&eval, evaluated), (&progress, counters.step)] {
-            cut_after(path, step)?;
-        }
-        let there = if episodes.exists() { CsvTable::read(&episodes)?.rows.len() as u64 } else { 0 };
+        let steps = if episodes.exists() { CsvTable::read(&episodes)?.steps()? } else { vec![] };
+        let there = steps.into_iter().filter(|&step| step <= counters.step).count() as u64;
         ensure!(
             there == counters.episode,
             "{}: {there} rows up to action {}, the checkpoint has seen {} episodes: rows were taken out or added",
@@ -384,10 +386,26 @@ impl Tables {
             counters.step,
             counters.episode
         );
+        Ok(())
+    }
+
+    /// Those of `folder` up to that checkpoint: rows from after it will be written again.
+    fn going_on(folder: &RunFolder, config: &RunConfig, counters: &Counters) -> Result<Self> {
+        let (episodes, eval, progress) = (folder.episodes(), folder.eval(), folder.progress());
+        for (path, step) in
+            [(&episodes, counters.step), (&eval, evaluated(config, counters)), (&progress, counters.step)]
+        {
+            cut_after(path, step)?;
+        }
         Ok(Tables {
             episodes: CsvWriter::append(&episodes)?,
             eval: CsvWriter::append(&eval)?,
             progress: CsvWriter::append(&progress)?,
         })
     }
+}
+
+/// The last action at which a run that has come so far was evaluated, but for one at its end.
+fn evaluated(config: &RunConfig, counters: &Counters) -> u64 {
+    counters.step / config.evaluate_every * config.evaluate_every
 }

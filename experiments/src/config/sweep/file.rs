@@ -17,17 +17,15 @@ use crate::config::sweep::group::{Group, is_name, no_identity};
 #[serde(deny_unknown_fields)]
 pub(super) struct File {
     pub(super) name: Option<String>,
-    /// A sweep, its path counted from this file, whose settings these are on top of, and whose groups these are if there are
-    /// none here.
+    /// A sweep, its path counted from this file, whose settings these are on top of, and whose groups, variants and
+    /// halving hold where there are none here.
     pub(super) extends: Option<PathBuf>,
     /// Any part of a run's configuration.
     #[serde(default)]
     pub(super) run: Table,
     /// By name, settings on top of those of a group: every group is there with each of them.
-    #[serde(default)]
-    pub(super) variants: Table,
-    #[serde(default)]
-    pub(super) halving: Vec<u64>,
+    pub(super) variants: Option<Table>,
+    pub(super) halving: Option<Vec<u64>>,
     #[serde(default)]
     pub(super) group: Vec<Group>,
 }
@@ -52,16 +50,15 @@ impl File {
         let mut run = base.run;
         overlay(&mut run, file.run);
         let group = if file.group.is_empty() { base.group } else { file.group };
-        let variants = if file.variants.is_empty() { base.variants } else { file.variants };
-        let halving = if file.halving.is_empty() { base.halving } else { file.halving };
+        let (variants, halving) = (file.variants.or(base.variants), file.halving.or(base.halving));
         Ok(File { run, group, variants, halving, ..file })
     }
 
     /// Those of the file in its order; one without a name if there are none.
     pub(super) fn variants(&self) -> Result<Vec<Variant>, String> {
-        if self.variants.is_empty() {
+        let Some(variants) = self.variants.as_ref().filter(|variants| !variants.is_empty()) else {
             return Ok(vec![Variant::default()]);
-        }
+        };
         let variant = |(name, settings): (&String, &Value)| {
             is_name(name)?;
             let settings =
@@ -69,7 +66,7 @@ impl File {
             no_identity(&format!("variants.{name}"), settings)?;
             Ok(Variant { name: name.clone(), settings: settings.clone() })
         };
-        self.variants.iter().map(variant).collect()
+        variants.iter().map(variant).collect()
     }
 }
 

@@ -116,6 +116,10 @@ fn a_group_draws_candidates_that_can_run() {
             "one evaluation in 300 actions, and none in the last quarter of 450",
         ),
         (
+            of("halving = [500]\nrun.evaluate_every = 500", range),
+            "one evaluation in 500 actions, and none in the last quarter of 900",
+        ),
+        (
             of("halving = [300]", range) + &of("", range).replace("lift', 'door", "wipe") + "run.steps = 1800",
             "same steps",
         ),
@@ -220,6 +224,12 @@ fn a_sweep_extends_another() {
     assert_eq!((runs[0].steps, runs[0].evaluate_every), (2000, 500));
     let Sweep { name, runs, .. } = read(&own).unwrap();
     assert_eq!((name.as_str(), labels(&runs), runs[0].steps), ("mine", vec!["aforce".to_string()], 2000));
+
+    let search = "halving = [500]\nvariants = { a = {}, b = {} }\nextends = \"base.toml\"\n";
+    let search = write("search.toml", search);
+    assert_eq!((read(&search).unwrap().halving, read(&search).unwrap().runs.len()), (vec![500], 2));
+    let whole = write("whole.toml", "halving = []\nvariants = {}\nextends = \"search.toml\"\n");
+    assert_eq!((read(&whole).unwrap().halving, read(&whole).unwrap().runs.len()), (vec![], 1));
 
     let error = |path: &Path| format!("{:#}", read(path).unwrap_err());
     write("a.toml", "extends = \"b.toml\"");
