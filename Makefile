@@ -31,7 +31,9 @@ ZIG = $(shell { $(VENV)/bin/python -c 'import ziglang' || command -v zig; } >/de
 # The study, its runs and what they are reported with.
 STUDY = experiments/configs/study
 HYPOTHESES = $(wildcard results/study/hypotheses*.toml)
-STUDIED = runs/study/table-1/*/*/seed_* runs/study/prior/*/*/seed_*
+# Whose policies are disturbed: seeds 11 to 15 of a sweep.
+STUDIED = { for name in table-1 prior; do $(RUN) sweep -- $(STUDY)/$$name.toml --out runs/study/$$name --list; done; } \
+	| awk '$$1 ~ /^[0-9]+$$/ && $$4 <= 15 { print $$6 }'
 
 .PHONY: setup demo test test-franka wheel test-python check book bench reproduce study gallery
 
@@ -112,7 +114,7 @@ study: setup
 	$(RUN) report -- runs/tournament
 	$(RUN) sweep -- $(STUDY)/table-1.toml --out runs/study/table-1
 	$(RUN) sweep -- $(STUDY)/prior.toml --out runs/study/prior
-	for run in $(STUDIED); do test -e $$run/disturbed.csv || $(RUN) evaluate -- --run $$run --episodes 5 \
+	for run in $$($(STUDIED)); do test -e $$run/disturbed.csv || $(RUN) evaluate -- --run $$run --episodes 5 \
 		--disturb experiments/configs/disturbances.toml --csv $$run/disturbed.csv || exit 1; done
 	$(RUN) sweep -- $(STUDY)/search.toml --out runs/study/search
 	$(RUN) sweep -- $(STUDY)/parts.toml --out runs/study/table-1

@@ -7,9 +7,9 @@ Mass matrix, bias, Jacobian and tool orientation of 50 random states are MuJoCo'
 state gets two rows: fixed gains (kp 150) and commanded ones (`variable_kp`), with a random action and a random posture for the null space.
 Read by tests/robosuite_osc.rs.
 
-Torques are those before the limits. Two things differ from robosuite on purpose. The orientation error is the rotation vector (angle times axis), where robosuite's sum of cross
-products is sine of the angle times axis: the script computes robosuite's and rescales it. States close to a
-singularity, where both robosuite and the workbench cut inverses off in their own ways, are left out (one of the 50).
+Torques are those before the limits. Two things differ from robosuite on purpose. The orientation error is the rotation vector (angle times
+axis), where robosuite's sum of cross products is sine of the angle times axis: the script computes robosuite's and rescales it. And states
+close to a singularity are left out (one of the 50): there the workbench gives a direction up, robosuite in practice none.
 """
 
 import csv
@@ -24,7 +24,7 @@ OUT = ROOT / "tests" / "reference" / "osc.csv"
 SEED = 20261121
 POSITION_STEP, ROTATION_STEP = 0.05, 0.5  # m, rad per action entry
 NULL_SPACE = 10.0  # 1/s^2
-SMALLEST_PIVOT = 2.5e-4  # 1/kg: robosuite's cut-off
+SMALLEST_PIVOT = 2.5e-4  # 1/kg: below it the workbench gives a direction up
 
 
 def rotation(axis_angle):

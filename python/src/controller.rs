@@ -76,30 +76,30 @@ const UNIT: f64 = 1e-3;
 
 /// A quaternion x, y, z, w as it stands, or a matrix.
 fn rotation(value: &Bound<'_, PyAny>) -> PyResult<UnitQuaternion<f64>> {
-    let is_matrix = numpy_ndim(value)? == 2;
-    if is_matrix {
+    if is_matrix(value) {
         let matrix = Matrix3::from_row_slice(&numbers(value, "orientation", &[3, 3])?);
         let off = (matrix * matrix.transpose() - Matrix3::identity()).amax();
-        if off > UNIT || matrix.determinant() < 0.0 {
+        let finite = matrix.iter().all(|entry| entry.is_finite());
+        if finite && (off > UNIT || matrix.determinant() < 0.0) {
             return Err(value_error("orientation is no rotation matrix"));
         }
         return Ok(UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix)));
     }
     let [x, y, z, w] = numbers(value, "orientation", &[4])?[..] else { unreachable!("four numbers") };
     let quaternion = Quaternion::new(w, x, y, z);
-    if (quaternion.norm() - 1.0).abs() > UNIT {
+    if quaternion.norm().is_finite() && (quaternion.norm() - 1.0).abs() > UNIT {
         return Err(value_error(format!("orientation has length {}, a unit quaternion has 1", quaternion.norm())));
     }
     Ok(UnitQuaternion::new_unchecked(quaternion))
 }
 
-fn numpy_ndim(value: &Bound<'_, PyAny>) -> PyResult<usize> {
+fn is_matrix(value: &Bound<'_, PyAny>) -> bool {
     if let Ok(array) = value.cast::<numpy::PyUntypedArray>() {
-        return Ok(array.ndim());
+        return array.ndim() == 2;
     }
     // A list of lists is a matrix.
-    let nested = value.len().is_ok_and(|len| len > 0) && value.get_item(0)?.len().is_ok();
-    Ok(if nested { 2 } else { 1 })
+    let nested = value.len().is_ok_and(|len| len > 0) && value.get_item(0).is_ok_and(|first| first.len().is_ok());
+    nested
 }
 
 /// Controller(space="aforce", dt=0.002, *, torque_limits=None, torque_rate_limits=None, contact_axis=(0, 0, 1), **settings)
@@ -160,6 +160,7 @@ impl Controller {
         let limits = TorqueLimits::new(max, rate).map_err(value_error)?;
         let axis = contact_axis.map_or(Ok(vec![0.0, 0.0, 1.0]), |axis| numbers(axis, "contact_axis", &[3]))?;
         let axis = UnitVector3::try_new(Vector3::from_vec(axis), 1e-9)
+            .filter(|axis| axis.iter().all(|entry| entry.is_finite()))
             .ok_or_else(|| value_error("contact_axis has no direction"))?;
         let controller = aforce::Controller::new(&env.space, &env.controller, limits, axis).map_err(value_error)?;
         Ok(Self(Exclusive::new(Law { controller, config: env.controller, ready: false })))

@@ -2,6 +2,7 @@
 
 use pyo3::PyResult;
 use pyo3::exceptions::PyRuntimeError;
+use rand::rngs::SysRng;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use show::Playback;
@@ -42,13 +43,14 @@ pub struct Episodes {
 }
 
 impl Episodes {
-    /// Episodes without a seed are others every time, until a seed is given.
+    /// Episodes without a seed are others every time and in every process, until a seed is given: the system's generator, as a fork
+    /// copies every other one.
     ///
     /// # Errors
     /// `ValueError`, as [`Env::new`].
     pub fn new(config: EnvConfig, scaled: bool) -> PyResult<Self> {
         let env = Env::new(config, 0).map_err(value_error)?;
-        let stream = ChaCha8Rng::seed_from_u64(rand::random());
+        let stream = ChaCha8Rng::try_from_rng(&mut SysRng).map_err(value_error)?;
         Ok(Self { env, scaled, stream, seed: None, records: false, playback: None })
     }
 

@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[2]
 TASKS = ("Lift", "Door", "Wipe")
 
 
-def make(task="Lift", **keywords):
+def make(task="Lift", /, **keywords):
     return gym.make(f"aforce/{task}-v0", **keywords)
 
 

@@ -63,10 +63,12 @@ def test_settings_have_the_names_of_the_configuration():
 def test_a_measurement_that_is_not_finite_is_a_fault_and_the_arm_is_held():
     law = aforce.Controller()
     law.reset(measurement())
-    assert law.update(measurement(qd=np.full(7, np.nan))).tolist() == STILL["bias"].tolist()
-    assert law.faults == 1
-    law.update(measurement())
-    assert law.faults == 1
+    wrong = [{"qd": np.full(7, np.nan)}, {"orientation": [np.inf, 0, 0, 1]}, {"orientation": np.full((3, 3), np.inf)}]
+    for faults, changes in enumerate(wrong, 1):
+        assert law.update(measurement(**changes)).tolist() == STILL["bias"].tolist()
+        assert law.faults == faults
+        law.update(measurement())
+        assert law.faults == faults
 
 
 @pytest.mark.parametrize(
@@ -82,6 +84,7 @@ def test_a_measurement_that_is_not_finite_is_a_fault_and_the_arm_is_held():
         ("torque_limits has shape (3,), must have (7,)", {"torque_limits": [1, 2, 3]}),
         ("torque_limits.max (joint 2) = -1 is not allowed", {"torque_limits": [1, -1, 1, 1, 1, 1, 1]}),
         ("contact_axis has no direction", {"contact_axis": [0, 0, 0]}),
+        ("contact_axis has no direction", {"contact_axis": [np.inf, 0, 1]}),
     ],
 )
 def test_bad_settings_are_answered(words, arguments):
@@ -99,6 +102,7 @@ def test_bad_settings_are_answered(words, arguments):
         (ValueError, "orientation is no rotation matrix", {"orientation": -np.eye(3)}),
         (TypeError, "mass must be an array of numbers", {"mass": "heavy"}),
         (ValueError, "orientation has shape (2,), must have (4,)", {"orientation": [0, 1]}),
+        (TypeError, "orientation must be an array of numbers", {"orientation": {"x": 1}}),
     ],
 )
 def test_bad_measurements_are_answered(kind, words, changes):

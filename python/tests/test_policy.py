@@ -47,7 +47,7 @@ def test_actions_are_those_of_the_programs(tmp_path):
 def test_it_is_called_as_stable_baselines3_calls_a_model():
     policy, observations = Policy.load(LIFT), np.zeros((2, 42), np.float32)
     actions, state = policy.predict(observations, state=None, episode_start=np.ones(2, bool), deterministic=True)
-    assert state is None and np.array_equal(actions, policy.predict(observations, None, np.ones(2, bool))[0])
+    assert state is None and np.array_equal(actions, policy.predict(observations, None, np.ones(2, bool), True)[0])
 
 
 def test_a_sample_scatters_about_the_mean():

@@ -15,6 +15,18 @@ def test_processes_compute_the_same(start):
         assert pool.map(digest, ["Lift", "Lift"]) == [expected, expected]
 
 
+def start(_):
+    return make().reset()[0].tobytes()
+
+
+@pytest.mark.parametrize("method", ["fork", "spawn"])
+def test_without_a_seed_processes_play_other_episodes(method):
+    make().reset()  # The parent has drawn a seed before the fork.
+    with multiprocessing.get_context(method).Pool(3) as pool:
+        starts = pool.map(start, range(3), chunksize=1)
+    assert len(set(starts)) == 3
+
+
 def vector_digest(_=None):
     envs = gym.make_vec("aforce/Lift-v0", num_envs=4, threads=2)
     envs.action_space.seed(1)

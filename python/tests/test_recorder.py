@@ -1,6 +1,7 @@
 """Episodes as pages."""
 
 import base64
+import copy
 import json
 
 import gymnasium as gym
@@ -55,3 +56,21 @@ def test_what_cannot_be_recorded_is_answered(tmp_path):
     env.reset(seed=1)
     with pytest.raises(OSError, match="page.html"):
         env.step(env.action_space.sample())
+    env.reset(seed=1)  # It can go on, and be closed.
+    env.close()
+
+
+def test_an_episode_is_one_page_however_long_it_is_stepped_and_however_often_written(tmp_path):
+    env = Recorder(make(horizon=3), tmp_path / "lift_{}.html")
+    env.reset(seed=1)
+    env.step(env.action_space.sample())
+    env.write()
+    for _ in range(4):  # Two of them after its end.
+        env.step(env.action_space.sample())
+    assert [page.name for page in tmp_path.iterdir()] == ["lift_0.html"]
+    assert data(tmp_path / "lift_0.html")["episodes"][0]["frames"] == 3
+    copied = copy.deepcopy(env)
+    copied.reset(seed=2)
+    copied.step(env.action_space.sample())
+    copied.close()
+    assert sorted(page.name for page in tmp_path.iterdir()) == ["lift_0.html", "lift_1.html"]

@@ -1,12 +1,12 @@
 """What Python gets is what the Rust crates compute, to the last bit."""
 
-import tomllib
-
 import numpy as np
 import pytest
 from common import ROOT, cargo, make, rows
 
 import aforce
+
+tomllib = pytest.importorskip("tomllib", reason="Python 3.11 or later")
 
 GOLDEN = ROOT / "crates" / "aforce" / "tests" / "golden"
 

@@ -73,6 +73,8 @@ def test_wrappers_for_vectors_take_it():
 def test_bad_input_is_answered():
     with pytest.raises(ValueError, match="must be at least 1"):
         vector(threads=0)
+    with pytest.raises(ValueError, match="num_envs = -1 is not allowed"):
+        vector(-1)
     with pytest.raises(ValueError, match='unknown key "env.horzon"'):
         vector(horzon=3)
     for picture in ({"render_mode": "rgb_array"}, {"render_size": (32, 24)}):
@@ -82,7 +84,7 @@ def test_bad_input_is_answered():
     envs = vector(horizon=1, autoreset_mode=AutoresetMode.DISABLED)
     with pytest.raises(RuntimeError, match="call reset first"):
         envs.step(np.zeros((3, 7)))
-    for bad in ({"seed": [1, 2]}, {"seed": -1}, {"options": {"reset_mask": [True]}}, {"options": {"x": 1}}):
+    for bad in ({"seed": [1, 2]}, {"seed": -1}, {"seed": 1.5}, {"seed": 2**64 - 2}, {"options": {"reset_mask": [True]}}, {"options": {"x": 1}}):
         with pytest.raises(ValueError):
             envs.reset(**bad)
     envs.reset(seed=1)
@@ -96,3 +98,11 @@ def test_bad_input_is_answered():
     envs.close()
     with pytest.raises(RuntimeError, match="closed"):
         envs._native.step(np.zeros((3, 7)), [False] * 3)
+
+
+def test_the_action_of_an_environment_that_begins_does_not_count():
+    envs = vector(horizon=1)
+    envs.reset(seed=1)
+    envs.step(np.zeros((3, 7)))
+    _, rewards, *_ = envs.step(np.full((3, 7), np.nan))
+    assert rewards.tolist() == [0, 0, 0]

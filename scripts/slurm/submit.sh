@@ -16,7 +16,11 @@ if [ -z "$waiting" ]; then
     exit 0
 fi
 mkdir -p "$out"
+# The report is a job under the same account and in the same partition, but no array.
+options=()
+for option; do [[ $option == --array=* ]] || options+=("$option"); done
 array=$(sbatch --parsable --array="$waiting" --output="$out/slurm-%A_%a.log" "$@" "$(dirname "$0")/sweep.sbatch" "$sweep" "$out")
-report=$(sbatch --parsable --dependency="afterany:$array" --output="$out/slurm-report-%j.log" \
+echo "runs: job $array ($waiting), in $out"
+report=$(sbatch --parsable --dependency="afterany:$array" --output="$out/slurm-report-%j.log" "${options[@]}" \
     --wrap "target/release/report '$out'")
-echo "runs: job $array ($waiting), report: job $report, in $out"
+echo "report: job $report"

@@ -326,6 +326,8 @@ mod tests {
             s.commanded_psi.as_mut().unwrap().ranges[0].parameter = PsiParameter::Mu;
         });
         assert!(mu.starts_with("space.commanded_psi.ranges[0]: mu, with delta_sign"), "{mu}");
+        let uneven = error(|s| s.commanded_psi.as_mut().unwrap().ranges[1].low.set(2, 50.0));
+        assert!(uneven.starts_with("space.commanded_psi.ranges[1].low: one entry commands three axes"), "{uneven}");
     }
 
     /// The limit is checked at the corners of what the policy may command, not at the record's own psi.

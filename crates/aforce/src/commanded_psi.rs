@@ -137,6 +137,13 @@ impl CommandedPsi {
             let field = format!("commanded_psi.ranges[{at}]");
             range.low.positive(&format!("{field}.low"))?;
             range.high.positive(&format!("{field}.high"))?;
+            for (name, gains) in [("low", &range.low), ("high", &range.high)] {
+                let alike = |group: usize| (1..3).all(|axis| gains[3 * group + axis] == gains[3 * group]);
+                if !alike(0) || !alike(1) {
+                    let reason = "one entry commands three axes: their numbers must be the same".into();
+                    return Err(ConfigError::Contradiction { field: format!("{field}.{name}"), reason });
+                }
+            }
             range.high.at_least(&format!("{field}.high"), &range.low, "low")?;
             if self.ranges[..at].iter().any(|other| other.parameter == range.parameter) {
                 let reason = format!("{} is commanded twice", range.parameter.entry(0));

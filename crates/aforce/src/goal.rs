@@ -40,11 +40,13 @@ impl GoalRule {
     /// The pose to which an action adds its delta, where the episode began at `start`, the last goal is `previous` and the
     /// tool is at `measured`.
     #[must_use]
-    pub fn origin<'a>(&self, start: &'a Pose, previous: &'a Pose, measured: &'a Pose) -> &'a Pose {
-        match self {
-            Self::Rebased | Self::Robosuite => measured,
-            Self::Continued { .. } => previous,
-            Self::Absolute { .. } => start,
+    pub fn origin(&self, start: &Pose, previous: &Pose, measured: &Pose) -> Pose {
+        match *self {
+            Self::Rebased | Self::Robosuite => *measured,
+            Self::Continued { leash_position, leash_rotation } => {
+                leashed(previous, measured, leash_position, leash_rotation)
+            }
+            Self::Absolute { .. } => *start,
         }
     }
 
@@ -52,19 +54,16 @@ impl GoalRule {
     /// multiplies from the left. The other poses are those of [`origin`](Self::origin).
     #[must_use]
     pub fn next_goal(&self, start: &Pose, previous: &Pose, measured: &Pose, delta: &Vector6) -> Pose {
+        let goal = displaced(&self.origin(start, previous, measured), delta);
         match *self {
-            Self::Rebased => displaced(measured, delta),
+            Self::Rebased => goal,
             Self::Robosuite => {
-                let goal = displaced(measured, delta);
                 let keep = rotational(delta) == Vector3::zeros();
                 Pose::from_parts(goal.translation, if keep { previous.rotation } else { goal.rotation })
             }
-            Self::Continued { leash_position, leash_rotation } => {
-                let leash = |goal: &Pose| leashed(goal, measured, leash_position, leash_rotation);
-                leash(&displaced(&leash(previous), delta))
-            }
-            Self::Absolute { leash_position, leash_rotation, .. } => {
-                leashed(&displaced(start, delta), measured, leash_position, leash_rotation)
+            Self::Continued { leash_position, leash_rotation }
+            | Self::Absolute { leash_position, leash_rotation, .. } => {
+                leashed(&goal, measured, leash_position, leash_rotation)
             }
         }
     }
@@ -160,6 +159,11 @@ mod tests {
             0.0,
             epsilon = 1e-12
         );
+        // Pushed off, the hand takes the goal along, and it is from there that an action counts.
+        let pushed = Pose::translation(-1.0, 0.0, 0.0);
+        let origin = LEASH.origin(&measured, &second, &pushed);
+        let next = LEASH.next_goal(&measured, &second, &pushed, &-step);
+        assert_relative_eq!(pose_error(&next, &origin), -step, epsilon = 1e-12);
     }
 
     #[test]

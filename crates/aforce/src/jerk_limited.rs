@@ -59,7 +59,7 @@ impl JerkLimited {
     }
 
     /// Plans from the present pose, velocity and acceleration to rest at `goal`. Without a plan (none is known to fail) the
-    /// present move goes on to its end, and the answer is false.
+    /// answer is false, and the set-point stands still where it is.
     pub(crate) fn set_goal(&mut self, goal: &Pose) -> bool {
         // At the anchor the rotation vector is zero: there its rates are the angular velocity and acceleration.
         let (omega, omega_dot) =
@@ -75,10 +75,12 @@ impl JerkLimited {
             self.input.target_position[axis] = target[axis];
         }
         let planned = self.generator.calculate(&self.input, &mut self.trajectory).is_ok();
-        if planned {
-            (self.anchor, self.travel, self.rate, self.acceleration) = (anchor, Vector6::zeros(), rate, acceleration);
-            (self.time, self.moving) = (0.0, true);
+        (self.anchor, self.travel, self.rate, self.acceleration) = (anchor, Vector6::zeros(), rate, acceleration);
+        if !planned {
+            // What is in the trajectory by now belongs to no move.
+            (self.rate, self.acceleration) = (Vector6::zeros(), Vector6::zeros());
         }
+        (self.time, self.moving) = (0.0, planned);
         planned
     }
 

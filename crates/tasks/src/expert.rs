@@ -34,5 +34,5 @@ pub fn action_towards(
         let target = along(y.pose.translation.vector) - depth;
         goal.translation.vector += n * (target - along(goal.translation.vector));
     }
-    encode(controller.space(), config, &pose_error(&goal, controller.origin(y)), waypoint.force)
+    encode(controller.space(), config, &pose_error(&goal, &controller.origin(y)), waypoint.force)
 }

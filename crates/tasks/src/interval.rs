@@ -66,7 +66,8 @@ impl ForceRecord {
 
 /// What three axes, the translational or the rotational ones, did during one action.
 ///
-/// Stiffness is what acts, in N/m or Nm/rad whatever the action space's unit; forces in N or Nm.
+/// Stiffness is in N/m or Nm/rad whatever the action space's unit, and counts along the contact axis even while a force controller has
+/// taken it over; forces in N or Nm.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct AxisGroup {
     /// Sum over samples of the mean stiffness of the three axes.

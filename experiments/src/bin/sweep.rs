@@ -64,6 +64,12 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.list {
         return list(&runs, &out);
     }
+    if arguments.index.is_some() && arguments.steps.is_none() && !halving.is_empty() {
+        return Err(bad(format!(
+            "{}: a search: --index needs --steps, the actions of a round",
+            arguments.file.display()
+        )));
+    }
     // What is wrong for all runs is told once.
     fs_err::create_dir_all(&out)?;
     if let Some(steps) = arguments.steps {

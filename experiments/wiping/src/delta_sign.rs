@@ -79,8 +79,8 @@ pub fn grid(setup: &Setup) -> Result<Vec<Point>> {
     parallel::map(&jobs, |&(damping, sign, stiffness, share)| point(setup, damping, sign, stiffness, share))
 }
 
-/// One law on the arm: its alpha is a `share` of the closed form's limit, its stiffness is held at the lowest value,
-/// where it is weakest, and only translation adapts.
+/// One law on the arm: its alpha is a `share` of the closed form's limit, its stiffness along the axes is held at the
+/// lowest value, where it is weakest; about them it follows the law.
 ///
 /// # Errors
 /// If the configuration is not allowed.

@@ -43,7 +43,7 @@ impl Expert {
         }
         let config = &self.setup.controller;
         let goal = Pose::from_parts(Translation3::from(self.target(controller, y)), facing_down());
-        let delta = pose_error(&goal, controller.origin(y));
+        let delta = pose_error(&goal, &controller.origin(y));
         Some(encode(controller.space(), config, &delta, self.setup.force))
     }
 

@@ -18,7 +18,8 @@ use crate::spaces::{AFORCE, spaces};
 pub struct Setup {
     /// The arm's numbers.
     pub robot: ParameterSet,
-    /// The joints without damping and the table without friction: what wiping costs then is the controller's own.
+    /// The joints without damping and the table with next to no friction (the tool's own, 0.001): what wiping costs then is the
+    /// controller's own.
     pub lossless: bool,
     /// Force to press with (N).
     pub force: f64,

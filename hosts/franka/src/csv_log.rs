@@ -51,7 +51,7 @@ impl Row {
             force: [y.wrench[2], controller.force_command(), controller.engagement()],
             tool: y.pose,
             set_point: *controller.set_point(),
-            stiffness: controller.stiffness(),
+            stiffness: host.effective_stiffness(),
             feedforward: *controller.feedforward(),
             energy: energies.map(|energy| energy.absolute),
             tank: host.tank(),

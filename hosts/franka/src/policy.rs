@@ -103,11 +103,11 @@ impl Drop for Policy {
 }
 
 /// What a policy is told: joint angles and velocities (7 + 7), tool position and quaternion x, y, z, w (3 + 4), its velocity (6), the
-/// wrench on it (6), K in N/m and Nm/rad (6), F_ff (6), F_d (1); all in base axes.
+/// wrench on it (6), K that acts in N/m and Nm/rad (6), F_ff (6), F_d (1); all in base axes.
 fn observation(host: &Host) -> String {
     let Some(y) = host.measurement() else { return String::new() };
     let controller = host.controller();
-    let stiffness = controller.stiffness();
+    let stiffness = host.effective_stiffness();
     let parts: [&[f64]; 9] = [
         y.q.as_slice(),
         y.qd.as_slice(),

@@ -1,17 +1,18 @@
 //! A table that is not there: its push, added to what the arm reports.
 
 use aforce::Vector3;
-use aforce::host::ArmState;
+use aforce::host::{ArmState, WrenchSign};
 
 /// Stiffness (N/m) and damping (Ns/m) of its top.
 const STIFFNESS: f64 = 5e3;
 const DAMPING: f64 = 100.0;
 
-/// Adds what a table at `height` (m, base frame) would push with to the wrench, in Franka's sign: what the tool exerts.
-pub fn add_table(state: &mut ArmState, height: f64) {
+/// Adds what a table at `height` (m, base frame) would push with to the wrench, which has base axes and this `sign`.
+pub fn add_table(state: &mut ArmState, height: f64, sign: WrenchSign) {
     let depth = height - state.pose.translation.z;
     if depth > 0.0 {
         let velocity: Vector3 = (state.jacobian * state.qd).fixed_rows::<3>(0).into();
-        state.wrench[2] -= (STIFFNESS * depth - DAMPING * velocity.z).max(0.0);
+        let push = (STIFFNESS * depth - DAMPING * velocity.z).max(0.0);
+        state.wrench[2] += if sign == WrenchSign::OnTool { push } else { -push };
     }
 }

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use aforce::host::{ArmState, Host, HostSetup, NotTaken, Status};
-use aforce::{Arm, EnergyLedger};
+use aforce::host::{ArmState, CompensatedBy, Host, HostSetup, NotTaken, Status, WrenchAxes, WrenchSource};
+use aforce::{Arm, EnergyLedger, JointVector};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use franka::{FciVersion, Model, RealtimeConfig, Robot, RobotMode, RobotState, Torques, motion_finished};
 use signal_hook::consts::{SIGINT, SIGTERM};
@@ -43,6 +43,16 @@ pub fn run(args: &Args) -> Result<()> {
         "--script wipe presses: `{}` has space.force = false",
         setup.space
     );
+    let interface = &setup.interface;
+    let reported = interface.wrench == WrenchSource::Reported;
+    ensure!(
+        reported || args.no_push_check,
+        "interface.wrench is observed: a push shows what the arm reports, which the law does not read; --no-push-check"
+    );
+    ensure!(
+        args.rehearse_table.is_none() || reported && interface.wrench_axes == WrenchAxes::Base,
+        "--rehearse-table adds to a wrench that the arm reports in base axes: see interface.wrench and wrench_axes"
+    );
     let start = args.start.as_deref().map(|start| within(start, &setup.arm)).transpose()?;
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
@@ -67,7 +77,7 @@ pub fn run(args: &Args) -> Result<()> {
     let read = |state: &RobotState| {
         let mut arm = arm_state(state, &model);
         if let Some(height) = args.rehearse_table {
-            add_table(&mut arm, height);
+            add_table(&mut arm, height, setup.interface.wrench_sign);
         }
         arm
     };
@@ -176,23 +186,26 @@ impl Act<'_> {
         let mut control = robot.start_torque_control()?;
         let (mut energy, mut control_energy) = (EnergyLedger::default(), EnergyLedger::default());
         let (mut time, mut next_action, mut cycles) = (0.0, 0.0, 0u64);
-        let (mut begun, mut lost) = (false, 0u64);
+        let (mut lost, mut last_qd) = (0u64, None::<JointVector>);
         let outcome = loop {
             let (state, period) = control.read_once().context("the robot has stopped")?;
             let arm = read(&state);
-            let dt = if begun { period.as_secs_f64() } else { 0.0 };
-            if !begun {
+            let dt = if last_qd.is_some() { period.as_secs_f64() } else { 0.0 };
+            if last_qd.is_none() {
                 // From where the arm is now, with the torque that it has now.
                 self.host.start(&arm, &model_pose(&state, model)).map_err(|fault| anyhow!("{fault}: refused"))?;
-                begun = true;
             }
+            // Of the torque that has acted since the last cycle.
+            let qd = 0.5 * (last_qd.replace(arm.qd).unwrap_or(arm.qd) + arm.qd);
+            let law_coriolis =
+                if self.setup.interface.coriolis == CompensatedBy::Law { arm.coriolis } else { JointVector::zeros() };
+            energy.add(&(arm.tau + arm.gravity), &qd, dt);
+            control_energy.add(&(arm.tau - law_coriolis), &qd, dt);
             time += dt;
             cycles += 1;
             lost += (dt / self.setup.controller.dt()).round().max(1.0) as u64 - 1;
             let command = self.host.update(&arm, dt);
             let tau = Torques::new(command.tau.into());
-            energy.add(&(command.tau + arm.gravity), &arm.qd, dt);
-            control_energy.add(&(command.tau - arm.coriolis), &arm.qd, dt);
             if let Some(log) = &self.log
                 && cycles.is_multiple_of(LOGGED)
                 && let Some(row) = Row::new(time, self.phase(), &self.host, &command, [&energy, &control_energy])

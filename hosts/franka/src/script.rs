@@ -94,7 +94,7 @@ impl Running {
             };
         }
         let goal = Pose::from_parts(target.into(), self.start.rotation);
-        let delta = pose_error(&goal, controller.origin(y));
+        let delta = pose_error(&goal, &controller.origin(y));
         let force = if self.script == Script::Wipe { FORCE } else { 0.0 };
         Some(encode(controller.space(), &setup.controller, &delta, force))
     }

@@ -23,5 +23,5 @@ for _task in ("lift", "door", "wipe"):
         id=f"aforce/{_task.capitalize()}-v0",
         entry_point="aforce:Env",
         vector_entry_point="aforce:VectorEnv",
-        kwargs={"task": _task},
+        kwargs={"named": _task},
     )

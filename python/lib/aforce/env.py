@@ -1,5 +1,6 @@
 """One environment."""
 
+import copy
 import json
 import os
 
@@ -17,10 +18,10 @@ def spaces_of(description, scaled):
     return observation, gym.spaces.Box(-1.0, 1.0, (len(description["action"]),), np.float32)
 
 
-def checked_seed(seed):
-    """A seed as the simulation takes it: a whole number of 64 bits."""
-    if seed is not None and not (isinstance(seed, (int, np.integer)) and 0 <= seed < 2**64):
-        raise ValueError(f"seed = {seed!r} is not allowed; allowed: a whole number from 0 to 2**64 - 1")
+def checked_seed(seed, others=0):
+    """A seed as the simulation takes it, after which there are `others` more: a whole number of 64 bits."""
+    if seed is not None and not (isinstance(seed, (int, np.integer)) and 0 <= seed < 2**64 - others):
+        raise ValueError(f"seed = {seed!r} is not allowed; allowed: a whole number from 0 to 2**64 - {1 + others}")
     return None if seed is None else int(seed)
 
 
@@ -48,17 +49,18 @@ class Env(gym.Env, EzPickle):
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 20}
 
-    def __init__(self, task, *, config=None, scaled=False, render_mode=None, render_size=(480, 360), **settings):
+    def __init__(self, named, *, config=None, scaled=False, render_mode=None, render_size=(480, 360), **settings):
+        settings = copy.deepcopy(settings)  # A pickle is of the settings as they are now.
         EzPickle.__init__(
-            self, task, config=config, scaled=scaled, render_mode=render_mode, render_size=render_size, **settings
+            self, named, config=config, scaled=scaled, render_mode=render_mode, render_size=render_size, **settings
         )
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise ValueError(f'render_mode = {render_mode!r} is not allowed; allowed: None, "rgb_array"')
-        self.task, self.scaled, self.render_mode = task, scaled, render_mode
+        self.task, self.scaled, self.render_mode = named, scaled, render_mode
         self._width, self._height = (int(side) for side in render_size)
         if min(self._width, self._height) < 1:
             raise ValueError(f"render_size = {render_size!r} is not allowed; allowed: a width and a height, 1 or above")
-        self._native = Native(task, None if config is None else os.fspath(config), settings, bool(scaled))
+        self._native = Native(named, None if config is None else os.fspath(config), settings, bool(scaled))
         description = self.describe()
         self.observation_space, self.action_space = spaces_of(description, scaled)
         self.metadata = {**self.metadata, "render_fps": description["env"]["controller"]["policy_hz"]}

@@ -55,9 +55,10 @@ class Policy:
 
     def make(self, **keywords):
         """The environment in which it was trained; keywords change it."""
-        return gym.make(f"aforce/{self.task.capitalize()}-v0", config=self.config, scaled=self.scaled, **keywords)
+        keywords = {"config": self.config, "scaled": self.scaled} | keywords
+        return gym.make(f"aforce/{self.task.capitalize()}-v0", **keywords)
 
-    def predict(self, observation, state=None, episode_start=None, *, deterministic=True, rng=None):
+    def predict(self, observation, state=None, episode_start=None, deterministic=True, *, rng=None):
         """The action, or an array of actions, for an observation or an array of them, and None: Stable-Baselines3's form, so that
         its evaluate_policy takes a policy. There is no state: `state` and `episode_start` do not count. Not `deterministic` is a
         sample of the policy, drawn with `rng`, a numpy.random.Generator."""

@@ -18,17 +18,22 @@ class Recorder(gym.Wrapper):
         super().__init__(env)
         if not isinstance(env.unwrapped, Env):
             raise TypeError(f"Recorder wants an environment of aforce, not {env.unwrapped}")
-        self._path, self._who, self._episode, self._unwritten = os.fspath(path), who, 0, False
+        self._path, self._who, self._episode = os.fspath(path), who, 0
+        self._unwritten = self._written = self._over = False
         env.unwrapped._native.record()
 
     def reset(self, **keywords):
         self.write()
+        self._episode += self._written
+        self._written = self._over = False
+        self.env.unwrapped._native.record()  # A copy of the environment has not been asked to.
         return self.env.reset(**keywords)
 
     def step(self, action):
         result = self.env.step(action)
-        self._unwritten = True
-        if result[2] or result[3]:
+        self._unwritten = not self._over
+        if self._unwritten and (result[2] or result[3]):
+            self._over = True
             self.write()
         return result
 
@@ -36,13 +41,14 @@ class Recorder(gym.Wrapper):
         """Writes what happened since the last reset, unless it is written."""
         if not self._unwritten:
             return
+        self._unwritten = False  # Even if the disk does not take it: the next episode may fit.
         path = self._path.replace("{}", str(self._episode))
-        if self.env.unwrapped._native.write_page(path, self._who):
-            self._episode += 1
-        else:
+        self._written = self.env.unwrapped._native.write_page(path, self._who)
+        if not self._written:
             warnings.warn(f"{path}: not written, for the episode began without the Recorder: reset through it", stacklevel=3)
-        self._unwritten = False
 
     def close(self):
-        self.write()
-        super().close()
+        try:
+            self.write()
+        finally:
+            super().close()

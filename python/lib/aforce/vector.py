@@ -24,7 +24,7 @@ class VectorEnv(Base):
 
     def __init__(
         self,
-        task,
+        named,
         num_envs=1,
         *,
         threads=None,
@@ -38,9 +38,11 @@ class VectorEnv(Base):
         for name, value in (("render_mode", render_mode), ("render_size", render_size)):
             if value is not None:
                 raise ValueError(f"{name} = {value!r} is not allowed; allowed: None, a vector draws no pictures")
+        if num_envs < 1:
+            raise ValueError(f"num_envs = {num_envs} is not allowed; allowed: 1 or above")
         threads = len(os.sched_getaffinity(0)) if threads is None else threads
         config = None if config is None else os.fspath(config)
-        self._native = Native(num_envs, threads, task, config, settings, bool(scaled))
+        self._native = Native(num_envs, threads, named, config, settings, bool(scaled))
         description = json.loads(self._native.describe())
         self.single_observation_space, self.single_action_space = spaces_of(description, scaled)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
@@ -59,11 +61,11 @@ class VectorEnv(Base):
             raise ValueError(f"reset_mask must be {self.num_envs} booleans, one of them true")
         if options:
             raise ValueError(f"reset has no option {next(iter(options))!r}")
-        if seed is None or isinstance(seed, (int, np.integer)):
-            first = checked_seed(seed)
-            seeds = [None if first is None else first + i for i in range(self.num_envs)]
-        else:
+        if np.iterable(seed):
             seeds = list(seed)
+        else:
+            first = checked_seed(seed, self.num_envs - 1)
+            seeds = [None if first is None else first + i for i in range(self.num_envs)]
         if len(seeds) != self.num_envs:
             raise ValueError(f"{len(seeds)} seeds for {self.num_envs} environments")
         observations = self._native.reset([checked_seed(seed) for seed in seeds], mask.tolist())
@@ -75,6 +77,8 @@ class VectorEnv(Base):
         if self.autoreset_mode == AutoresetMode.DISABLED and self._ended.any():
             raise RuntimeError(f"environment {self._ended.argmax()} has ended: reset it (reset_mask)")
         begins = self._ended if self.autoreset_mode == AutoresetMode.NEXT_STEP else np.zeros(self.num_envs, bool)
+        if begins.any() and np.shape(actions) == self.action_space.shape:  # Whose actions do not count, whatever they are.
+            actions = np.where(begins[:, None], 0, actions)
         observations, rewards, terminated, truncated, numbers = self._native.step(actions, begins.tolist())
         self._ended = terminated | truncated
         info = self._masked(numbers, ~begins)

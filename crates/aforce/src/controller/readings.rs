@@ -23,7 +23,12 @@ impl Controller {
     /// contact axis the share [`engagement`](Self::engagement) of it does not act.
     #[must_use]
     pub fn stiffness(&self) -> Vector6 {
-        self.space.unit.effective(&self.stiffness, &self.inertia)
+        self.effective(&self.stiffness)
+    }
+
+    /// In N/m and Nm/rad, at the arm's present inertia, what `own` is in the space's unit.
+    pub(crate) fn effective(&self, own: &Vector6) -> Vector6 {
+        self.space.unit.effective(own, &self.inertia)
     }
 
     /// K in the space's own unit.
@@ -46,12 +51,12 @@ impl Controller {
     #[must_use]
     pub fn feedforward_spring(&self) -> Vector6 {
         let own = self.psi().map_or(Vector6::zeros(), |psi| *psi.feedforward_spring().vector());
-        self.space.unit.effective(&own, &self.inertia)
+        self.effective(&own)
     }
 
     /// The pose to which an action that comes now adds its delta.
     #[must_use]
-    pub fn origin<'a>(&'a self, y: &'a Measurement) -> &'a Pose {
+    pub fn origin(&self, y: &Measurement) -> Pose {
         self.space.goal.origin(&self.start, &self.goal, &y.pose)
     }
 

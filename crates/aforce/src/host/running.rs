@@ -175,6 +175,12 @@ impl Host {
         self.guard.stiffness()
     }
 
+    /// The same in N/m and Nm/rad, whatever the space's unit.
+    #[must_use]
+    pub fn effective_stiffness(&self) -> Vector6 {
+        self.controller().effective(self.acting_stiffness())
+    }
+
     /// Level of the energy tank (J).
     #[must_use]
     pub fn tank(&self) -> f64 {

@@ -108,7 +108,29 @@ impl HostSetup {
             let reason = "false: on an arm K must not wind up while a torque is at its limit".to_owned();
             return Err(ConfigError::Contradiction { field: "space.stiffness.adaptive.anti_windup".into(), reason });
         }
+        self.rates_fit()?;
         self.contact_axis().map(|_| ())
+    }
+
+    /// What would fault in every cycle or before every action, and a leak that would overshoot in the longest cycle.
+    fn rates_fit(&self) -> Result<(), ConfigError> {
+        let HostLimits { period_max, silence_max, .. } = self.limits;
+        let (period, action) = (self.controller.dt(), 1.0 / f64::from(self.controller.policy_hz));
+        let mu = self.space.psi().map_or(0.0, |psi| psi.mu.vector().max());
+        let contradiction = |field: &str, reason| Err(ConfigError::Contradiction { field: field.into(), reason });
+        if period > period_max {
+            let reason = format!("a cycle of {period} s is longer than limits.period_max, {period_max} s");
+            return contradiction("controller.control_hz", reason);
+        }
+        if action >= silence_max {
+            let reason = format!("an action in {action} s is silence: limits.silence_max is {silence_max} s");
+            return contradiction("controller.policy_hz", reason);
+        }
+        if mu * period_max > 1.0 {
+            let reason = format!("{mu} 1/s would overshoot in a cycle of limits.period_max, {period_max} s");
+            return contradiction("space.stiffness.adaptive.mu", reason);
+        }
+        Ok(())
     }
 
     /// n as a unit vector.
@@ -200,5 +222,15 @@ mod tests {
         );
         let winding = FILE.replace("'aforce-force'", "{ extends = 'aforce', stiffness.adaptive.anti_windup = false }");
         assert!(error(&winding).starts_with("space.stiffness.adaptive.anti_windup: false"), "{}", error(&winding));
+        // What would fault in every cycle, before every action, or overshoot.
+        let slow = error(&FILE.replace("1000", "40"));
+        assert!(
+            slow.starts_with("controller.control_hz: a cycle of 0.025 s is longer than limits.period_max"),
+            "{slow}"
+        );
+        let silent = error(&format!("{FILE}policy_hz = 2\n"));
+        assert!(silent.starts_with("controller.policy_hz: an action in 0.5 s is silence"), "{silent}");
+        let leaky = error(&FILE.replace("'aforce-force'", "{ extends = 'aforce', stiffness.adaptive.mu = 60 }"));
+        assert!(leaky.starts_with("space.stiffness.adaptive.mu: 60 1/s would overshoot"), "{leaky}");
     }
 }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, not_negative, within};
 
-/// Size of the tank. Set all to infinity to have no bound.
+/// Size of the tank. With `initial` and `capacity` infinite there is no bound.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TankConfig {
