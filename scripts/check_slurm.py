@@ -7,6 +7,7 @@ Needs root, and Debian's `slurm-wlm` and `munge`; says so and ends well where th
 temporary folder, listens on this machine only, and is gone afterwards. Checked for scripts/slurm:
 
 - the array trains every run of the sweep, and the report follows it;
+- a run that is cancelled saves itself and is not queued again;
 - a run preempted by a job of higher priority, and one told that its time is up, save themselves, are queued again, and
   end with the same bytes as under the local pool.
 """
@@ -144,8 +145,10 @@ def check(cluster, folder):
     wait("one run is preempted and queued again", lambda: len(restarted()) == 1)
     wait("the job of higher priority is done", lambda: cluster.job(high).get("JobState") == "COMPLETED")
     other = 1 - restarted()[0]
-    run("scancel", "--batch", "--signal=TERM", task(array, other))
+    # It repeats a signal that the controller says it could not send, though it has: not once the run is queued again.
+    timer = subprocess.Popen(["scancel", "--batch", "--signal=TERM", task(array, other)])
     wait("the other is queued again when its time is up", lambda: len(restarted()) == 2)
+    timer.kill()
     for i in (0, 1):
         log = next(out.glob(f"slurm-*_{i}.log")).read_text()
         assert "stopped; continue" in log, log
@@ -164,6 +167,18 @@ def check(cluster, folder):
         ["scripts/slurm/submit.sh", sweep, out], cwd=ROOT, capture_output=True, text=True
     ).stderr
     print("ok: nothing is submitted twice")
+
+    other = folder / "cancelled"
+    words = run("scripts/slurm/submit.sh", sweep, other, "--partition=low").replace(",", " ").split()
+    array = words[words.index("job") + 1]
+    wait("one more sweep is learning", lambda: (other / "lift/aforce/seed_1/progress.csv").exists())
+    run("scancel", array)
+    saved = lambda: all("stopped; continue" in log.read_text() for log in other.glob("slurm-*_*.log"))
+    wait("what is cancelled saves itself", saved)
+    time.sleep(5)  # Time enough to be queued again.
+    states = {cluster.job(task(array, i)).get("JobState") for i in (0, 1)}
+    assert states == {"CANCELLED"}, states
+    print("ok: what is cancelled is not queued again")
 
 
 def main():
