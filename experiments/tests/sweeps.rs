@@ -120,6 +120,14 @@ fn a_candidate_that_fails_is_the_last() {
         assert!(String::from_utf8(again).unwrap().contains("seed_1: done before"));
     }
     // A sweep at work asks for the run that it read, whatever the file says by now.
-    let other = sweep().args(["--index", "0", "--expect", "0123456789abcdef"]).assert().code(2).get_output().clone();
-    assert!(String::from_utf8(other.stderr).unwrap().contains("was changed while the sweep was at work"));
+    for (asked, word) in [
+        (
+            &["--index", "0", "--steps", "600", "--expect", "0123456789abcdef"][..],
+            "was changed while the sweep was at work",
+        ),
+        (&["--index", "0"], "--index needs --steps"),
+    ] {
+        let told = sweep().args(asked).assert().code(2).get_output().stderr.clone();
+        assert!(String::from_utf8(told).unwrap().contains(word), "{word}");
+    }
 }

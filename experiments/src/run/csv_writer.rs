@@ -72,16 +72,24 @@ fn rounded(cell: &str) -> String {
     }
 }
 
-/// Makes sure that rows such as `row` may follow those of `path`: a table has one set of columns. A new or empty file has none
-/// yet.
+/// Makes sure that rows such as `row` may follow those of `path`: a table has one set of columns, and one schema. A new or empty file
+/// has none yet.
 ///
 /// # Errors
-/// Names the columns if they are others.
+/// Names the columns if they are others, or the schema.
 pub fn takes(path: &Path, row: impl Serialize) -> Result<()> {
     if !path.exists() {
         return Ok(());
     }
-    let (there, ours) = (CsvTable::read(path)?.headers, header(row));
+    let table = CsvTable::read(path)?;
+    let schemas = table.position("schema").map(|at| table.rows.iter().map(move |row| &row[at]));
+    if let Some(other) = schemas.and_then(|mut schemas| schemas.find(|schema| *schema != SCHEMA.to_string())) {
+        bail!(
+            "{}: has schema {other}, this program writes {SCHEMA}: go on with the one that began the run",
+            path.display()
+        );
+    }
+    let (there, ours) = (table.headers, header(row));
     let only = |here: &[String], there: &[String]| {
         let names: Vec<&str> = here.iter().filter(|name| !there.contains(name)).map(String::as_str).collect();
         if names.is_empty() { "none".to_string() } else { names.join(", ") }
@@ -101,7 +109,7 @@ pub fn takes(path: &Path, row: impl Serialize) -> Result<()> {
 /// that a resumed run writes them anew. A missing file is left missing.
 ///
 /// # Errors
-/// If the file has no `step` column, has rows of another schema, or cannot be rewritten.
+/// If the file has no `step` column, or cannot be rewritten.
 pub fn cut_after(path: &Path, step: u64) -> Result<()> {
     if !path.exists() {
         return Ok(());
@@ -110,16 +118,9 @@ pub fn cut_after(path: &Path, step: u64) -> Result<()> {
     if table.headers.is_empty() {
         return Ok(fs_err::write(path, "")?);
     }
-    let schema = table.position("schema");
     let mut writer = csv::Writer::from_writer(vec![]);
     writer.write_record(&table.headers)?;
     for (row, at) in table.rows.iter().zip(table.steps()?) {
-        if let Some(other) = schema.map(|i| &row[i]).filter(|schema| *schema != SCHEMA.to_string()) {
-            bail!(
-                "{}: has schema {other}, this program writes {SCHEMA}: go on with the one that began the run",
-                path.display()
-            );
-        }
         if at <= step {
             writer.write_record(row)?;
         }
@@ -157,7 +158,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.csv");
         fs_err::write(&path, "schema,step\n1,1\n").unwrap();
-        assert!(cut_after(&path, 2).unwrap_err().to_string().contains("schema 1"));
+        assert!(takes(&path, ()).unwrap_err().to_string().contains("schema 1"));
         assert_eq!(fs_err::read_to_string(&path).unwrap(), "schema,step\n1,1\n");
     }
 

@@ -16,5 +16,6 @@ pub mod rows;
 pub mod seeds;
 pub mod source;
 pub mod stop;
+mod tables;
 pub mod tensorboard;
 pub mod train;

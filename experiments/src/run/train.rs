@@ -14,17 +14,16 @@ use tasks::{Env, Episode, Outcome};
 use crate::config::{RunConfig, RunId};
 use crate::run::checkpoint_record::CheckpointRecord;
 use crate::run::clock::{Clock, Spent};
-use crate::run::csv_table::CsvTable;
-use crate::run::csv_writer::{CsvWriter, cut_after, last_step, takes};
 use crate::run::experience::{script, step_and_store};
 use crate::run::folder::{RunFolder, State};
 use crate::run::learner_log::LearnerLog;
 use crate::run::manifest::Manifest;
 use crate::run::progress_bar::RunProgress;
 use crate::run::rollout::{Policy, evaluate, learner_view};
-use crate::run::rows::{EvaluationKey, ProgressRow, SCHEMA, TrainingKey};
+use crate::run::rows::{SCHEMA, TrainingKey};
 use crate::run::seeds::{sub_seed, training_evaluation_seed};
 use crate::run::stop::Stop;
+use crate::run::tables::Tables;
 use crate::run::tensorboard::TensorBoard;
 
 /// Actions between rows of `progress.csv`.
@@ -190,7 +189,7 @@ impl<'a> Run<'a> {
             (sac, Replay::new(&config.learner, observations, actions), counters)
         };
         let prior = (config.learner.prior_episodes > 0).then(|| script(config)).transpose()?;
-        Tables::can_go_on(folder, config, &counters)?;
+        Tables::can_go_on(folder, config, counters.step, counters.episode)?;
         let manifest = folder.begin_manifest(config, counters.step)?;
         folder.begin(config)?;
         let run = Run {
@@ -206,7 +205,7 @@ impl<'a> Run<'a> {
             log: LearnerLog::new(counters.step),
             board: tensorboard.then(|| TensorBoard::create(folder.path(), counters.step)).transpose()?,
             clock: clock.after(counters.spent),
-            tables: Tables::going_on(folder, config, &counters)?,
+            tables: Tables::going_on(folder, config, counters.step)?,
             counters,
             saved: Instant::now(),
         };
@@ -334,8 +333,7 @@ impl<'a> Run<'a> {
 
     fn save(&mut self) -> Result<()> {
         // A checkpoint whose rows a power loss took away could not be gone on from.
-        let Tables { episodes, eval, progress } = &self.tables;
-        [episodes, eval, progress].into_iter().try_for_each(CsvWriter::sync)?;
+        self.tables.sync()?;
         self.counters.episode_stream = self.env.episode_stream();
         self.counters.spent = self.clock.spent();
         self.saved = Instant::now();
@@ -353,59 +351,4 @@ impl<'a> Run<'a> {
         }
         self.tables.progress.write(row)
     }
-}
-
-struct Tables {
-    episodes: CsvWriter,
-    eval: CsvWriter,
-    progress: CsvWriter,
-}
-
-impl Tables {
-    /// Whether those of `folder` have all the rows up to the checkpoint that `counters` are of, in our columns.
-    fn can_go_on(folder: &RunFolder, config: &RunConfig, counters: &Counters) -> Result<()> {
-        let (episodes, eval, progress) = (folder.episodes(), folder.eval(), folder.progress());
-        takes(&episodes, (TrainingKey::default(), Outcome::default()))?;
-        takes(&eval, (EvaluationKey::default(), Outcome::default()))?;
-        takes(&progress, ProgressRow::default())?;
-        for (path, step) in [(&episodes, counters.step), (&eval, evaluated(config, counters))] {
-            let last = last_step(path)?;
-            ensure!(
-                last >= step,
-                "{}: ends at action {last}, the checkpoint is of {}: rows are missing",
-                path.display(),
-                counters.step
-            );
-        }
-        let steps = if episodes.exists() { CsvTable::read(&episodes)?.steps()? } else { vec![] };
-        let there = steps.into_iter().filter(|&step| step <= counters.step).count() as u64;
-        ensure!(
-            there == counters.episode,
-            "{}: {there} rows up to action {}, the checkpoint has seen {} episodes: rows were taken out or added",
-            episodes.display(),
-            counters.step,
-            counters.episode
-        );
-        Ok(())
-    }
-
-    /// Those of `folder` up to that checkpoint: rows from after it will be written again.
-    fn going_on(folder: &RunFolder, config: &RunConfig, counters: &Counters) -> Result<Self> {
-        let (episodes, eval, progress) = (folder.episodes(), folder.eval(), folder.progress());
-        for (path, step) in
-            [(&episodes, counters.step), (&eval, evaluated(config, counters)), (&progress, counters.step)]
-        {
-            cut_after(path, step)?;
-        }
-        Ok(Tables {
-            episodes: CsvWriter::append(&episodes)?,
-            eval: CsvWriter::append(&eval)?,
-            progress: CsvWriter::append(&progress)?,
-        })
-    }
-}
-
-/// The last action at which a run that has come so far was evaluated, but for one at its end.
-fn evaluated(config: &RunConfig, counters: &Counters) -> u64 {
-    counters.step / config.evaluate_every * config.evaluate_every
 }

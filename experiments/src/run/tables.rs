@@ -1,0 +1,66 @@
+//! The tables of a run, as far as a checkpoint has seen them.
+
+use anyhow::{Result, ensure};
+use tasks::Outcome;
+
+use crate::config::RunConfig;
+use crate::run::csv_table::CsvTable;
+use crate::run::csv_writer::{CsvWriter, cut_after, last_step, takes};
+use crate::run::folder::RunFolder;
+use crate::run::rows::{EvaluationKey, ProgressRow, TrainingKey};
+
+/// Those that a run writes.
+pub(super) struct Tables {
+    pub(super) episodes: CsvWriter,
+    pub(super) eval: CsvWriter,
+    pub(super) progress: CsvWriter,
+}
+
+impl Tables {
+    /// Whether those of `folder` have all the rows up to `step`, where a checkpoint has seen so many `episodes`, in our columns.
+    pub(super) fn can_go_on(folder: &RunFolder, config: &RunConfig, step: u64, episodes: u64) -> Result<()> {
+        let table = folder.episodes();
+        takes(&table, (TrainingKey::default(), Outcome::default()))?;
+        takes(&folder.eval(), (EvaluationKey::default(), Outcome::default()))?;
+        takes(&folder.progress(), ProgressRow::default())?;
+        for (path, needed) in [(&table, step), (&folder.eval(), evaluated(config, step))] {
+            let last = last_step(path)?;
+            ensure!(
+                last >= needed,
+                "{}: ends at action {last}, the checkpoint is of {step}: rows are missing",
+                path.display()
+            );
+        }
+        let steps = if table.exists() { CsvTable::read(&table)?.steps()? } else { vec![] };
+        let there = steps.into_iter().filter(|&at| at <= step).count() as u64;
+        ensure!(
+            there == episodes,
+            "{}: {there} rows up to action {step}, the checkpoint has seen {episodes} episodes: rows were taken out or added",
+            table.display()
+        );
+        Ok(())
+    }
+
+    /// Those of `folder` up to `step`: rows from after it will be written again.
+    pub(super) fn going_on(folder: &RunFolder, config: &RunConfig, step: u64) -> Result<Self> {
+        let open = |path, step| {
+            cut_after(path, step)?;
+            CsvWriter::append(path)
+        };
+        Ok(Tables {
+            episodes: open(&folder.episodes(), step)?,
+            eval: open(&folder.eval(), evaluated(config, step))?,
+            progress: open(&folder.progress(), step)?,
+        })
+    }
+
+    /// Waits until every row is on the disk.
+    pub(super) fn sync(&self) -> Result<()> {
+        [&self.episodes, &self.eval, &self.progress].into_iter().try_for_each(CsvWriter::sync)
+    }
+}
+
+/// The last action at which a run that has come to `step` was evaluated, but for one at its end.
+fn evaluated(config: &RunConfig, step: u64) -> u64 {
+    step / config.evaluate_every * config.evaluate_every
+}
