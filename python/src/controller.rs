@@ -98,8 +98,7 @@ fn is_matrix(value: &Bound<'_, PyAny>) -> bool {
         return array.ndim() == 2;
     }
     // A list of lists is a matrix.
-    let nested = value.len().is_ok_and(|len| len > 0) && value.get_item(0).is_ok_and(|first| first.len().is_ok());
-    nested
+    value.len().is_ok_and(|len| len > 0) && value.get_item(0).is_ok_and(|first| first.len().is_ok())
 }
 
 /// Controller(space="aforce", dt=0.002, *, torque_limits=None, torque_rate_limits=None, contact_axis=(0, 0, 1), **settings)
