@@ -113,7 +113,7 @@ def watch(arguments):
             sheet.paste(Image.fromarray(renderer.render()), (n % 4 * 320, n // 4 * 240))
         observation, reward, _, _, info = env.step(policy.predict(observation, deterministic=True)[0])
         total, success = total + reward, info["is_success"]
-    sheet.save(arguments.out)
+    sheet.quantize().save(arguments.out)
     print(f"return {total:.1f}, lifted at the end: {success}; pictures after {pictures} actions")
 
 
