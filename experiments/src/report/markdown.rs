@@ -134,10 +134,20 @@ fn compared_with(reference: &str, groups: &[&Group], comparison: &[&ComparisonRo
             (Some(low), Some(high)) => format!("{:.2}, {low:.2} to {high:.2}", row.value),
             _ => format!("{:.2}", row.value),
         }));
-        cells.push(theirs.map_or(String::new(), |(space, reference)| format!("{:.0}", space / reference)));
+        cells.push(theirs.map_or(String::new(), |(space, reference)| two_digits(space / reference)));
         table.rows.push(cells);
     }
     table
+}
+
+/// As exact as what is published: a ratio with two digits.
+fn two_digits(ratio: f64) -> String {
+    let digits = match ratio {
+        ratio if ratio < 1.0 => 2,
+        ratio if ratio < 10.0 => 1,
+        _ => 0,
+    };
+    format!("{ratio:.digits$}")
 }
 
 fn safety(groups: &[&Group]) -> MarkdownTable {
@@ -251,6 +261,11 @@ mod tests {
         assert!(
             few.contains("range 60 to 63") && few.contains("fewer than five") && !enough.contains("fewer than five")
         );
+    }
+
+    #[test]
+    fn a_published_ratio_keeps_two_digits() {
+        assert_eq!([131.0 / 7.0, 19.5 / 1.8, 4.04, 1.0 / 1.8].map(two_digits), ["19", "11", "4.0", "0.56"]);
     }
 
     #[test]

@@ -15,7 +15,7 @@ use tasks::TaskName;
 use crate::config::label;
 use crate::report::summary::RunSummary;
 
-/// Probability of calling one difference of a task real though there is none, over all its hypotheses.
+/// Probability of calling one difference of a task real though there is none, over all hypotheses of a file.
 const LEVEL: f64 = 0.05;
 
 /// The file: written, and committed, before the first run that it is about.

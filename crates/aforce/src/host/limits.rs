@@ -6,7 +6,8 @@ use crate::error::{ConfigError, not_negative, within};
 use crate::host::hold::HoldConfig;
 use crate::host::tank::TankConfig;
 
-/// Bounds between the law and an arm. Pairs are translation, rotation. Infinity is no bound, where it is allowed: not for `period_max`, margins and stiffness.
+/// Bounds between the law and an arm. Pairs are translation, rotation. Infinity is no bound where it is allowed, which it is not for
+/// `period_max`, margins and stiffness.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct HostLimits {
