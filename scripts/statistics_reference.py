@@ -5,7 +5,8 @@
     VENV/bin/python scripts/statistics_reference.py
 
 Columns: two samples (a and b), then of a: mean, deviation (n - 1), median, interquartile mean (scipy.stats.trim_mean); the probability
-that a exceeds b; 95 % percentile-bootstrap intervals of the interquartile mean and of that probability (rliable, 50 000 resamples).
+that a exceeds b; 95 % percentile-bootstrap intervals of the interquartile mean and of that probability (rliable, 50 000 resamples); Welch's 95 % interval of the difference of means
+(scipy.stats.ttest_ind).
 Read by crates/output/src/statistics.rs.
 """
 
@@ -14,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 from rliable import library, metrics
-from scipy.stats import trim_mean
+from scipy.stats import trim_mean, ttest_ind
 
 OUT = Path(__file__).resolve().parent.parent / "crates" / "output" / "reference" / "statistics.csv"
 REPS = 50_000
@@ -36,12 +37,13 @@ def main():
     OUT.parent.mkdir(exist_ok=True)
     with open(OUT, "w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow("a b mean deviation median iqm poi iqm_low iqm_high poi_low poi_high".split())
+        writer.writerow("a b mean deviation median iqm poi iqm_low iqm_high poi_low poi_high welch_low welch_high".split())
         for a, b in samples:
             column_a, column_b = a[:, None], b[:, None]  # runs x tasks
             iqm = interval(column_a, lambda x: trim_mean(x.ravel(), 0.25))
             poi = interval((column_a, column_b), lambda x, y: metrics.probability_of_improvement(x, y))
-            numbers = [a.mean(), a.std(ddof=1), np.median(a), trim_mean(a, 0.25), metrics.probability_of_improvement(column_a, column_b), *iqm, *poi]
+            welch = ttest_ind(a, b, equal_var=False).confidence_interval()
+            numbers = [a.mean(), a.std(ddof=1), np.median(a), trim_mean(a, 0.25), metrics.probability_of_improvement(column_a, column_b), *iqm, *poi, *welch]
             writer.writerow([" ".join(map(repr, map(float, a))), " ".join(map(repr, map(float, b)))] + [repr(float(x)) for x in numbers])
 
 

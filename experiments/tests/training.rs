@@ -375,7 +375,7 @@ fn shipped_configurations_are_read() {
     assert_eq!(shipped_sweep("noise.toml").runs.len(), 54);
     let table = shipped_sweep("study/table-1.toml").runs;
     for (stage, count, seeds) in
-        [("table-1", 100, 11..=20), ("search", 72, 211..=211), ("parts", 50, 11..=15), ("hidden", 60, 11..=15)]
+        [("table-1", 100, 11..=20), ("search", 72, 211..=211), ("parts", 60, 11..=15), ("hidden", 60, 11..=15)]
     {
         let runs = shipped_sweep(&format!("study/{stage}.toml")).runs;
         assert_eq!(runs.len(), count, "{stage}");
@@ -401,7 +401,7 @@ fn shipped_configurations_are_read() {
     // The tournament's learner with the script's episodes, longer or shorter.
     let tuned = shipped_sweep("tournament.toml").runs.into_iter().find(|run| run.variant == "prior").unwrap();
     let prior = shipped_sweep("study/prior.toml").runs;
-    assert_eq!(prior.len(), 15);
+    assert_eq!(prior.len(), 30);
     assert!(prior.iter().all(|run| run.learner == tuned.learner && run.env.task == TaskName::Door));
     let first_round = shipped_sweep("tournament.toml").runs;
     let second_round = shipped_sweep("tournament-confirm.toml").runs;

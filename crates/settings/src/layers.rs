@@ -97,6 +97,10 @@ mod tests {
     fn what_is_wrong_is_told_with_its_key() {
         for (text, words) in [
             ("env.horzon = 3", "keys: unknown key \"env.horzon\"; did you mean \"env.horizon\"?"),
+            (
+                "env.disturbance.frction = 2",
+                "unknown key \"env.disturbance.frction\"; did you mean \"env.disturbance.friction\"?",
+            ),
             ("learner.gamma = 1", "unknown key \"learner\""),
             ("env.horizon = 0", "env.horizon = 0 is not allowed; allowed: 1 to 1000000"),
             ("env.space = 'aforze'", "did you mean `aforce`"),

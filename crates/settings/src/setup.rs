@@ -25,8 +25,10 @@ pub fn settings(name: &str) -> Result<Table> {
 /// The set-up of a configuration, in words.
 pub fn in_words(env: &EnvConfig) -> String {
     let steps = [env.controller.position_step, env.controller.rotation_step];
+    // Of 0.07 m, 7 cm and no 7.000000000000001.
+    let centimetres = (1e8 * steps[0]).round() / 1e6;
     let name = SETUPS.iter().find(|setup| setup.1 == steps).map_or("own steps", |setup| setup.0);
-    format!("{name}: an action moves the goal by up to {} cm and {} rad", 100.0 * steps[0], steps[1])
+    format!("{name}: an action moves the goal by up to {centimetres} cm and {} rad", steps[1])
 }
 
 #[cfg(test)]
@@ -37,6 +39,9 @@ mod tests {
     fn the_default_has_a_name() {
         let words = in_words(&EnvConfig::default());
         assert_eq!(words, "paper-steps: an action moves the goal by up to 5 cm and 0.5 rad");
+        let mut env = EnvConfig::default();
+        env.controller.position_step = 0.07;
+        assert_eq!(in_words(&env), "own steps: an action moves the goal by up to 7 cm and 0.5 rad");
         assert!(settings("large-steps").unwrap_err().to_string().contains("paper-steps, small-steps"));
     }
 }

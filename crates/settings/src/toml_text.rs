@@ -85,7 +85,8 @@ pub(crate) fn explain(error: &toml::de::Error, settings: &Table) -> Problem {
         return Problem { key: key.unwrap_or_default().into(), message };
     };
     let section = key.map_or("", |key| key.strip_suffix(unknown).unwrap_or(key).trim_end_matches('.'));
-    let section = if section.is_empty() { String::new() } else { format!("{}.", with_choice(section, settings)) };
+    let section =
+        if section.is_empty() { String::new() } else { format!("{}.", with_choice(section, unknown, settings)) };
     let known: Vec<&str> = quoted.collect();
     let likeness = |known: &&str| strsim::jaro(known, unknown);
     let hint = match known.iter().copied().max_by(|a, b| likeness(a).total_cmp(&likeness(b))) {
@@ -96,14 +97,16 @@ pub(crate) fn explain(error: &toml::de::Error, settings: &Table) -> Problem {
     Problem { message: format!("unknown key \"{key}\"; {hint}"), key }
 }
 
-/// The dotted key of a section. Where that is a choice, a table with one key, the parser leaves this one out.
-fn with_choice(section: &str, settings: &Table) -> String {
+/// The dotted key of the section that has the key `unknown`. Where that is a choice, a table with one key, the parser leaves this
+/// one out.
+fn with_choice(section: &str, unknown: &str, settings: &Table) -> String {
     let mut table = Some(settings);
     for part in section.split('.') {
         table = table.and_then(|table| table.get(part)?.as_table());
     }
-    match table.filter(|table| table.len() == 1).and_then(|table| table.keys().next()) {
-        Some(choice) => format!("{section}.{choice}"),
+    let choice = table.filter(|table| table.len() == 1).and_then(|table| table.iter().next());
+    match choice.filter(|(_, inner)| inner.get(unknown).is_some()) {
+        Some((choice, _)) => format!("{section}.{choice}"),
         None => section.into(),
     }
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::Result;
 use output::program::bad;
 use output::rank_test::{holm, p_value, smallest_detectable};
-use output::statistics::{FEWEST_FOR_INTERVAL, interval, mean, probability_of_improvement};
+use output::statistics::{mean, probability_of_improvement, welch_interval};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use settings::parse;
@@ -82,7 +82,7 @@ pub struct VerdictRow {
 /// Judges the hypotheses of `file` by those of `runs` that are done.
 ///
 /// The exact two-sided rank test over seeds, corrected by Holm's method within a task for those that have runs: below 0.05 a
-/// hypothesis is `as expected` or `the other way round`. Else the two are `equal` if the 95 % interval of the difference of
+/// hypothesis is `as expected` or `the other way round`. Else the two are `equal` if Welch's 95 % interval of the difference of
 /// their means lies within the margin, and `not decided` if not.
 ///
 /// # Errors
@@ -100,27 +100,31 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
         }
         for task in &hypothesis.tasks {
             let worst = if hypothesis.expected == Expected::Above { f64::NEG_INFINITY } else { f64::INFINITY };
-            let of = |space: &str| -> Result<Vec<f64>> {
-                let (mut seeds, mut presets, mut values) = (HashSet::new(), BTreeSet::new(), vec![]);
-                for (run, numbers) in &done {
-                    let elsewhere = hypothesis.experiment.as_ref().is_some_and(|named| *named != run.experiment);
-                    if run.task != task.as_str() || label(&run.space, &run.variant) != space || elsewhere {
-                        continue;
-                    }
-                    if !seeds.insert(run.seed) {
-                        let (name, task, seed) = (&hypothesis.name, task.as_str(), run.seed);
-                        return Err(wrong(format!("{name:?}: two runs of {task} {space} {seed}: name the experiment")));
-                    }
-                    presets.insert(run.preset.as_str());
-                    if presets.len() > 1 {
-                        let presets = presets.into_iter().collect::<Vec<_>>().join(" and ");
-                        return Err(wrong(format!("{:?}: {space} was trained with {presets}", hypothesis.name)));
-                    }
-                    values.push(numbers[metric].as_f64().unwrap_or(worst));
-                }
-                Ok(values)
+            let is_of = |run: &RunSummary, space: &str| {
+                let meant = hypothesis.experiment.as_ref().is_none_or(|named| *named == run.experiment);
+                meant && run.task == task.as_str() && label(&run.space, &run.variant) == space
             };
-            let (a, b) = (of(&hypothesis.space)?, of(&hypothesis.against)?);
+            let sides = [hypothesis.space.as_str(), hypothesis.against.as_str()];
+            let of = |run: &RunSummary| sides.into_iter().find(|space| is_of(run, space));
+            let (mut seeds, mut presets, mut experiments) = (HashSet::new(), BTreeSet::new(), BTreeSet::new());
+            for (run, space) in done.iter().filter_map(|(run, _)| Some((run, of(run)?))) {
+                experiments.insert(run.experiment.as_str());
+                presets.insert(run.preset.as_str());
+                if !seeds.insert((space, run.seed)) {
+                    let (name, task, seed) = (&hypothesis.name, task.as_str(), run.seed);
+                    return Err(wrong(format!("{name:?}: two runs of {task} {space} {seed}: name the experiment")));
+                }
+            }
+            for (several, problem) in [(&presets, "trained with"), (&experiments, "of experiments")] {
+                if several.len() > 1 {
+                    let several = several.iter().copied().collect::<Vec<_>>().join(" and ");
+                    return Err(wrong(format!("{:?}: runs {problem} {several}", hypothesis.name)));
+                }
+            }
+            let [a, b] = sides.map(|space| -> Vec<f64> {
+                let of_side = done.iter().filter(|(run, _)| is_of(run, space));
+                of_side.map(|(_, numbers)| numbers[metric].as_f64().unwrap_or(worst)).collect()
+            });
             rows.push(row(hypothesis, task.as_str(), &a, &b));
             samples.push([a, b]);
         }
@@ -145,8 +149,7 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
 fn row(hypothesis: &Hypothesis, task: &str, a: &[f64], b: &[f64]) -> VerdictRow {
     let finite = |sample: &[f64]| Some(mean(sample)).filter(|mean| mean.is_finite());
     let (mean_a, mean_b) = (finite(a), finite(b));
-    let enough = mean_a.is_some() && mean_b.is_some() && a.len().min(b.len()) >= FEWEST_FOR_INTERVAL;
-    let ci = enough.then(|| interval(&[a, b], |sample| mean(&sample[0]) - mean(&sample[1])));
+    let ci = welch_interval(a, b);
     let both = !a.is_empty() && !b.is_empty();
     VerdictRow {
         experiment: hypothesis.experiment.clone().unwrap_or_default(),
@@ -260,7 +263,11 @@ mod tests {
         assert_eq!((row.n_space, row.n_against, row.mean_space), (2, 2, Some(1.5)));
         all[4].preset = "paper".into();
         let error = judged(&hypothesis("sampled_return", "above", "osc", ""), &all).unwrap_err().to_string();
-        assert!(error.contains("osc was trained with paper and swift"), "{error}");
+        assert!(error.contains("runs trained with paper and swift"), "{error}");
+        all[4].preset = "swift".into();
+        all[4].experiment = "parts".into();
+        let error = judged(&hypothesis("sampled_return", "above", "osc", ""), &all).unwrap_err().to_string();
+        assert!(error.contains("runs of experiments  and parts"), "{error}");
     }
 
     #[test]
