@@ -31,8 +31,9 @@ ZIG = $(shell { $(VENV)/bin/python -c 'import ziglang' || command -v zig; } >/de
 # The study, its runs and what they are reported with.
 STUDY = experiments/configs/study
 HYPOTHESES = $(wildcard results/study/hypotheses*.toml)
-# Whose policies are disturbed: seeds 11 to 15 of a sweep.
-STUDIED = { for name in table-1 prior; do $(RUN) sweep -- $(STUDY)/$$name.toml --out runs/study/$$name --list; done; } \
+# Whose policies are disturbed: seeds 11 to 15 of a sweep, each with the folder of its runs.
+STUDIED = { for sweep in table-1:table-1 prior:prior parts:table-1; do \
+	$(RUN) sweep -- $(STUDY)/$${sweep%:*}.toml --out runs/study/$${sweep\#*:} --list; done; } \
 	| awk '$$1 ~ /^[0-9]+$$/ && $$4 <= 15 { print $$6 }'
 
 .PHONY: setup demo test test-franka wheel test-python check book bench reproduce study gallery
@@ -106,18 +107,18 @@ reproduce: setup $(BASELINES) $(BOUNDS)
 	$(MAKE) study
 
 # The study of results/study, once more below runs/study: its learner's tournament (59 runs), its stages in the order of what they decide
-# (297 runs, of which a search stops half early), every policy of its first table and of Door with the script under every disturbance.
-# About 41 core-hours on an AMD EPYC, a fifth of it the tournament; what is done is not done again.
+# (322 runs, of which a search stops half early), the policies of its first table, of Door with the script and of the law's parts under every
+# disturbance. About 43 core-hours on an AMD EPYC, a fifth of it the tournament; what is done is not done again.
 study: setup
 	$(RUN) sweep -- experiments/configs/tournament.toml
 	$(RUN) sweep -- experiments/configs/tournament-confirm.toml
 	$(RUN) report -- runs/tournament
 	$(RUN) sweep -- $(STUDY)/table-1.toml --out runs/study/table-1
 	$(RUN) sweep -- $(STUDY)/prior.toml --out runs/study/prior
+	$(RUN) sweep -- $(STUDY)/parts.toml --out runs/study/table-1
 	for run in $$($(STUDIED)); do test -e $$run/disturbed.csv || $(RUN) evaluate -- --run $$run --episodes 5 \
 		--disturb experiments/configs/disturbances.toml --csv $$run/disturbed.csv || exit 1; done
 	$(RUN) sweep -- $(STUDY)/search.toml --out runs/study/search
-	$(RUN) sweep -- $(STUDY)/parts.toml --out runs/study/table-1
 	$(RUN) sweep -- $(STUDY)/hidden.toml --out runs/study/hidden
 	$(RUN) report -- runs/study $(HYPOTHESES:%=--hypotheses %)
 
