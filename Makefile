@@ -107,7 +107,7 @@ reproduce: setup $(BASELINES) $(BOUNDS)
 	$(MAKE) study
 
 # The study of results/study, once more below runs/study: its learner's tournament (59 runs), its stages in the order of what they decide
-# (322 runs, of which a search stops half early), the policies of its first table, of Door with the script and of the law's parts under every
+# (327 runs, of which a search stops half early), the policies of its first table, of Door with the script and of the law's parts under every
 # disturbance. About 43 core-hours on an AMD EPYC, a fifth of it the tournament; what is done is not done again.
 study: setup
 	$(RUN) sweep -- experiments/configs/tournament.toml

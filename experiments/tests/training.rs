@@ -375,7 +375,7 @@ fn shipped_configurations_are_read() {
     assert_eq!(shipped_sweep("noise.toml").runs.len(), 54);
     let table = shipped_sweep("study/table-1.toml").runs;
     for (stage, count, seeds) in
-        [("table-1", 100, 11..=20), ("search", 72, 211..=211), ("parts", 60, 11..=15), ("hidden", 60, 11..=15)]
+        [("table-1", 100, 11..=20), ("search", 72, 211..=211), ("parts", 65, 11..=15), ("hidden", 60, 11..=15)]
     {
         let runs = shipped_sweep(&format!("study/{stage}.toml")).runs;
         assert_eq!(runs.len(), count, "{stage}");
