@@ -351,7 +351,7 @@ fn committed_tables_and_curves_are_of_the_committed_runs() {
     // The study's tables are made first, with what was expected.
     let mut study = program("report");
     study.arg(results.join("study")).arg("--out").arg(out.path().join("study"));
-    for name in ["hypotheses-hidden", "hypotheses-parts", "hypotheses-prior", "hypotheses"] {
+    for name in ["hypotheses-hidden", "hypotheses-parts", "hypotheses"] {
         study.arg("--hypotheses").arg(results.join(format!("study/{name}.toml")));
     }
     study.assert().success();
