@@ -5,8 +5,8 @@
     VENV/bin/python scripts/statistics_reference.py
 
 Columns: two samples (a and b), then of a: mean, deviation (n - 1), median, interquartile mean (scipy.stats.trim_mean); the probability
-that a exceeds b; 95 % percentile-bootstrap intervals of the interquartile mean and of that probability (rliable, 50 000 resamples); Welch's 95 % interval of the difference of means
-(scipy.stats.ttest_ind).
+that a exceeds b; 95 % percentile-bootstrap intervals of the interquartile mean and of that probability (rliable, 50 000 resamples);
+Welch's 95 % interval of the difference of means (scipy.stats.ttest_ind).
 Read by crates/output/src/statistics.rs.
 """
 
