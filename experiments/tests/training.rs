@@ -400,8 +400,13 @@ fn shipped_configurations_are_read() {
     }
     // The tournament's learner with the script's episodes, longer or shorter.
     let tuned = shipped_sweep("tournament.toml").runs.into_iter().find(|run| run.variant == "prior").unwrap();
-    let prior = shipped_sweep("study/prior.toml").runs;
-    assert_eq!(prior.len(), 30);
+    let [prior, parts] = ["prior", "prior-parts"].map(|stage| shipped_sweep(&format!("study/{stage}.toml")).runs);
+    assert_eq!((prior.len(), parts.len()), (30, 20));
+    for run in parts {
+        let mut same = RunConfig { seed: prior[0].seed, ..run };
+        same.env.space = prior[0].env.space.clone();
+        assert_eq!(same, prior[0]);
+    }
     assert!(prior.iter().all(|run| run.learner == tuned.learner && run.env.task == TaskName::Door));
     let first_round = shipped_sweep("tournament.toml").runs;
     let second_round = shipped_sweep("tournament-confirm.toml").runs;
