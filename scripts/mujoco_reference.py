@@ -28,6 +28,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 from air_torques import air_torques
+from whole_file import whole_file
 
 ROOT = Path(__file__).resolve().parent.parent
 OUT = ROOT / "crates" / "physics" / "reference"
@@ -292,7 +293,7 @@ def write(name, header, rows, digits=12):
         return value if isinstance(value, str) else f"{value + 0.0:.{digits}g}"
 
     path = OUT / name
-    with open(path, "w", newline="\n") as file:
+    with whole_file(path) as file:
         file.write(f"# MuJoCo {mujoco.__version__}, numpy {np.__version__}; seed {SEED}; made by scripts/mujoco_reference.py\n")
         file.write(",".join(header) + "\n")
         for row in rows:

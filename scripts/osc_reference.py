@@ -16,6 +16,7 @@ import csv
 from pathlib import Path
 
 import numpy as np
+from whole_file import whole_file
 
 ROOT = Path(__file__).resolve().parent.parent
 STATES = ROOT / "crates" / "physics" / "reference" / "states_robosuite.csv"
@@ -73,7 +74,7 @@ def main():
         return np.array([float(row[f"{name}{i}"]) for i in range(count)])
 
     OUT.parent.mkdir(exist_ok=True)
-    with open(OUT, "w", newline="") as file:
+    with whole_file(OUT) as file:
         file.write(f"# numpy {np.__version__}; seed {SEED}; made by scripts/osc_reference.py\n")
         writer = csv.writer(file, lineterminator="\n")
         header = [("q", 7), ("qd", 7), ("q0", 7), ("kp", 6), ("action", 6), ("tau", 7)]

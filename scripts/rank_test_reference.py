@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 from scipy.stats import mannwhitneyu, permutation_test, rankdata
+from whole_file import whole_file
 
 OUT = Path(__file__).resolve().parent.parent / "crates" / "output" / "reference" / "rank_test.csv"
 
@@ -40,7 +41,7 @@ def main():
     samples.append((np.array([1.0, 1.0, 0.9, 1.0, 1.0]), np.array([0.0, 1.0, 0.4, 0.0, 0.9])))
     samples.append((np.array([1.0, 1.0, 1.0]), np.array([1.0, 1.0, 1.0, 1.0])))
     samples.append((np.array([30.0, 40.0, np.inf]), np.array([50.0, np.inf, np.inf, 60.0])))
-    with open(OUT, "w", newline="") as file:
+    with whole_file(OUT) as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["a", "b", "p"])
         for a, b in samples:

@@ -133,8 +133,12 @@ def main():
         kind.add_argument("--setup", choices=STEPS, default="paper-steps")
         kind.add_argument("--out", type=Path, required=True)
     arguments = parser.parse_args()
-    if arguments.out.exists():
-        parser.error(f"{arguments.out} exists: it is not overwritten")
+    policy = arguments.out.with_suffix(".zip")
+    if policy == arguments.out:
+        parser.error(f"{policy}: a policy's name; --out is a table or a picture")
+    for path in (arguments.out, policy) if arguments.kind == "learn" else (arguments.out,):
+        if path.exists():
+            parser.error(f"{path} exists: it is not overwritten")
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
     {"random": random, "learn": learn, "watch": watch}[arguments.kind](arguments)
 

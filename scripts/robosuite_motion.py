@@ -26,6 +26,7 @@ import mujoco
 import numpy as np
 import robosuite
 from air_torques import air_torques
+from whole_file import whole_file
 
 ROOT = Path(__file__).resolve().parent.parent
 MOTION = ROOT / "tests" / "reference" / "robosuite_motion.csv"
@@ -122,7 +123,7 @@ def text(values, digits):
 def motions():
     np.random.seed(SEED)  # robosuite draws placements and noise from the global generator
     rng = np.random.default_rng(SEED)
-    with open(MOTION, "w", newline="\n") as file:
+    with whole_file(MOTION) as file:
         file.write(HEADER)
         writer = csv.writer(file, lineterminator="\n")
         for task in TASKS:
@@ -144,7 +145,7 @@ def motions():
 def air():
     """Rows of task, q, qd, torque of the air: seven joints of the arm, two of the fingers (zero where there are none)."""
     rng = np.random.default_rng(SEED)
-    with open(AIR, "w", newline="\n") as file:
+    with whole_file(AIR) as file:
         file.write(HEADER)
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["task"] + [f"{name}{i}" for name in ("q", "qd", "tau") for i in range(9)])
@@ -166,7 +167,7 @@ def stops():
     model, data = env.sim.model._model, env.sim.data._data
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
     model.actuator_ctrllimited[:] = False
-    with open(STOPS, "w", newline="\n") as file:
+    with whole_file(STOPS) as file:
         file.write(HEADER)
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["joint", "end", "overshoot", "rest"])

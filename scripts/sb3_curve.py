@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 from stable_baselines3.common.callbacks import BaseCallback
+from whole_file import whole_file
 
 
 class Curve(BaseCallback):
@@ -25,10 +26,11 @@ class Curve(BaseCallback):
         return True
 
     def evaluate(self, seeds):
+        minutes = time.process_time() / 60
         played = [self.play(seed) for seed in seeds]
         total, success, energy, force = (round(float(value), 4) for value in np.mean(played, axis=0))
         row = {
-            "step": self.num_timesteps, "cpu_min": round(time.process_time() / 60, 3), "return": total, "success": success,
+            "step": self.num_timesteps, "cpu_min": round(minutes, 3), "return": total, "success": success,
             "energy_per_action_j": energy, "max_force_n": force,
         }
         reward, energy, penalty, force = np.transpose(self.trained)
@@ -36,7 +38,7 @@ class Curve(BaseCallback):
         row |= {f"training_{name}_per_action": round(float(value), 4) for name, value in training.items()}
         self.rows.append(row)
         print(row, flush=True)
-        with self.out.open("w", newline="") as file:
+        with whole_file(self.out) as file:
             writer = csv.DictWriter(file, row, lineterminator="\n")
             writer.writeheader()
             writer.writerows(self.rows)

@@ -5,8 +5,8 @@
     VENV/bin/python scripts/sb3_lift.py --seed 1 --out runs/sb3_lift/seed_1.csv [--steps 150000] [--space aforce]
 
 The set-up is that of `train --task lift --space aforce --setup small-steps`, or with `--like RUN` that of a run of `train`, whose starts
-then serve for the evaluations as well: mean actions, every so many actions. A row has the CPU minutes of the whole process so far,
-evaluations included: `progress.csv` of a run has the same clock.
+then serve for the evaluations as well: mean actions, every so many actions. A row has the CPU minutes of the whole process when
+its evaluation began, earlier evaluations included: `progress.csv` of a run has the same clock.
 """
 
 import argparse
@@ -38,27 +38,33 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--steps", type=int, default=150_000)
-    parser.add_argument("--space", default="aforce")
+    parser.add_argument("--space", help="aforce unless said")
     parser.add_argument("--like", type=Path, metavar="RUN", help="a run folder whose environment and starts are taken over")
-    parser.add_argument("--every", type=int, default=10_000, help="actions between evaluations")
-    parser.add_argument("--episodes", type=int, default=10, help="of an evaluation")
+    parser.add_argument("--every", type=int, help="actions between evaluations, 10000 unless said")
+    parser.add_argument("--episodes", type=int, help="of an evaluation, 10 unless said")
     parser.add_argument("--out", type=Path, required=True)
     arguments = parser.parse_args()
-    if arguments.out.exists():
-        parser.error(f"{arguments.out} exists: it is not overwritten")
+    policy = arguments.out.with_suffix(".zip")
+    for path in (arguments.out, policy):
+        if path.exists():
+            parser.error(f"{path} exists: it is not overwritten")
+    if policy == arguments.out:
+        parser.error(f"{policy}: the policy's name; the table is a .csv")
+    if arguments.like and (arguments.space or arguments.every or arguments.episodes):
+        parser.error("--like takes over space and evaluations: --space, --every and --episodes have no effect beside it")
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
     torch.set_num_threads(1)
     if arguments.like:
         settings, starts = {"config": arguments.like / "config.toml"}, starts_of(arguments.like)
     else:
-        settings = {"space": arguments.space, "setup": "small-steps"}
-        evaluations = range(arguments.every, arguments.steps + 1, arguments.every)
-        starts = {step: range(step, step + arguments.episodes) for step in evaluations}
+        settings = {"space": arguments.space or "aforce", "setup": "small-steps"}
+        every, episodes = arguments.every or 10_000, arguments.episodes or 10
+        starts = {step: range(step, step + episodes) for step in range(every, arguments.steps + 1, every)}
     make = lambda: gym.make("aforce/Lift-v0", scaled=True, **settings)
     print(f"aforce {aforce.__version__}, stable-baselines3 {stable_baselines3.__version__}, {aforce.SB3_SAC}")
     model = stable_baselines3.SAC("MlpPolicy", make(), seed=arguments.seed, **aforce.SB3_SAC)
     model.learn(arguments.steps, callback=Curve(make(), starts, arguments.out))
-    model.save(arguments.out.with_suffix(".zip"))
+    model.save(policy)
 
 
 if __name__ == "__main__":

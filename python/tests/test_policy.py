@@ -12,6 +12,7 @@ from aforce import Policy
 RESULTS = ROOT / "results"
 ZOO = json.loads((RESULTS / "zoo.json").read_text())
 LIFT = RESULTS / "table-1" / "lift" / "osc" / "seed_1"
+STUDY = RESULTS / "study" / "table-1" / "lift" / "aforce"
 
 
 @pytest.mark.parametrize("entry", ZOO, ids=lambda entry: entry["run"])
@@ -84,3 +85,12 @@ def test_what_is_no_policy_is_answered(tmp_path):
     ]:
         with pytest.raises(ValueError, match=words):
             Policy.load(damaged(change))
+
+
+def test_weights_of_another_state_are_refused(tmp_path):
+    best = "checkpoints/best"
+    shutil.copytree(STUDY / "seed_11" / best, tmp_path / best)
+    assert Policy.load(tmp_path).task == "lift"
+    shutil.copy(STUDY / "seed_20" / best / "actor.safetensors", tmp_path / best)
+    with pytest.raises(ValueError, match="updates, state.json beside it"):
+        Policy.load(tmp_path)

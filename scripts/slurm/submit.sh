@@ -10,6 +10,10 @@ if [ $# -lt 2 ]; then
 fi
 sweep=$1 out=$2
 shift 2
+if grep -q '^halving' "$sweep"; then
+    echo "$sweep is a search: its rounds follow from each other; sweep FILE on one machine does them" >&2
+    exit 2
+fi
 waiting=$(target/release/sweep "$sweep" --out "$out" --list | awk 'NR > 1 && $5 != "done" { print $1 }' | paste -sd,)
 if [ -z "$waiting" ]; then
     echo "every run of $sweep is done in $out" >&2

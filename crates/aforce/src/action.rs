@@ -8,7 +8,7 @@ use crate::stiffness::Stiffness;
 
 /// What an action asks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Command<'a> {
+pub(crate) struct Decoded<'a> {
     /// Stiffness, in the space's unit.
     pub(crate) stiffness: Option<Vector6>,
     /// Entries that command psi.
@@ -23,7 +23,7 @@ pub(crate) struct Command<'a> {
 ///
 /// # Panics
 /// If the action has not the length of its space.
-pub(crate) fn decode<'a>(space: &ActionSpace, config: &ControllerConfig, action: &'a [f64]) -> Command<'a> {
+pub(crate) fn decode<'a>(space: &ActionSpace, config: &ControllerConfig, action: &'a [f64]) -> Decoded<'a> {
     assert_eq!(action.len(), space.dim(), "length of an action of `{space}`");
     let (stiffness, rest) = action.split_at(space.commanded_stiffness());
     let (pose_and_force, psi) = {
@@ -34,7 +34,7 @@ pub(crate) fn decode<'a>(space: &ActionSpace, config: &ControllerConfig, action:
         Stiffness::Commanded(range) => Some(range),
         _ => None,
     };
-    Command {
+    Decoded {
         stiffness: range.map(|range| Vector6::from_fn(|axis, _| range.at(axis, clip(stiffness[axis], 0.0)))),
         psi,
         delta: Vector6::from_fn(|axis, _| clip(pose_and_force[axis], 0.0) * space.step(config, axis)),

@@ -205,7 +205,7 @@ impl ActionSpace {
     }
 
     /// Refuses parameters under which small oscillations grow, unless they are asked for.
-    pub(crate) fn check_stability(&self, psi: &Psi) -> Result<(), ConfigError> {
+    fn check_stability(&self, psi: &Psi) -> Result<(), ConfigError> {
         if psi.allow_unstable {
             return Ok(());
         }

@@ -19,7 +19,8 @@ impl AdaptiveLaw {
         Self { stiffness: *psi.k_0.vector(), feedforward: Vector6::zeros(), psi }
     }
 
-    /// One sample of `dt` seconds, from the error e (m, rad) and its rate (m/s, rad/s): limit the rates, integrate, clamp.
+    /// One sample of `dt` seconds, from the error e (m, rad) and its rate (m/s, rad/s). F_ff: its rate is limited, then integrated, then
+    /// clamped. K: integrated, clamped, then its step is limited, so that K may lie outside bounds that have just been moved.
     ///
     /// `excess` is what the torque limits cut off the last sample's torque, seen at the tool: J (tau wanted - tau sent). It is no
     /// wrench, and only its signs mean something: with anti-windup K does not grow along an axis whose spring, -K e, would push
@@ -37,7 +38,6 @@ impl AdaptiveLaw {
             let at_limit = psi.anti_windup && -e[axis] * excess[axis] > 0.0;
             let k_dot = if at_limit { k_dot.min(0.0) } else { k_dot };
             let f_dot = f_dot.clamp(-psi.f_ff_rate_max[axis], psi.f_ff_rate_max[axis]);
-            // K is also brought between bounds that have been moved, and no faster.
             let k = (self.stiffness[axis] + dt * k_dot).clamp(psi.k_min[axis], psi.k_max[axis]);
             let k_step = dt * psi.k_rate_max[axis];
             self.stiffness[axis] = k.clamp(self.stiffness[axis] - k_step, self.stiffness[axis] + k_step);
@@ -63,7 +63,7 @@ impl AdaptiveLaw {
         self.stiffness = *stiffness;
     }
 
-    /// K of each axis (N/m, Nm/rad; in a space in 1/s^2 that).
+    /// K of each axis (N/m, Nm/rad; 1/s^2 in a space in that unit).
     #[must_use]
     pub fn stiffness(&self) -> &Vector6 {
         &self.stiffness

@@ -55,16 +55,16 @@ impl Arm {
         cartesian: CartesianLimits { translation: [1.7, 13.0, 6500.0], rotation: [2.5, 25.0, 12_500.0] },
     };
 
-    /// Franka Research 3, from the same source.
+    /// Franka Research 3, from the same source; range as in franka_description (`robots/fr3/joint_limits.yaml`, 2025).
     pub const FR3: Self = Self {
         range: [
-            [-2.7501, 2.7501],
-            [-1.7918, 1.7918],
-            [-2.9065, 2.9065],
-            [-3.0481, -0.1458],
-            [-2.8101, 2.8101],
-            [0.54092, 4.5205],
-            [-3.0196, 3.0196],
+            [-2.7437, 2.7437],
+            [-1.7837, 1.7837],
+            [-2.9007, 2.9007],
+            [-3.0421, -0.1518],
+            [-2.8065, 2.8065],
+            [0.5445, 4.5169],
+            [-3.0159, 3.0159],
         ],
         speed_max: [2.62, 2.62, 2.62, 2.62, 5.26, 4.18, 5.26],
         cartesian: CartesianLimits { translation: [3.0, 9.0, 4500.0], rotation: [2.5, 17.0, 8500.0] },

@@ -82,7 +82,7 @@ impl FromStr for ActionSpace {
 /// The record that `table` stands for, `extends` worked out.
 ///
 /// # Errors
-/// If it extends an unknown space.
+/// If it extends an unknown space, or something that is no name.
 pub fn complete(mut table: Table, name: &str) -> Result<Table, RecordError> {
     let mut record = match table.remove("extends") {
         None => Table::new(),

@@ -176,7 +176,7 @@ impl Controller {
     /// F_ff, K e and D e_dot are multiplied by Lambda; for F_d stands F_cmd, with which force control holds it.
     pub fn update(&mut self, y: &Measurement) -> JointVector {
         let tau = self.torque(y, self.dt, &mut Unguarded);
-        // Of a sample that cannot be read the law's state stays clean; gravity compensation holds the arm if it can.
+        // Of a sample that cannot be read K, F_ff and F_d stay as they were; gravity compensation holds the arm if it can.
         self.limiter.pass(&tau, &y.bias, self.dt)
     }
 
@@ -188,17 +188,18 @@ impl Controller {
         let axis = self.force.axis();
 
         // Error e = x - x_d and its rate. Along the contact axis, while engaged, the set-point does not move.
-        self.error = self.space.rotation_error.of(&y.pose, &x_d);
+        let error = self.space.rotation_error.of(&y.pose, &x_d);
         let e_dot = y.twist
             - match self.space.rate {
                 RateRule::SetPoint => axis.release(&xd_dot),
                 RateRule::Standstill => Twist::zeros(),
             };
-        let readable = all_finite(&self.error) && all_finite(&e_dot) && all_finite(&y.wrench);
+        let readable = all_finite(&error) && all_finite(&e_dot) && all_finite(&y.wrench);
         let Some(arm) = OperationalSpace::new(&y.mass, &y.jacobian).filter(|_| readable) else {
             return JointVector::repeat(f64::NAN);
         };
-        let e = guard.error(self.error);
+        self.error = error;
+        let e = guard.error(error);
         let sample = Sample { y, arm: &arm, unit: self.space.unit, axis: &axis, e, dt };
 
         // K and F_ff (eqs. 4-6), from the errors that are not force control's.

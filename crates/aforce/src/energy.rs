@@ -36,7 +36,8 @@ impl EnergyLedger {
     /// One control sample: torque (Nm), joint velocity (rad/s), duration (s).
     ///
     /// Of a torque that acts over the whole sample the velocity is the mean of those before and after it: kinetic energy
-    /// grows by just that work, whatever the travel that an integrator makes of the sample.
+    /// grows by just that work, whatever the travel that an integrator makes of the sample. Where the engine takes several steps in
+    /// a sample (a control rate below 500 Hz), it is that up to the error of this mean.
     pub fn add(&mut self, tau: &JointVector, qd: &JointVector, dt: f64) {
         let mut net = 0.0;
         for i in 0..7 {

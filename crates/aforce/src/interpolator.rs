@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::arm::CartesianLimits;
 use crate::error::{ConfigError, positive, within};
 use crate::jerk_limited::JerkLimited;
-use crate::linear::LinearRamp;
+use crate::linear_ramp::LinearRamp;
 use crate::spatial::{Pose, Twist};
 
 /// How the set-point travels to a new goal.

@@ -57,7 +57,7 @@ mod impedance;
 mod interpolator;
 mod jerk_limited;
 mod limits;
-mod linear;
+mod linear_ramp;
 mod null_space;
 mod observer;
 mod operational_space;

@@ -23,12 +23,6 @@ impl TorqueLimits {
         }
         Ok(Self { max, rate })
     }
-
-    /// Largest torque of each joint, either way (Nm).
-    #[must_use]
-    pub fn max(&self) -> &JointVector {
-        &self.max
-    }
 }
 
 /// Applies [`TorqueLimits`] and remembers what it did.

@@ -8,7 +8,7 @@ use nalgebra::{Cholesky, Const, Matrix3, SMatrix};
 use crate::spatial::{Jacobian, JointMatrix, Vector6, linear, rotational, stack};
 
 /// Smallest pivot of J M^-1 J^T that is taken at its word (1/kg, 1/(kg m^2)). A matrix with a smaller one is damped until none is
-/// smaller; robosuite 1.4 cuts nothing off there in practice.
+/// smaller.
 ///
 /// A pivot is the inverse inertia along an axis with the axes before it held and those after it free. So at a singularity the
 /// apparent mass along z, the last axis of its block, stays below 4000 kg (about z: 4000 kg m^2). A pivot is no eigenvalue:

@@ -31,8 +31,8 @@ impl DeltaSign {
 
 /// The parameters of the adaptive law.
 ///
-/// Units below read translation, rotation. Where stiffness is in 1/s^2, read 1 for N/m: F_ff is then an acceleration
-/// (m/s^2, rad/s^2).
+/// Units below read translation, rotation. Where stiffness is in 1/s^2, read 1/s^2 for N/m and for Nm/rad: F_ff is then an
+/// acceleration (m/s^2, rad/s^2).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Psi {

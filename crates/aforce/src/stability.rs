@@ -14,7 +14,7 @@ pub struct StabilityMargin {
 }
 
 impl StabilityMargin {
-    /// Small oscillations die out. Of an axis without damping only a feed-forward that looks ahead can make them.
+    /// Small oscillations die out. Without damping they do so only if alpha > 0 and delta counts with the damping sign.
     #[must_use]
     pub fn is_stable(&self) -> bool {
         self.alpha < self.alpha_max && (self.damping > 0.0 || self.alpha > 0.0)

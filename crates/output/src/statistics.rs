@@ -93,6 +93,11 @@ pub fn welch_interval(a: &[f64], b: &[f64]) -> Option<[f64; 2]> {
     Some([difference - half, difference + half])
 }
 
+/// Student's interval of the mean: 95 %, of a sample that is normal; `None` as [`welch_interval`], which is Student's against a constant.
+pub fn student_interval(sample: &[f64]) -> Option<[f64; 2]> {
+    welch_interval(sample, &[0.0; 2])
+}
+
 fn sorted(values: &[f64]) -> Vec<f64> {
     let mut values = values.to_vec();
     values.sort_by(f64::total_cmp);
@@ -138,11 +143,10 @@ mod tests {
                     assert!((found - expected).abs() <= spread, "{record:?}: {found} for {expected}");
                 }
             }
-            let welch = welch_interval(&a, &b).unwrap();
-            assert!(
-                welch.iter().zip(&expected[9..]).all(|(found, e)| (found - e).abs() < 1e-4),
-                "{record:?}: {welch:?}"
-            );
+            let closed = [welch_interval(&a, &b), student_interval(&a)].map(Option::unwrap).concat();
+            for (found, expected) in closed.iter().zip(&expected[9..13]) {
+                assert!((found - expected).abs() < 1e-4, "{record:?}: {closed:?}");
+            }
             rows += 1;
         }
         assert!(rows >= 5);

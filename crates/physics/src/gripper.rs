@@ -95,7 +95,7 @@ fn add_finger(scene: &mut Scene, gripper: usize, parameters: &Parameters, name: 
     scene.actuators.push(Actuator { joint: format!("{name}_finger_joint"), max_effort: MAX_FORCE });
 }
 
-/// The finger servos with their internal command, advanced at the control rate.
+/// The finger servos with their internal command, advanced with every step of the engine.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Gripper {
     /// -1 closed, +1 open; 0 at the start of an episode.
@@ -109,13 +109,29 @@ impl Gripper {
     }
 
     /// Servo forces (N) of the left and right finger for one step of `dt` seconds.
-    /// Only the sign of `action` counts: -1 opens, +1 closes, 0 holds. `q` are the finger
+    /// Only the sign of `action` counts: -1 opens, +1 closes; 0 and NaN hold. `q` are the finger
     /// coordinates (m; left positive, right negative when open).
     pub fn update(&mut self, action: f64, q: [f64; 2], dt: f64) -> [f64; 2] {
-        let direction = if action == 0.0 { 0.0 } else { action.signum() };
+        let direction = f64::from(i8::from(action > 0.0) - i8::from(action < 0.0));
         self.command = (self.command - COMMAND_RATE * dt * direction).clamp(-1.0, 1.0);
         let opening = 0.5 * TRAVEL * (1.0 + self.command);
         let servo = |target: f64, q: f64| (SERVO_STIFFNESS * (target - q)).clamp(-MAX_FORCE, MAX_FORCE);
         [servo(opening, q[0]), servo(-opening, q[1])]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_sign_of_the_action_counts_and_nan_has_none() {
+        let after = |actions: &[f64]| {
+            let mut gripper = Gripper::default();
+            actions.iter().map(|&action| gripper.update(action, [0.5 * TRAVEL, -0.5 * TRAVEL], 1e-3)).last().unwrap()
+        };
+        assert_eq!(after(&[0.3]), after(&[1.0]));
+        assert!(after(&[-1.0])[0] > after(&[0.0])[0] && after(&[1.0])[0] < after(&[0.0])[0]);
+        assert_eq!(after(&[1.0, f64::NAN]), after(&[1.0, 0.0]));
     }
 }

@@ -40,10 +40,10 @@ pub struct Kinematics {
 impl Model {
     /// Model of the arm in `scene` whose tool point lies at `offset` in the frame of the
     /// body `tool`. Fingers are welded at their initial opening: their motion of 2 cm
-    /// changes the inertia of link 7 by less than 0.1 %.
+    /// changes the inertia of link 7 by at most 0.6 %.
     ///
     /// # Panics
-    /// If the scene has no bodies link1 to link7.
+    /// If the scene has no bodies link1 to link7, `tool` is not on the arm, or a link has no axis.
     pub fn new(scene: &Scene, tool: usize, offset: [f64; 3]) -> Self {
         let links: [usize; 7] = std::array::from_fn(|i| scene.body(&format!("link{}", i + 1)));
         let mut inertials = [Inertial::NONE; 7];

@@ -286,6 +286,9 @@ impl Role {
     };
 
     /// This role's bit in a collision mask.
+    ///
+    /// # Panics
+    /// For `Link(0)` and links beyond the seventh.
     pub fn bit(self) -> u32 {
         1 << Role::ALL.iter().position(|&r| r == self).expect("listed above")
     }

@@ -107,7 +107,11 @@ pub struct Snapshot {
 impl Simulation {
     /// Simulates `scene`, whose controlled point lies at `offset` in the body `tool`, one step being
     /// `plant.dt` long.
+    ///
+    /// # Panics
+    /// If `plant.dt` is not above 0 and finite, or `tool` is not on the arm; as [`Model::new`].
     pub fn new(scene: &Scene, tool: usize, offset: [f64; 3], plant: &Plant) -> Self {
+        assert!(plant.dt > 0.0 && plant.dt.is_finite(), "a step of {} s", plant.dt);
         let config = plant.config;
         let parts = (plant.dt / LONGEST_STEP).ceil() as usize;
         let scene_as_it_is = plant.deviation.of(scene, tool, offset);
@@ -220,7 +224,7 @@ impl Simulation {
     /// of `grip` (-1 opens, +1 closes).
     ///
     /// # Errors
-    /// If the state stops being finite. The engine may have taken bodies out: build the simulation anew, or restore a
+    /// If the state stops being finite or a joint turns at 100 rad/s or faster. The engine may have taken bodies out: build the simulation anew, or restore a
     /// snapshot.
     pub fn step(&mut self, tau: &JointVector, grip: f64) -> Result<(), Diverged> {
         (0..self.parts).try_for_each(|_| self.advance(tau, grip, self.dt / self.parts as f64))

@@ -17,7 +17,7 @@ pub fn controller_components() -> Vec<Component> {
 /// bound, and one number of millions drowns all others.
 const MOST_STIFFNESS: [f64; 2] = [10_000.0, 1_000.0];
 
-/// Appends the goal's pose less the measured one, K (of the contact axis too while a force controller has it), F_ff as it acts, F_d. Zeros where a space has none.
+/// Appends `goal_error`, the goal's pose less the measured one (the law's e has the other sign), K (of the contact axis too while a force controller has it), F_ff as it acts, F_d. Zeros where a space has none.
 pub fn observe_controller(controller: &Controller, y: &Measurement, out: &mut Vec<f32>) {
     let missing = -pose_error(&y.pose, controller.goal());
     let mut stiffness = controller.stiffness();

@@ -221,10 +221,15 @@ impl Drawn {
         self.late = VecDeque::from(vec![*holding; (self.delay / dt - 1e-9).ceil() as usize]);
     }
 
-    /// Pushes the plant, and returns the torque (Nm) that acts in this sample if `tau` is commanded.
-    pub fn act(&mut self, tau: &JointVector, simulation: &mut Simulation) -> JointVector {
-        simulation.set_push(&(self.push * libm::sin(self.phase + TAU * self.push_hz * self.time)));
-        self.time += simulation.dt();
+    /// The force (N, world) that pushes the tool point in the coming sample of `dt` seconds.
+    pub fn push(&mut self, dt: f64) -> Vector3 {
+        let push = self.push * libm::sin(self.phase + TAU * self.push_hz * self.time);
+        self.time += dt;
+        push
+    }
+
+    /// The torque (Nm) that acts in this sample if `tau` is commanded.
+    pub fn delayed(&mut self, tau: &JointVector) -> JointVector {
         if self.late.is_empty() {
             return *tau;
         }

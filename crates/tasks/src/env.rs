@@ -71,8 +71,8 @@ impl EnvConfig {
         within("env.motion_price", self.motion_price, 0.0..=1e3)?;
         self.disturbance.validate(self.task).map_err(|error| error.below("env"))?;
         self.simulation.validate().map_err(|error| error.below("env"))?;
-        self.space.validate(self.controller.control_hz).map_err(|error| error.below("env"))?;
-        self.controller.validate().map_err(|error| error.below("env.controller"))
+        self.controller.validate().map_err(|error| error.below("env.controller"))?;
+        self.space.validate(self.controller.control_hz).map_err(|error| error.below("env"))
     }
 }
 
@@ -148,7 +148,7 @@ impl Env {
     /// An environment whose unseeded episodes follow from `seed`.
     ///
     /// # Errors
-    /// As [`EnvConfig::validate`].
+    /// As [`Env::with_task`].
     pub fn new(config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
         let task = config.task.create(config.horizon, config.observation.markers);
         Env::with_task(task, config, seed)
@@ -254,7 +254,8 @@ impl Env {
         let mut interval = Interval::default();
         let mut diverged = false;
         for _ in 0..self.config.controller.samples_per_action() {
-            let tau = self.drawn.act(&self.controller.update(&self.y), &mut self.simulation);
+            let tau = self.drawn.delayed(&self.controller.update(&self.y));
+            self.simulation.set_push(&self.drawn.push(self.plant.dt));
             let before = self.simulation.joints().1;
             diverged = self.simulation.step(&tau, grip).is_err() || self.controller.faults() > 0;
             if diverged {
@@ -308,7 +309,7 @@ impl Env {
         assert_eq!(self.observation.len(), self.components.len(), "numbers that {} observes", self.task.name());
     }
 
-    /// The last observation: object part, then proprioception, unscaled.
+    /// The last observation: object part, proprioception, then the controller's state where it is observed; unscaled.
     pub fn observation(&self) -> &[f32] {
         &self.observation
     }

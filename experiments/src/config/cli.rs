@@ -154,6 +154,6 @@ pub fn parse_steps(text: &str) -> Result<u64, String> {
     if value >= 1.0 && value.fract() == 0.0 && value < 1e12 {
         Ok(value as u64)
     } else {
-        Err(format!("{text}: must be a whole number, at least 1"))
+        Err(format!("{text}: must be a whole number, at least 1 and below 1e12"))
     }
 }

@@ -1,7 +1,7 @@
 //! What a hidden disturbance costs trained policies: a row per group and disturbance.
 
 use anyhow::{Context, Result, ensure};
-use output::statistics::{FEWEST_FOR_INTERVAL, interval, mean, mean_of};
+use output::statistics::{mean, mean_of, student_interval};
 use serde::Serialize;
 
 use crate::report::columns::Columns;
@@ -88,8 +88,7 @@ pub fn disturbed(group: &Group, folders: &[RunFolder], rows: &[RunSummary]) -> R
         let [without, with] = [0, 1].map(|at| pairs.iter().map(|pair| pair[at].total).collect::<Vec<f64>>());
         let losses: Vec<f64> = without.iter().zip(&with).map(|(without, with)| without - with).collect();
         let relative_loss = loss(totals);
-        let enough = relative_loss.filter(|_| losses.len() >= FEWEST_FOR_INTERVAL);
-        let ci = enough.map(|_| interval(&[&losses], |sample| mean(&sample[0]) / totals[0]));
+        let ci = relative_loss.and_then(|_| student_interval(&losses)).map(|ci| ci.map(|end| end / totals[0]));
         DisturbedRow {
             experiment: group.section.experiment.into(),
             task: group.section.task.into(),
@@ -115,15 +114,24 @@ pub fn disturbed(group: &Group, folders: &[RunFolder], rows: &[RunSummary]) -> R
 
 /// A run that was taken on may have got a better policy, or another last one, than that which was disturbed.
 fn is_of_its_policy(folder: &RunFolder) -> Result<()> {
-    let played = Columns::read(&folder.disturbed())?.values("step")?;
+    let path = folder.disturbed();
+    let policies = Columns::by_text(&path, "policy")?;
+    ensure!(
+        policies.iter().all(|(policy, _)| policy == "mean"),
+        "{}: its episodes are to be of mean actions: evaluate --disturb without --sample",
+        path.display()
+    );
+    let played = Columns::read(&path)?.values("step")?;
     let evaluations = Columns::evaluations(folder, "mean")?.mean_by_step("return")?;
     let better = |best: (f64, f64), next: (f64, f64)| if next.1 > best.1 { next } else { best };
-    let (best, last) = (evaluations.iter().copied().reduce(better), evaluations.last().copied());
-    let kept = [best, last].map(|evaluation| evaluation.map_or(f64::NAN, |point| point.0));
+    let best = evaluations.into_iter().reduce(better).map(|evaluation| evaluation.0);
+    // Saved at the end of the last episode.
+    let last = Columns::read(&folder.episodes())?.values("step")?.last().copied();
+    let kept = [best, last].map(|step| step.unwrap_or(f64::NAN));
     ensure!(
         played.iter().all(|step| kept.contains(step)),
         "{}: of an earlier policy; the best is of action {}, the last of {}: evaluate --disturb again",
-        folder.disturbed().display(),
+        path.display(),
         kept[0],
         kept[1]
     );
@@ -146,13 +154,16 @@ mod tests {
         });
         let folders = folders.each_ref().map(|folder| RunFolder::at(folder));
         // The first touches nothing; the third was not disturbed.
-        let header = "disturbance,schema,step,success,return,energy_per_action_j,arm_max_contact_force_n";
-        for (folder, with) in folders
-            .iter()
-            .zip(["push,5,80000,false,40,3,0\npush,5,80000,true,60,3,0\n", "push,5,80000,true,300,3,30\n"])
-        {
-            let without =
-                if with.contains("300") { "none,5,80000,true,400,2,10\n" } else { "none,5,80000,true,100,2,0\n" };
+        let header = "disturbance,policy,schema,step,success,return,energy_per_action_j,arm_max_contact_force_n";
+        for (folder, with) in folders.iter().zip([
+            "push,mean,5,80000,false,40,3,0\npush,mean,5,80000,true,60,3,0\n",
+            "push,mean,5,80000,true,300,3,30\n",
+        ]) {
+            let without = if with.contains("300") {
+                "none,mean,5,80000,true,400,2,10\n"
+            } else {
+                "none,mean,5,80000,true,100,2,0\n"
+            };
             fs_err::write(folder.disturbed(), format!("{header}\n{without}{with}")).unwrap();
         }
         let groups = groups(&rows);
@@ -161,11 +172,18 @@ mod tests {
         assert_eq!((row.disturbance.as_str(), row.n_seeds, row.episodes), ("push", 2, 3));
         assert_eq!((row.success, row.success_undisturbed), (0.75, 1.0));
         // 500 without, 350 with; forces 0 and 10, 0 and 30.
-        assert!((row.relative_loss.unwrap() - 0.3).abs() < 1e-12 && row.ci_low.is_none());
+        assert!((row.relative_loss.unwrap() - 0.3).abs() < 1e-12);
+        // Losses 50 and 100: 75 with a standard error of 25, and Student's t of one degree of freedom.
+        let ends = [row.ci_low, row.ci_high].map(Option::unwrap);
+        assert!(
+            ends.iter().zip([-1.0, 1.0]).all(|(end, side)| (end - (75.0 + side * 12.7062 * 25.0) / 250.0).abs() < 1e-4)
+        );
         assert_eq!((row.energy_ratio, row.largest_force_ratio), (Some(1.5), Some(3.0)));
-        for (row, problem) in
-            [("push,5,80000", "disturbed.csv: no undisturbed episodes"), ("none,5,70000", "of an earlier policy")]
-        {
+        for (row, problem) in [
+            ("push,mean,5,80000", "disturbed.csv: no undisturbed episodes"),
+            ("none,mean,5,70000", "of an earlier policy"),
+            ("none,sampled,5,80000", "are to be of mean actions"),
+        ] {
             fs_err::write(folders[0].disturbed(), format!("{header}\n{row},true,1,1,1\n")).unwrap();
             let told = format!("{:#}", disturbed(&groups[0], &folders, &rows).unwrap_err());
             assert!(told.contains(problem), "{told}");

@@ -2,11 +2,8 @@
 
 use serde::Serialize;
 
-use crate::config::label;
 use crate::report::summary::RunSummary;
-use output::statistics::{
-    FEWEST_FOR_INTERVAL, deviation, interval, iqm, mean, median, probability_of_improvement, range,
-};
+use output::statistics::{FEWEST_FOR_INTERVAL, deviation, interval, iqm, mean, median, range};
 
 /// What is compared with each other: the runs of one task in one experiment.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -108,22 +105,6 @@ const METRICS: [Metric; 11] = [
     ("excess_impulse_per_episode_ns", |run| run.excess_impulse_per_episode_ns),
 ];
 
-/// Of two runs, one ends higher, one does so with sampled actions, and one learns faster: its whole curve is higher on
-/// average.
-pub const ORDERS: [Metric; 3] = [
-    ("ends higher", |run| run.final_return),
-    ("ends higher with sampled actions", |run| run.sampled_return),
-    ("learns faster", |run| run.curve_return),
-];
-
-/// Definitions of energy, during training. Net work has either sign: a ratio of it says nothing.
-pub const ENERGIES: [Metric; 4] = [
-    ("energy_per_action_j", |run| run.energy_per_action_j),
-    ("energy_positive_per_action_j", |run| run.energy_positive_per_action_j),
-    ("squared_torque_per_action_nm2s", |run| run.squared_torque_per_action_nm2s),
-    ("copper_loss_per_action_j", |run| run.copper_loss_per_action_j),
-];
-
 /// A row of `summary.csv`: one number of a group, over its seeds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "documented once, in results/README.md")]
@@ -172,72 +153,6 @@ pub fn summary(groups: &[Group]) -> Vec<SummaryRow> {
     groups.iter().flat_map(|group| METRICS.iter().map(move |metric| row(group, metric))).collect()
 }
 
-/// A row of `comparison.csv`: a space against `aforce` (with force where `aforce` has it) in the same section, with the
-/// same preset and variant, or else without a variant.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[allow(missing_docs, reason = "documented once, in results/README.md")]
-pub struct ComparisonRow {
-    pub experiment: String,
-    pub task: String,
-    pub preset: String,
-    pub space: String,
-    pub variant: String,
-    pub n_space: usize,
-    pub reference: String,
-    pub n_reference: usize,
-    pub quantity: String,
-    pub value: f64,
-    pub ci_low: Option<f64>,
-    pub ci_high: Option<f64>,
-}
-
-/// Probability that the reference ends higher and learns faster than a space, and the space's energy over the reference's.
-pub fn comparison(groups: &[Group]) -> Vec<ComparisonRow> {
-    let mut rows = vec![];
-    for other in groups {
-        let Some(reference) = reference(other, groups) else { continue };
-        let mut compare = |quantity: String, of: fn(&RunSummary) -> f64, statistic: fn(&[f64], &[f64]) -> f64| {
-            let (a, b) = (reference.values(of), other.values(of));
-            let enough = a.len().min(b.len()) >= FEWEST_FOR_INTERVAL;
-            let ci = enough.then(|| interval(&[&a, &b], |s| statistic(&s[0], &s[1])));
-            rows.push(ComparisonRow {
-                experiment: other.section.experiment.into(),
-                task: other.section.task.into(),
-                preset: other.preset.into(),
-                space: other.space.into(),
-                variant: other.variant.into(),
-                n_space: b.len(),
-                reference: label(reference.space, reference.variant),
-                n_reference: a.len(),
-                quantity,
-                value: statistic(&a, &b),
-                ci_low: ci.map(|ci| ci[0]),
-                ci_high: ci.map(|ci| ci[1]),
-            });
-        };
-        for (order, of) in ORDERS {
-            compare(format!("probability that reference {order}"), of, probability_of_improvement);
-        }
-        for (name, of) in ENERGIES {
-            compare(format!("{name}: space / reference"), of, |a, b| mean(b) / mean(a));
-        }
-    }
-    rows
-}
-
-/// What a group is compared with, if it is not that itself.
-fn reference<'a>(group: &Group, groups: &'a [Group<'a>]) -> Option<&'a Group<'a>> {
-    let named = |space, variant| {
-        let key = (group.section, group.preset, space, variant);
-        groups.iter().find(|other| (other.section, other.preset, other.space, other.variant) == key)
-    };
-    let of_variant = |variant| {
-        let reference = named("aforce-force", variant).or_else(|| named("aforce", variant));
-        reference.filter(|reference| (reference.space, reference.variant) != (group.space, group.variant))
-    };
-    of_variant(group.variant).or_else(|| of_variant(""))
-}
-
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
@@ -269,56 +184,5 @@ pub(crate) mod tests {
         let [low, high] = [enough.ci_low.unwrap(), enough.ci_high.unwrap()];
         assert!(60.0 < low && low < 62.0 && 62.0 < high && high < 64.0, "{low} to {high}");
         assert_eq!((few.ci_low, few.ci_high), (None, None));
-    }
-
-    #[test]
-    fn there_is_one_reference() {
-        let all = [runs("aforce", 1), runs("osc", 1), runs("aforce-force", 1)].concat();
-        let with = |runs: &[RunSummary]| {
-            let mut pairs: Vec<_> =
-                comparison(&groups(runs)).into_iter().map(|row| (row.reference, row.space)).collect();
-            pairs.dedup();
-            pairs
-        };
-        let pair = |reference: &str, space: &str| (reference.to_string(), space.to_string());
-        assert_eq!(with(&all), [pair("aforce-force", "aforce"), pair("aforce-force", "osc")]);
-        assert_eq!(with(&all[..2]), [pair("aforce", "osc")]);
-        assert_eq!(with(&all[1..2]), []);
-    }
-
-    /// A variant is compared with `aforce` of the same variant, or else with the plain one; so is a variant of `aforce`.
-    #[test]
-    fn variants_are_groups_of_their_own() {
-        let mut all = [runs("aforce", 2), runs("osc", 2), runs("aforce", 1), runs("osc", 1), runs("osc", 1)].concat();
-        for (run, variant) in all.iter_mut().zip(["", "", "", "", "n_step=5", "n_step=5", "soft"]) {
-            run.variant = variant.into();
-        }
-        let groups = groups(&all);
-        assert_eq!(groups.iter().map(|group| group.runs.len()).collect::<Vec<_>>(), [2, 2, 1, 1, 1]);
-        let labels: Vec<_> = summary(&groups).into_iter().map(|row| (row.space, row.variant)).collect();
-        assert!(labels.contains(&("osc".into(), "soft".into())), "{labels:?}");
-        let rows = comparison(&groups).into_iter();
-        let mut pairs: Vec<_> = rows.map(|row| (label(&row.space, &row.variant), row.reference)).collect();
-        pairs.dedup();
-        let expected = [
-            ("osc", "aforce"),
-            ("aforce,n_step=5", "aforce"),
-            ("osc,n_step=5", "aforce,n_step=5"),
-            ("osc,soft", "aforce"),
-        ];
-        assert_eq!(pairs, expected.map(|(group, reference)| (group.to_string(), reference.to_string())));
-    }
-
-    #[test]
-    fn presets_are_compared_apart() {
-        let mut all = [runs("aforce", 1), runs("osc", 1), runs("aforce", 1), runs("osc", 1)].concat();
-        (all[2].preset, all[3].preset) = ("paper".into(), "paper".into());
-        all[3].final_return = 50.0;
-        let rows = comparison(&groups(&all));
-        let value = |preset: &str| {
-            let of = |row: &&ComparisonRow| row.preset == preset && row.quantity.contains("ends higher");
-            rows.iter().find(of).unwrap().value
-        };
-        assert_eq!((value("desktop"), value("paper")), (0.5, 1.0));
     }
 }

@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 use std::fmt::{self, Display, Formatter};
 
-use crate::report::groups::{ComparisonRow, ENERGIES, Group, ORDERS, Section};
+use crate::report::comparison::{ComparisonRow, ENERGIES, ORDERS};
+use crate::report::groups::{Group, Section};
 use crate::report::published::{self, Published};
 use crate::report::summary::{RunSummary, SOLVED};
 use output::statistics::{FEWEST_FOR_INTERVAL, deviation, interval, iqm, mean, range};
@@ -245,7 +246,8 @@ impl Display for MarkdownTable {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::groups::{comparison, groups, sections, tests::runs};
+    use crate::report::comparison::comparison;
+    use crate::report::groups::{groups, sections, tests::runs};
 
     fn text(runs: &[RunSummary]) -> String {
         let groups = groups(runs);

@@ -2,6 +2,7 @@
 
 pub mod columns;
 pub mod comparable;
+pub mod comparison;
 pub mod curves;
 pub mod disturbed;
 pub mod groups;

@@ -261,7 +261,8 @@ fn experiment(run: &Path, root: &Path) -> String {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::report::groups::{comparison, groups};
+    use crate::report::comparison::comparison;
+    use crate::report::groups::groups;
 
     /// A run of 8 evaluations with returns from 10 to 80, each after 10 000 actions in two episodes, and a minute of work.
     pub(crate) fn run(root: &Path, folder: &str, energy: f64, offset: f64) -> RunSummary {

@@ -10,7 +10,7 @@ use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior};
 use serde_json::{Value as Json, json};
 use walkdir::WalkDir;
 
-use crate::report::groups::ComparisonRow;
+use crate::report::comparison::ComparisonRow;
 use crate::report::summary::{RunSummary, label};
 use crate::run::csv_table::CsvTable;
 use output::statistics;
@@ -120,7 +120,8 @@ fn digits(value: &Value, digits: usize) -> Result<String, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::groups::{comparison, groups, tests::runs};
+    use crate::report::comparison::comparison;
+    use crate::report::groups::{groups, tests::runs};
 
     fn filled(template: &str) -> Result<String> {
         let mut all = runs("aforce", 5);

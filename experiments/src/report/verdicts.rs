@@ -137,12 +137,22 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
         let level = LEVEL / of_task.len() as f64;
         for ((_, row, [a, b]), p) in of_task.iter_mut().zip(corrected) {
             row.p_holm = Some(p);
-            row.smallest_detectable = smallest_detectable(a, b, level).filter(|d| d.is_finite());
+            row.smallest_detectable =
+                smallest_detectable(a, b, level).filter(|&d| d <= largest_difference(&row.metric));
         }
     }
     let expected = hypotheses.iter().flat_map(|hypothesis| hypothesis.tasks.iter().map(|_| hypothesis.expected));
     rows.iter_mut().zip(expected).for_each(|(row, expected)| row.verdict = verdict(row, expected));
     Ok(rows)
+}
+
+/// That can be between two means of a metric: a share lies between 0 and 1.
+fn largest_difference(metric: &str) -> f64 {
+    let of_episode = metric.strip_prefix("sampled_").or(metric.strip_prefix("final_"));
+    let is_share = of_episode.is_some_and(|name| {
+        matches!(name, "success" | "success_any" | "success_held" | "success_by_hand" | "success_without_hand")
+    });
+    if is_share { 1.0 } else { f64::MAX }
 }
 
 /// All but what depends on the other hypotheses.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 use serde::Deserialize;
 use tasks::{Disturbance, TaskName};
 
@@ -34,7 +34,8 @@ pub const UNDISTURBED: &str = "none";
 /// If the file is not a list of cases, two have one name, or `task` has not what one of its cases disturbs.
 pub fn read(path: &Path, task: TaskName) -> Result<Vec<Case>> {
     let at = || path.display().to_string();
-    let Grid { case: cases } = toml::from_str(&fs_err::read_to_string(path)?).with_context(at)?;
+    let Grid { case: cases } =
+        settings::parse(&fs_err::read_to_string(path)?).map_err(|problem| anyhow!("{}: {problem}", at()))?;
     let none = Case { name: UNDISTURBED.into(), task: None, disturbance: Disturbance::default() };
     let mut read = vec![none];
     for case in cases.into_iter().filter(|case| case.task.is_none_or(|only| only == task)) {

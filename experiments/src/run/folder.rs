@@ -153,8 +153,10 @@ impl RunFolder {
         if self.is_done(config) || Checkpoint::exists(&self.checkpoint()) {
             return Ok(());
         }
-        let before_the_first = config.checkpoint_every + u64::from(config.env.horizon);
         let reached = last_step(&self.episodes())?;
+        // As the run was begun: it may be taken on with checkpoints at other times.
+        let begun = RunConfig::resolve(self.config().exists().then_some(self.config()).as_deref(), &[])?;
+        let before_the_first = begun.checkpoint_every + u64::from(config.env.horizon);
         ensure!(
             !self.done().exists() && reached <= before_the_first,
             "{}: has {reached} actions in its tables and no checkpoints/last to go on from: train in another folder",

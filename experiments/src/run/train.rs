@@ -155,7 +155,12 @@ pub fn train(
     manifest.spent = run.clock.spent();
     let written = folder.write_manifest(&manifest);
     let ending = ending.with_context(|| format!("{}", folder.path().display()))?;
-    written.map(|()| ending)
+    written?;
+    if matches!(ending, Ending::Done) {
+        // Last of all: where it is, the rest is whole.
+        fs_err::write(folder.done(), "")?;
+    }
+    Ok(ending)
 }
 
 impl<'a> Run<'a> {
@@ -267,7 +272,6 @@ impl<'a> Run<'a> {
             self.evaluate(progress)?;
         }
         self.save()?;
-        fs_err::write(self.folder.done(), "")?;
         Ok(Ending::Done)
     }
 

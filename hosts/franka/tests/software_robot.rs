@@ -279,7 +279,7 @@ fn a_start_outside_of_the_workspace_and_another_arm_are_refused() {
     std::fs::write(&setup, fr3.replace("arm = \"fr3\"", "arm = \"panda\"")).unwrap();
     let (output, _) = run(&folder, &["--script", "hold", "--setup", setup.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(1));
-    assert!(text(&output).contains("arm.range of joint 1: -2.8973 to 2.8973 rad; the robot (fr3) goes from -2.7501"));
+    assert!(text(&output).contains("arm.range of joint 1: -2.8973 to 2.8973 rad; the robot (fr3) goes from -2.7437"));
 }
 
 #[test]

@@ -31,7 +31,10 @@ class Policy:
         state = json.loads((folder / "state.json").read_text())
         if state["format"] != FORMAT:
             raise ValueError(f"{folder}: format {state['format']}, this version reads {FORMAT}")
-        tensors = read_safetensors(folder / "actor.safetensors")
+        tensors, metadata = read_safetensors(folder / "actor.safetensors")
+        if metadata.get("updates", str(state["updates"])) != str(state["updates"]):
+            seen = f"has seen {metadata['updates']} updates, state.json beside it {state['updates']}"
+            raise ValueError(f"{folder / 'actor.safetensors'}: {seen}")
         layers = [
             (tensors[name], tensors[name.replace("weight", "bias")])
             for name in sorted((name for name in tensors if name.endswith("weight")), key=lambda n: int(n.split(".")[1]))
@@ -77,18 +80,18 @@ class Policy:
 
 
 def read_safetensors(path):
-    """The tensors of a file, all float32, by name."""
+    """The tensors of a file, all float32, by name, and its metadata."""
     data = Path(path).read_bytes()
     try:
         (length,) = struct.unpack_from("<Q", data)
         header = json.loads(data[8 : 8 + length])
-        header.pop("__metadata__", None)
+        metadata = header.pop("__metadata__", {})
         tensors = {}
         for name, entry in header.items():
             if entry["dtype"] != "F32":
                 raise ValueError(f"{name} is {entry['dtype']}, not F32")
             begin, end = (8 + length + offset for offset in entry["data_offsets"])
             tensors[name] = np.frombuffer(data[begin:end], "<f4").reshape(entry["shape"])
-        return tensors
+        return tensors, metadata
     except (ValueError, KeyError, struct.error) as error:
         raise ValueError(f"{path}: no file of weights: {error}") from None

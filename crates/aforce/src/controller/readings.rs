@@ -138,7 +138,8 @@ impl Controller {
         self.limiter.saturated()
     }
 
-    /// Samples since reset whose measurement or torque was not finite: the episode has diverged.
+    /// Samples since reset without a torque, because measurement or torque was not finite or the mass matrix not positive definite:
+    /// the episode has diverged.
     #[must_use]
     pub fn faults(&self) -> u64 {
         self.limiter.faults()

@@ -218,33 +218,33 @@ impl ArmState {
     pub(crate) fn unreadable(&self) -> Option<&'static str> {
         let rotation = self.pose.rotation.coords;
         let checks = [
-            ("q", plain(&self.q)),
-            ("qd", plain(&self.qd)),
+            ("q", in_range(&self.q)),
+            ("qd", in_range(&self.qd)),
             ("pose (position)", self.pose.translation.vector.iter().all(|x| x.abs() <= 10.0)),
             ("pose (rotation)", all_finite(&rotation) && (rotation.norm() - 1.0).abs() < 1e-3),
-            ("jacobian", plain(&self.jacobian)),
-            ("mass", plain(&self.mass)),
-            ("gravity", plain(&self.gravity)),
-            ("coriolis", plain(&self.coriolis)),
-            ("wrench", plain(&self.wrench)),
-            ("tau", plain(&self.tau)),
+            ("jacobian", in_range(&self.jacobian)),
+            ("mass", in_range(&self.mass)),
+            ("gravity", in_range(&self.gravity)),
+            ("coriolis", in_range(&self.coriolis)),
+            ("wrench", in_range(&self.wrench)),
+            ("tau", in_range(&self.tau)),
         ];
         checks.into_iter().find(|(_, readable)| !readable).map(|(field, _)| field)
     }
 
     /// Whether posture and velocity can be read, whatever else cannot.
     pub(crate) fn has_joints(&self) -> bool {
-        plain(&self.q) && plain(&self.qd)
+        in_range(&self.q) && in_range(&self.qd)
     }
 
     /// Whether gravity and Coriolis torques can be read.
     pub(crate) fn has_bias(&self) -> bool {
-        plain(&self.gravity) && plain(&self.coriolis)
+        in_range(&self.gravity) && in_range(&self.coriolis)
     }
 }
 
-/// No entry is beyond any unit's range. Not a number is.
-fn plain<const R: usize, const C: usize>(values: &SMatrix<f64, R, C>) -> bool {
+/// Whether every entry is a number within any unit's range; NaN is not.
+fn in_range<const R: usize, const C: usize>(values: &SMatrix<f64, R, C>) -> bool {
     values.iter().all(|x| x.abs() <= 1e4)
 }
 

@@ -32,7 +32,7 @@ pub struct HostLimits {
     pub joint_margin: f64,
     /// With this stiffness (Nm/rad).
     pub joint_stiffness: [f64; 7],
-    /// Distance into lost contact over which F_d fades to nothing (m).
+    /// Distance into lost contact over which F_cmd fades to nothing (m).
     pub contact_loss: f64,
     /// Largest difference of the arm's pose from the model's at the start (m, rad).
     pub kinematics_tolerance: [f64; 2],

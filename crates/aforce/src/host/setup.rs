@@ -7,6 +7,7 @@ use toml::{Table, Value};
 use crate::action_space::ActionSpace;
 use crate::arm::Arm;
 use crate::built_in::{RecordError, UnknownActionSpace};
+use crate::commanded_psi::PsiParameter;
 use crate::config::ControllerConfig;
 use crate::controller::Controller;
 use crate::error::ConfigError;
@@ -117,6 +118,9 @@ impl HostSetup {
         let HostLimits { period_max, silence_max, .. } = self.limits;
         let (period, action) = (self.controller.dt(), 1.0 / f64::from(self.controller.policy_hz));
         let mu = self.space.psi().map_or(0.0, |psi| psi.mu.vector().max());
+        let commanded = self.space.commanded_psi.iter().flat_map(|commanded| &commanded.ranges);
+        let commanded = commanded.filter(|range| range.parameter == PsiParameter::Mu);
+        let mu = commanded.fold(mu, |mu, range| mu.max(range.high.vector().max()));
         let contradiction = |field: &str, reason| Err(ConfigError::Contradiction { field: field.into(), reason });
         if period > period_max {
             let reason = format!("a cycle of {period} s is longer than limits.period_max, {period_max} s");
@@ -231,6 +235,10 @@ mod tests {
         let silent = error(&format!("{FILE}policy_hz = 2\n"));
         assert!(silent.starts_with("controller.policy_hz: an action in 0.5 s is silence"), "{silent}");
         let leaky = error(&FILE.replace("'aforce-force'", "{ extends = 'aforce', stiffness.adaptive.mu = 60 }"));
+        assert!(leaky.starts_with("space.stiffness.adaptive.mu: 60 1/s would overshoot"), "{leaky}");
+        let ranges = "{ hold = 1, ranges = [{ parameter = 'mu', low = 0.5, high = 60 }] }";
+        let space = format!("{{ extends = 'aforce', name = 'leaky', commanded_psi = {ranges} }}");
+        let leaky = error(&FILE.replace("'aforce-force'", &space));
         assert!(leaky.starts_with("space.stiffness.adaptive.mu: 60 1/s would overshoot"), "{leaky}");
     }
 }

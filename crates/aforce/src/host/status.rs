@@ -41,9 +41,9 @@ impl Limited {
     pub const GOAL: Self = Self(1 << 3);
     /// A joint near the end of its range is pushed back.
     pub const JOINT_RANGE: Self = Self(1 << 4);
-    /// The energy tank is low: K grows less, F_ff and F_d act in part.
+    /// The energy tank is low: K grows less, F_ff and F_cmd act in part.
     pub const ENERGY: Self = Self(1 << 5);
-    /// Contact is lost: F_d fades.
+    /// Contact is lost: F_cmd fades.
     pub const CONTACT_LOSS: Self = Self(1 << 6);
 
     /// Whether nothing was cut.

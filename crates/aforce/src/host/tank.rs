@@ -32,7 +32,7 @@ impl TankConfig {
 }
 
 /// The running tank (Ferraguti et al. 2013 for stiffness, Schindlbeck and Haddadin 2015 for force): the damper fills it, and
-/// so does work that the environment does against an active part; growth of K at an error, and the work of F_ff and F_d,
+/// so does work that the environment does against an active part; growth of K at an error, and the work of F_ff and F_cmd,
 /// drain it. Its level never falls below zero: the parts act in as much as it can pay for.
 #[derive(Debug, Clone)]
 pub(crate) struct Tank {

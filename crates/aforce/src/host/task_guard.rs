@@ -61,7 +61,7 @@ impl TaskGuard {
         &self.tank
     }
 
-    /// Share of F_d that is left (Schindlbeck and Haddadin 2015): all in contact; out of it, less and less the further the tool
+    /// Share of F_cmd that is left (Schindlbeck and Haddadin 2015): all in contact; out of it, less and less the further the tool
     /// goes the way it pushed.
     fn contact_share(&mut self, sample: &Sample) -> f64 {
         let position = sample.y.pose.translation.vector;

@@ -152,8 +152,8 @@ pub(super) fn no_identity(section: &str, settings: &Table) -> Result<(), String>
 
 /// What is to be a part of a folder's name.
 pub(super) fn is_name(name: &str) -> Result<(), String> {
-    let fits = !name.is_empty() && name.chars().all(is_name_character);
-    if fits { Ok(()) } else { Err(format!("name = {name:?}: {NAME_CHARACTERS}")) }
+    let fits = !name.is_empty() && !name.starts_with('.') && name.chars().all(is_name_character);
+    if fits { Ok(()) } else { Err(format!("name = {name:?}: {NAME_CHARACTERS}, no dot first")) }
 }
 
 /// A value as a part of a folder's name.
