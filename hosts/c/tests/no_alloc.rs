@@ -80,6 +80,6 @@ fn a_refusal_and_a_fault_use_no_heap() {
         assert_eq!([started, taken], [AforceResult::Ok; 2]);
         assert_eq!(command.assume_init().fault, 2);
         assert_eq!(CStr::from_ptr(out.add(60)), c"joi");
-        assert_eq!(CStr::from_ptr(out).to_str().unwrap(), "joint 4 is at 0.5000 rad; its range: -3.0481 to -0.1458");
+        assert_eq!(CStr::from_ptr(out).to_str().unwrap(), "joint 4 is at 0.5000 rad; its range: -3.0421 to -0.1518");
     }
 }
