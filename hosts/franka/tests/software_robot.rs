@@ -220,7 +220,7 @@ fn it_moves_to_a_start_and_asks_for_a_push() {
 
     let (output, log) = run(&folder, &[&hold[..], &["3.0"], &start[1..]].concat());
     assert_eq!(output.status.code(), Some(1));
-    assert!(text(&output).contains("--start, joint 1: 3 rad; allowed: -2.75"), "{}", text(&output));
+    assert!(text(&output).contains("--start, joint 1: 3 rad; allowed: -2.7437"), "{}", text(&output));
     assert!(log.is_empty());
 
     // This robot feels nothing.
