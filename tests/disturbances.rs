@@ -196,4 +196,9 @@ fn what_cannot_be_is_refused_in_one_line() {
     assert_eq!(error, "env.disturbance.table_height_m: 0.19 m raise the table into the arm at its start; lower it");
     let error = refused(TaskName::Lift, Disturbance { push_n: fixed(5.0), ..Disturbance::default() });
     assert_eq!(error, "env.disturbance.push_n: push_n and push_hz stand together or not at all");
+    let mut slow = EnvConfig::default();
+    slow.controller.control_hz = 20;
+    slow.disturbance = Disturbance { push_n: fixed(5.0), push_hz: fixed(20.0), ..Disturbance::default() };
+    let error = Env::new(slow, 1).err().unwrap().to_string();
+    assert_eq!(error, "env.disturbance.push_hz = 20 is not allowed; allowed: 0 to 10");
 }

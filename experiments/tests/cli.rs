@@ -7,7 +7,8 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use common::{
-    assert_same, error, expect, few, last_step, note, program, run_folder, start, states, stored, train, train_for,
+    assert_same, error, expect, few, last_step, note, program, run_folder, start, start_unheard, states, stored, train,
+    train_for,
 };
 use experiments::config::RunConfig;
 use experiments::report::columns::Columns;
@@ -407,6 +408,12 @@ fn a_hang_up_is_asked_to_stop() {
     let episodes = run_folder(folder.path()).join("episodes.csv");
     let mut child = start(&train_for(1_000_000, folder.path()));
     child.wait_for_a_row(&episodes);
+    assert_eq!(child.hang_up(), Some(75));
+    // Its reader goes with it, as the `tee` behind a pipe does.
+    let mut unheard = train_for(1_000_000, folder.path());
+    let mut child = start_unheard(unheard.arg("--resume"));
+    let before = last_step(&episodes);
+    child.wait_until("a row", || last_step(&episodes) > before);
     assert_eq!(child.hang_up(), Some(75));
 
     let ours = train_for(1_000_000, folder.path());

@@ -154,7 +154,7 @@ impl Controller {
     }
 
     /// Other parameters for the adaptive law, from the next sample on. K moves to new bounds at `k_rate_max`; K(0) counts from
-    /// the next reset.
+    /// the next reset. What a policy chose of psi ([`ActionSpace::commanded_psi`]) is given up until it chooses again.
     ///
     /// # Errors
     /// If a value is not allowed, the law would be unstable, or the space's stiffness does not adapt. Nothing changes then.
@@ -194,7 +194,8 @@ impl Controller {
                 RateRule::SetPoint => axis.release(&xd_dot),
                 RateRule::Standstill => Twist::zeros(),
             };
-        let readable = all_finite(&error) && all_finite(&e_dot) && all_finite(&y.wrench);
+        let joints = all_finite(&y.q) && all_finite(&y.qd) && all_finite(&y.bias);
+        let readable = joints && all_finite(&error) && all_finite(&e_dot) && all_finite(&y.wrench);
         let Some(arm) = OperationalSpace::new(&y.mass, &y.jacobian).filter(|_| readable) else {
             return JointVector::repeat(f64::NAN);
         };
@@ -227,6 +228,7 @@ impl Controller {
         self.impedance = impedance(&self.space, &arm, &axis, &e, &e_dot, &stiffness, &f_ff);
         let wrench = -self.impedance.elastic - self.impedance.viscous - f_cmd;
         self.wrench = guard.wrench(wrench, &self.impedance.viscous, &sample);
+        self.force.withhold(axis.along(&(wanted.force - f_cmd)) + axis.along(&(self.wrench - wrench)));
         self.power = [0, 3].map(|at| self.wrench.fixed_rows::<3>(at).dot(&y.twist.fixed_rows::<3>(at)));
         self.inertia = arm.diagonal();
 

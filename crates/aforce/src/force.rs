@@ -100,6 +100,11 @@ impl ForceAxis {
         stack(&(linear(v) - along * self.direction), &rotational(v))
     }
 
+    /// The linear part of `wrench` along n.
+    pub(crate) fn along(&self, wrench: &Wrench) -> f64 {
+        linear(wrench).dot(&self.direction)
+    }
+
     /// `[n; 0]`.
     pub(crate) fn unit(&self) -> Vector6 {
         stack(&self.direction, &Vector3::zeros())
@@ -135,6 +140,8 @@ pub struct ForceControl {
     previous: f64,
     /// F_cmd (N).
     command: f64,
+    /// What of it did not act (N).
+    withheld: f64,
 }
 
 impl ForceControl {
@@ -154,6 +161,7 @@ impl ForceControl {
             integral: 0.0,
             previous: 0.0,
             command: 0.0,
+            withheld: 0.0,
         }
     }
 
@@ -161,7 +169,7 @@ impl ForceControl {
     pub fn reset(&mut self) {
         self.contact.reset();
         (self.engagement, self.target, self.desired, self.ramp) = (0.0, 0.0, 0.0, 0.0);
-        (self.integral, self.previous, self.command) = (0.0, 0.0, 0.0);
+        (self.integral, self.previous, self.command, self.withheld) = (0.0, 0.0, 0.0, 0.0);
     }
 
     /// The force that the environment should exert along n while in contact (N).
@@ -211,11 +219,16 @@ impl ForceControl {
         let wanted = self.desired + config.kp * error + self.integral - config.kd * (force - self.previous) / dt;
         self.move_command(wanted, dt);
         // Anti-windup: no integration while the command cannot follow and the error asks for still more.
-        let cut = wanted - self.command;
+        let cut = wanted - self.command + self.withheld;
         if cut * error <= 0.0 {
             let integral = self.integral + config.ki * error * dt;
             self.integral = integral.clamp(-config.integral_max, config.integral_max);
         }
+    }
+
+    /// How much of the last F_cmd does not act (N along n), as a limit stands between it and the arm: until told otherwise it stays.
+    pub fn withhold(&mut self, force: f64) {
+        self.withheld = force;
     }
 
     /// Moves the command towards `wanted` within its bound and its rate.
@@ -237,10 +250,10 @@ impl ForceControl {
         self.desired
     }
 
-    /// F_cmd (N along n): what the environment should exert; the tool pushes with its opposite.
+    /// F_cmd as it acts (N along n): what the environment should exert; the tool pushes with its opposite.
     #[must_use]
     pub fn command(&self) -> f64 {
-        self.command
+        self.command - self.withheld
     }
 
     /// True between the beginning and the end of contact.

@@ -78,11 +78,19 @@ impl GoalRule {
         }
     }
 
-    /// Whether the goal is never further from the measured pose than one action's delta.
+    /// How far along or about `axis` the goal may stay from the measured pose (m, rad), if an action entry of 1 moves it by
+    /// `step`; `None` where nothing bounds it.
     #[must_use]
-    pub fn is_rebased(&self) -> bool {
-        // By robosuite's rule actions that do not turn may leave the orientation far behind.
-        matches!(self, Self::Rebased)
+    pub fn furthest(&self, axis: usize, step: f64) -> Option<f64> {
+        match *self {
+            Self::Rebased => Some(step),
+            // Actions that do not turn may leave the orientation far behind.
+            Self::Robosuite => (axis < 3).then_some(step),
+            Self::Continued { leash_position, leash_rotation }
+            | Self::Absolute { leash_position, leash_rotation, .. } => {
+                Some(if axis < 3 { leash_position } else { leash_rotation })
+            }
+        }
     }
 
     /// How far the goal may be from the measured position (m); `None` where no leash holds it.
@@ -174,7 +182,11 @@ mod tests {
         let straight = next(&Vector6::new(0.01, 0.0, 0.0, 0.0, 0.0, 0.0));
         assert_eq!(straight.rotation, previous.rotation);
         assert_relative_eq!(straight.translation.x, 0.51, epsilon = 1e-12);
-        assert!(!GoalRule::Robosuite.is_rebased(), "{} rad away", rotational(&pose_error(&straight, &measured)).norm());
+        assert!(
+            GoalRule::Robosuite.furthest(5, 0.1).is_none(),
+            "{} rad away",
+            rotational(&pose_error(&straight, &measured)).norm()
+        );
         let turn = Vector6::new(0.0, 0.0, 0.0, 0.0, 1e-9, 0.0);
         assert_eq!(next(&turn), GoalRule::Rebased.next_goal(&measured, &previous, &measured, &turn));
     }

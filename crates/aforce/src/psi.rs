@@ -85,6 +85,14 @@ impl Psi {
         self.gamma.map(|axis, gamma| (self.k_max[axis] - self.k_min[axis]) / gamma)
     }
 
+    /// Time in which K rises from its lower to its upper bound under a lasting `error` (m, rad) along or about `axis` (s);
+    /// infinite if the error is tolerated.
+    #[must_use]
+    pub fn rise_time(&self, axis: usize, error: f64) -> f64 {
+        let rate = (self.beta[axis] * error - self.gamma[axis]).min(self.k_rate_max[axis]);
+        if rate > 0.0 { (self.k_max[axis] - self.k_min[axis]) / rate } else { f64::INFINITY }
+    }
+
     /// alpha/mu (N/m, Nm/rad): F_ff under a lasting error is a second spring of this stiffness beside K, as far as
     /// `f_ff_max` lets it.
     #[must_use]

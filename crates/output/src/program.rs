@@ -1,9 +1,11 @@
 //! How every program ends.
 
+use std::fmt::Display;
+use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, LazyLock};
 
 use anyhow::Result;
 use signal_hook::consts::SIGPIPE;
@@ -24,23 +26,40 @@ pub fn bad(message: String) -> anyhow::Error {
 
 /// Runs a program and turns its result into the exit code: an error is printed on one line, its
 /// causes after colons; 2 for a [`BadSetting`], 1 for any other. A reader of the output that goes
-/// away, as `| head` does, ends the program without a word.
+/// away, as `| head` does, ends the program without a word, unless it is to [`outlive_readers`].
 pub fn run(program: impl FnOnce() -> Result<ExitCode>) -> ExitCode {
-    let gone = flag::register_conditional_default(SIGPIPE, Arc::new(AtomicBool::new(true)));
+    let gone = flag::register_conditional_default(SIGPIPE, Arc::clone(&ENDS_WITH_READERS));
     gone.map_err(Into::into).and_then(|_| program()).unwrap_or_else(|error| {
-        eprintln!("error: {}", format!("{error:#}").replace('\n', " "));
+        tell(format!("error: {}", format!("{error:#}").replace('\n', " ")));
         if error.is::<BadSetting>() { ExitCode::from(USAGE) } else { ExitCode::FAILURE }
     })
+}
+
+static ENDS_WITH_READERS: LazyLock<Arc<AtomicBool>> = LazyLock::new(|| Arc::new(AtomicBool::new(true)));
+
+/// From now on the program goes on without readers of its output: it has work that would be lost.
+pub fn outlive_readers() {
+    ENDS_WITH_READERS.store(false, Ordering::Relaxed);
+}
+
+/// Prints a line, even if nobody can read it any more.
+pub fn say(line: impl Display) {
+    let _ = writeln!(std::io::stdout(), "{line}");
+}
+
+/// As [`say`], where progress and errors go.
+pub fn tell(line: impl Display) {
+    let _ = writeln!(std::io::stderr(), "{line}");
 }
 
 /// Says what a program wrote, a line each.
 pub fn written(files: &[impl AsRef<Path>]) {
     for file in files {
-        println!("written: {}", file.as_ref().display());
+        say(format_args!("written: {}", file.as_ref().display()));
     }
 }
 
 /// Says what to do next: a command of this workspace.
 pub fn next(program: &str, arguments: &str) {
-    println!("next:    cargo run --release --bin {program} -- {arguments}");
+    say(format_args!("next:    cargo run --release --bin {program} -- {arguments}"));
 }

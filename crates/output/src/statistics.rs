@@ -1,4 +1,4 @@
-//! Statistics over seeds, the unit of replication: few numbers, so intervals come from resampling
+//! Statistics over seeds, the unit of replication: few numbers, so intervals of what is no mean come from resampling
 //! (Agarwal et al. 2021, "Deep reinforcement learning at the edge of the statistical precipice").
 
 use rand::{RngExt, SeedableRng};

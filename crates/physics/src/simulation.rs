@@ -85,6 +85,8 @@ pub struct Simulation {
     /// Places of the left and the right finger among the engine's joints.
     fingers: Option<[usize; 2]>,
     contact: ContactReading,
+    /// After each of the engine's steps in the last step.
+    contacts: Vec<ContactReading>,
     /// Efforts from outside, one per joint of the engine.
     loads: Vec<f64>,
     /// Force from outside on the controlled point (N, world).
@@ -129,13 +131,14 @@ impl Simulation {
             stops: ArmStops::new(&model, engine.axes(), engine_dt),
             engine,
             model,
-            solids: scene.solids(),
+            solids: scene_as_it_is.solids(),
             dt: plant.dt,
             parts,
             cutoffs: [config.force_cutoff_hz, config.sustained_cutoff_hz],
             gripper: fingers.map(|_| Gripper::default()),
             fingers,
             contact: ContactReading::default(),
+            contacts: vec![ContactReading::default(); parts],
         }
     }
 
@@ -227,7 +230,11 @@ impl Simulation {
     /// If the state stops being finite or a joint turns at 100 rad/s or faster. The engine may have taken bodies out: build the simulation anew, or restore a
     /// snapshot.
     pub fn step(&mut self, tau: &JointVector, grip: f64) -> Result<(), Diverged> {
-        (0..self.parts).try_for_each(|_| self.advance(tau, grip, self.dt / self.parts as f64))
+        for part in 0..self.parts {
+            self.advance(tau, grip, self.dt / self.parts as f64)?;
+            self.contacts[part] = self.contact;
+        }
+        Ok(())
     }
 
     /// Advances by one of the engine's steps, of `dt` seconds.
@@ -269,9 +276,15 @@ impl Simulation {
         Ok(())
     }
 
-    /// What pressed on the arm in the last step.
+    /// What pressed on the arm at the end of the last step.
     pub fn contact(&self) -> &ContactReading {
         &self.contact
+    }
+
+    /// What pressed on the arm after each of the engine's steps, equally long, that the last step was made of: one at 500 Hz and
+    /// above.
+    pub fn contacts(&self) -> &[ContactReading] {
+        &self.contacts
     }
 
     /// World pose of a moving body.

@@ -5,6 +5,7 @@ use approx::assert_relative_eq;
 use nalgebra::{Translation3, UnitQuaternion};
 use physics::panda::{HOME, ParameterSet};
 use physics::scenes::lift::{Lift, TABLE_HEIGHT};
+use physics::scenes::wipe::Wipe;
 use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
 fn lift(set: ParameterSet) -> (Simulation, Lift) {
@@ -69,11 +70,48 @@ fn solids_stand_where_the_engine_has_them() {
         simulation.step(&JointVector::from([20.0, -10.0, 15.0, -20.0, 5.0, 5.0, 5.0]), 1.0).unwrap();
     }
     assert!((simulation.joints().0 - JointVector::from(HOME)).norm() > 0.2, "the arm has moved");
+    draws_what_it_simulates(&simulation);
+
+    let deviation = Deviation { table_height: 0.06, payload: 1.0, ..Deviation::default() };
+    let (parameters, config) = (ParameterSet::Robosuite.parameters(), SimulationConfig::default());
+    let (mut raised, _) = Wipe::simulate(&Plant { parameters, dt: 0.002, config, deviation }, 0.8, 0.03);
+    raised.reset(&HOME.into());
+    hold(&mut raised, 1, 0.0);
+    draws_what_it_simulates(&raised);
+}
+
+fn draws_what_it_simulates(simulation: &Simulation) {
     for solid in simulation.solids() {
         let pose = solid.body.map_or(solid.pose, |body| simulation.body_pose(body) * solid.pose);
         let (distance, ..) = simulation.cast_ray(&pose.translation.vector, &Vector3::z()).unwrap();
         assert_eq!(distance, 0.0, "{solid:?}");
     }
+}
+
+/// A long step is many of the engine's, and a blow that is over at its end has been felt.
+#[test]
+fn a_blow_within_a_long_step_is_told() {
+    let deviation = Deviation::default();
+    let (parameters, config) = (ParameterSet::Robosuite.parameters(), SimulationConfig::default());
+    let (mut simulation, lift) =
+        Lift::simulate(&Plant { parameters, dt: 0.05, config, deviation }, Vector3::repeat(0.021));
+    simulation.reset(&HOME.into());
+    drop_on_forearm(&mut simulation, &lift);
+    let felt = (0..10).any(|_| {
+        let tau = simulation.measure().bias;
+        simulation.step(&tau, 0.0).unwrap();
+        let largest = simulation.contacts().iter().map(|contact| contact.arm_force()).fold(0.0, f64::max);
+        largest > 2.0 * simulation.contact().arm_force() + 1.0
+    });
+    assert!(felt && simulation.contacts().len() == 25);
+}
+
+/// The cube begins to fall from 20 cm above the forearm.
+fn drop_on_forearm(simulation: &mut Simulation, lift: &Lift) {
+    let parameters = ParameterSet::Robosuite.parameters();
+    let forearm = physics::scenes::lift::scene(&parameters, Vector3::repeat(0.021)).0.body("link5");
+    let top = simulation.body_pose(forearm) * nalgebra::Point3::new(0.0, 0.0, -0.2);
+    lift.place_cube(simulation, &nalgebra::Isometry3::translation(top.x, top.y, top.z + 0.2));
 }
 
 #[test]
@@ -95,10 +133,7 @@ fn what_touches_the_arm_is_told_from_what_touches_the_hand() {
     hold(&mut simulation, 500, 0.0);
     assert_eq!(touches(&simulation), (false, false), "on the table");
 
-    let parameters = ParameterSet::Robosuite.parameters();
-    let forearm = physics::scenes::lift::scene(&parameters, Vector3::repeat(0.021)).0.body("link5");
-    let top = simulation.body_pose(forearm) * nalgebra::Point3::new(0.0, 0.0, -0.2);
-    cube.place_cube(&mut simulation, &nalgebra::Isometry3::translation(top.x, top.y, top.z + 0.2));
+    drop_on_forearm(&mut simulation, &cube);
     let mut steps = 0;
     while !simulation.contact().arm_touches() && steps < 250 {
         assert!(!simulation.contact().touching);

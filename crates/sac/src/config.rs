@@ -210,7 +210,7 @@ fn no_average() -> f64 {
     1.0
 }
 
-/// Of tasks that pay up to 1 per action.
+/// Of tasks that pay up to 1 per action, with gamma up to 0.98.
 pub(crate) fn value_range() -> [f64; 2] {
     [-50.0, 50.0]
 }

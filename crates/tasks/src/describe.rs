@@ -79,20 +79,12 @@ impl Description {
             let (translation, rotation) = (translation.join(", "), rotation.join(", "));
             writeln!(text, "  {name:<38} {translation}; {rotation} {unit}").expect("to a string");
         }
-        if self.stays_soft() {
-            text +=
-                "  no action makes a lasting error above the tolerance: K falls to its lower bound and stays there\n";
+        let relaxes = self.env.space.psi().is_some_and(|psi| psi.gamma.vector().max() > 0.0);
+        let rises = |line: &Derived| line.name == RISE && line.values.iter().any(|time| time.is_finite());
+        if relaxes && !self.derived.iter().any(rises) {
+            text += "  no lasting error is above the tolerance: K falls to its lower bound and stays there\n";
         }
         text
-    }
-
-    /// Whether the tolerance of a space whose goal is never further than an action away is at least an action.
-    fn stays_soft(&self) -> bool {
-        let EnvConfig { space, controller, .. } = &self.env;
-        space.goal.is_rebased()
-            && space
-                .psi()
-                .is_some_and(|psi| (0..6).all(|axis| psi.tolerance().vector()[axis] >= space.step(controller, axis)))
     }
 }
 
@@ -102,6 +94,8 @@ fn options(env: &EnvConfig) -> String {
     let markers = format!("{:?}", seen.markers).to_lowercase();
     format!("markers = {markers} (condensed, ends or all; Wipe's), controller = {} (its state)", seen.controller)
 }
+
+const RISE: &str = "rise of K under the largest lasting error";
 
 fn derived(env: &Env) -> Vec<Derived> {
     let EnvConfig { space, controller, .. } = env.config();
@@ -118,6 +112,11 @@ fn derived(env: &Env) -> Vec<Derived> {
         line("highest stiffness", "N/m, Nm/rad", effective(psi.k_max.vector()));
         line("spring of F_ff, alpha/mu", "N/m, Nm/rad", effective(psi.feedforward_spring().vector()));
         line("tolerance, gamma/beta", "m, rad", *psi.tolerance().vector());
+        let furthest = Vector6::from_fn(|axis, _| {
+            space.goal.furthest(axis, space.step(controller, axis)).unwrap_or(f64::INFINITY)
+        });
+        line("largest error that lasts", "m, rad", furthest);
+        line(RISE, "s", Vector6::from_fn(|axis, _| psi.rise_time(axis, furthest[axis])));
         line("relaxation, (K_max - K_min)/gamma", "s", *psi.relaxation_time().vector());
         let limit = Vector6::from_fn(|axis, _| margins[axis].alpha_max);
         let unit = match space.unit {

@@ -23,7 +23,7 @@ pub enum Draw {
 }
 
 impl Draw {
-    fn ends(self) -> [f64; 2] {
+    pub(crate) fn ends(self) -> [f64; 2] {
         match self {
             Draw::Fixed(value) => [value; 2],
             Draw::Between(ends) => ends,

@@ -70,6 +70,9 @@ impl EnvConfig {
         within("env.force_penalty.weight", weight, 0.0..=1e3)?;
         within("env.motion_price", self.motion_price, 0.0..=1e3)?;
         self.disturbance.validate(self.task).map_err(|error| error.below("env"))?;
+        // A faster one would look like another, or like a constant.
+        let push_hz = self.disturbance.push_hz.map_or(0.0, |draw| draw.ends()[1]);
+        within("env.disturbance.push_hz", push_hz, 0.0..=f64::from(self.controller.control_hz) / 2.0)?;
         self.simulation.validate().map_err(|error| error.below("env"))?;
         self.controller.validate().map_err(|error| error.below("env.controller"))?;
         self.space.validate(self.controller.control_hz).map_err(|error| error.below("env"))
@@ -264,7 +267,7 @@ impl Env {
             self.y = self.drawn.sense(&self.simulation);
             let qd = (before + self.simulation.joints().1) / 2.0;
             let penalty = &self.config.force_penalty;
-            interval.add(&tau, &qd, self.simulation.contact(), &self.controller, penalty, self.plant.dt);
+            interval.add(&tau, &qd, self.simulation.contacts(), &self.controller, penalty, self.plant.dt);
             interval.overlap = interval.overlap.max(self.simulation.deepest_penetration());
         }
         self.elapsed += 1;

@@ -129,12 +129,12 @@ impl AddAssign for AxisGroup {
 
 impl Interval {
     /// Takes in one control sample of `dt` seconds: the torque that acted, the mean joint velocity meanwhile (the work of a
-    /// torque that acts over the whole sample goes with it), and the contact after it.
+    /// torque that acts over the whole sample goes with it), and the contact after each of its equally long parts.
     pub fn add(
         &mut self,
         tau: &JointVector,
         qd: &JointVector,
-        contact: &ContactReading,
+        contacts: &[ContactReading],
         controller: &Controller,
         penalty: &ForcePenalty,
         dt: f64,
@@ -144,12 +144,15 @@ impl Interval {
         self.energy.add(tau, qd, dt);
         self.sum_torque += tau;
         self.joint_work += tau.component_mul(qd) * dt;
-        self.hand.add(contact.hand_force(), contact.raw.fixed_rows::<3>(0).norm(), dt);
-        self.arm.add(contact.arm_force(), contact.raw_arm_force(), dt);
-        self.excess_impulse += (self.force(penalty.of).last - penalty.limit).max(0.0) * dt;
-        self.contact_time += if contact.touching { dt } else { 0.0 };
-        self.link_contact_time += if contact.links.touching { dt } else { 0.0 };
-        self.self_contact_time += if contact.touching_itself { dt } else { 0.0 };
+        let part = dt / contacts.len() as f64;
+        for contact in contacts {
+            self.hand.add(contact.hand_force(), contact.raw.fixed_rows::<3>(0).norm(), part);
+            self.arm.add(contact.arm_force(), contact.raw_arm_force(), part);
+            self.excess_impulse += (self.force(penalty.of).last - penalty.limit).max(0.0) * part;
+            self.contact_time += if contact.touching { part } else { 0.0 };
+            self.link_contact_time += if contact.links.touching { part } else { 0.0 };
+            self.self_contact_time += if contact.touching_itself { part } else { 0.0 };
+        }
         self.sum_own_stiffness += controller.own_stiffness().fixed_rows::<3>(0).mean();
         for (group, first) in self.impedance.iter_mut().zip([0, 3]) {
             group.add(first, controller, dt);
@@ -245,7 +248,7 @@ mod tests {
 
         let mut interval = Interval::default();
         for k in 0..3 {
-            interval.add(&torques[k], &speeds[k], &contacts[k], &controllers[k], &penalty, DT);
+            interval.add(&torques[k], &speeds[k], &contacts[k..=k], &controllers[k], &penalty, DT);
         }
 
         let close = |name: &str, a: f64, b: f64| assert!((a - b).abs() < 1e-9, "{name}: {a}, not {b}");
@@ -295,7 +298,7 @@ mod tests {
         controller.update(&y);
         let mut interval = Interval::default();
         let still = JointVector::zeros();
-        interval.add(&still, &still, &ContactReading::default(), &controller, &ForcePenalty::default(), 0.002);
+        interval.add(&still, &still, &[ContactReading::default()], &controller, &ForcePenalty::default(), 0.002);
         let [translation, rotation] = interval.impedance;
         let close =
             |name: &str, a: f64, b: f64| assert!((a - b).abs() < 1e-9 * b.abs().max(1.0), "{name}: {a}, not {b}");

@@ -82,7 +82,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     for run in &runs {
         let stored = RunConfig::resolve(Some(&RunFolder::below(&out, run).config()), &[]);
         if let Some(steps) = stored.ok().map(|stored| stored.steps).filter(|&steps| steps > run.steps) {
-            println!("{}: was begun for {steps} actions, not {}", RunId::of(run), run.steps);
+            program::say(format_args!("{}: was begun for {steps} actions, not {}", RunId::of(run), run.steps));
         }
     }
     let mut runs: Vec<(usize, RunConfig)> = runs.into_iter().enumerate().collect();
@@ -93,12 +93,16 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
         return Ok(ending);
     }
+    // From its beginning on: `report` leaves out what lies beside it.
     let table = out.join("search.csv");
+    if !table.exists() {
+        file::write_table(&table, &[] as &[Candidate])?;
+    }
     let steps = runs[0].1.steps;
     let (mut ranked, mut ending) = (vec![], ExitCode::SUCCESS);
     for round in halving.into_iter().chain([steps]) {
         let shorter: Vec<_> = runs.iter().cloned().map(|(at, run)| (at, RunConfig { steps: round, ..run })).collect();
-        println!("until {round} actions:");
+        program::say(format_args!("until {round} actions:"));
         let ended = train_all(arguments, &shorter, &out)?;
         if ended == ExitCode::from(cli::SOME_FAILED) {
             ending = ended; // A candidate whose run fails is ranked last, and the others go on.
@@ -110,7 +114,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         ranked.extend(of_round);
         file::write_table(&table, &ranked)?;
     }
-    println!("candidates, ranked: {}", table.display());
+    program::say(format_args!("candidates, ranked: {}", table.display()));
     Ok(ending)
 }
 
@@ -130,14 +134,14 @@ fn train_one(arguments: &Arguments, runs: &[RunConfig], index: usize, out: &Path
     }
     let folder = RunFolder::below(out, run);
     if folder.state(run) == State::Done || folder.has_come_past(run) {
-        println!("{}: done before", folder.path().display());
+        program::say(format_args!("{}: done before", folder.path().display()));
         return Ok(ExitCode::SUCCESS);
     }
     let options = RunOptions { resume: true, tensorboard: arguments.tensorboard, quiet: false };
     match train_and_draw(run, out, options) {
         // No failure: it is left to that process, as in a sweep of many.
         Err(error) if error.is::<Busy>() => {
-            eprintln!("{error}");
+            program::tell(error);
             Ok(ExitCode::from(cli::STOPPED))
         }
         other => other,
@@ -172,7 +176,7 @@ fn train_all(arguments: &Arguments, runs: &[(usize, RunConfig)], out: &Path) -> 
     });
     let jobs: Vec<Job> = jobs.collect();
     let busy = if elsewhere == 0 { String::new() } else { format!(", {elsewhere} at work in other processes") };
-    println!("{} runs, {done} done before{busy}, in {}", runs.len(), out.display());
+    program::say(format_args!("{} runs, {done} done before{busy}, in {}", runs.len(), out.display()));
     let parallel =
         arguments.jobs.map_or_else(|| std::thread::available_parallelism().map_or(1, Into::into), usize::from);
     let stop = Stop::on_signals()?;
@@ -182,7 +186,7 @@ fn train_all(arguments: &Arguments, runs: &[(usize, RunConfig)], out: &Path) -> 
     let stopped = |job: &Ended| job.code == Some(cli::STOPPED.into()) || job.code.is_none() && stop.requested();
     let failed: Vec<&Ended> = ended.iter().filter(|job| job.code != Some(0) && !stopped(job)).collect();
     for job in &failed {
-        eprintln!("failed: {}: {} ({})", job.name, job.words, job.log.display());
+        program::tell(format_args!("failed: {}: {} ({})", job.name, job.words, job.log.display()));
     }
     Ok(if stop.requested() {
         ExitCode::from(cli::STOPPED)

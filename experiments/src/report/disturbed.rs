@@ -60,7 +60,7 @@ impl Means {
 /// The rows of a group, of those of its runs in whose folders `evaluate --disturb` left a table; `folders` are those of `rows`.
 ///
 /// # Errors
-/// If a table cannot be read, has no undisturbed episodes or is of another policy than the run's best or last.
+/// If a table cannot be read, has no undisturbed episodes or is of another policy than the run's best.
 pub fn disturbed(group: &Group, folders: &[RunFolder], rows: &[RunSummary]) -> Result<Vec<DisturbedRow>> {
     // By disturbance, in the order of the first table: undisturbed and disturbed means of every run.
     let mut cases: Vec<(String, Vec<[Means; 2]>)> = vec![];
@@ -86,9 +86,14 @@ pub fn disturbed(group: &Group, folders: &[RunFolder], rows: &[RunSummary]) -> R
         let loss = |[without, with]: [f64; 2]| (without > 0.0).then_some(1.0 - with / without);
         let ratio = |[without, with]: [f64; 2]| (without > 0.0).then_some(with / without);
         let [without, with] = [0, 1].map(|at| pairs.iter().map(|pair| pair[at].total).collect::<Vec<f64>>());
-        let losses: Vec<f64> = without.iter().zip(&with).map(|(without, with)| without - with).collect();
         let relative_loss = loss(totals);
-        let ci = relative_loss.and_then(|_| student_interval(&losses)).map(|ci| ci.map(|end| end / totals[0]));
+        // A ratio of two means: what each run lost beyond that share of its own (Cochran, Sampling Techniques, 1977, eq. 6.13).
+        let interval = |share: f64| {
+            let beyond = |(without, with): (&f64, &f64)| without - with - share * without;
+            let ends = student_interval(&without.iter().zip(&with).map(beyond).collect::<Vec<f64>>())?;
+            Some(ends.map(|end| share + end / totals[0]))
+        };
+        let ci = relative_loss.and_then(interval);
         DisturbedRow {
             experiment: group.section.experiment.into(),
             task: group.section.task.into(),
@@ -112,7 +117,7 @@ pub fn disturbed(group: &Group, folders: &[RunFolder], rows: &[RunSummary]) -> R
     Ok(cases.into_iter().map(row).collect())
 }
 
-/// A run that was taken on may have got a better policy, or another last one, than that which was disturbed.
+/// A run that was taken on may have got a better policy than that which was disturbed. All are to be of one kind: the best.
 fn is_of_its_policy(folder: &RunFolder) -> Result<()> {
     let path = folder.disturbed();
     let policies = Columns::by_text(&path, "policy")?;
@@ -124,16 +129,11 @@ fn is_of_its_policy(folder: &RunFolder) -> Result<()> {
     let played = Columns::read(&path)?.values("step")?;
     let evaluations = Columns::evaluations(folder, "mean")?.mean_by_step("return")?;
     let better = |best: (f64, f64), next: (f64, f64)| if next.1 > best.1 { next } else { best };
-    let best = evaluations.into_iter().reduce(better).map(|evaluation| evaluation.0);
-    // Saved at the end of the last episode.
-    let last = Columns::read(&folder.episodes())?.values("step")?.last().copied();
-    let kept = [best, last].map(|step| step.unwrap_or(f64::NAN));
+    let best = evaluations.into_iter().reduce(better).map_or(f64::NAN, |evaluation| evaluation.0);
     ensure!(
-        played.iter().all(|step| kept.contains(step)),
-        "{}: of an earlier policy; the best is of action {}, the last of {}: evaluate --disturb again",
-        path.display(),
-        kept[0],
-        kept[1]
+        played.iter().all(|&step| step == best),
+        "{}: not of the best policy, which is of action {best}: evaluate --disturb again, without --checkpoint last",
+        path.display()
     );
     Ok(())
 }
@@ -173,15 +173,15 @@ mod tests {
         assert_eq!((row.success, row.success_undisturbed), (0.75, 1.0));
         // 500 without, 350 with; forces 0 and 10, 0 and 30.
         assert!((row.relative_loss.unwrap() - 0.3).abs() < 1e-12);
-        // Losses 50 and 100: 75 with a standard error of 25, and Student's t of one degree of freedom.
+        // Losses of 50 and 100 where 0.3 of 100 and 400 would be 30 and 120: 20 and -20, a standard error of 20, one degree of freedom.
         let ends = [row.ci_low, row.ci_high].map(Option::unwrap);
         assert!(
-            ends.iter().zip([-1.0, 1.0]).all(|(end, side)| (end - (75.0 + side * 12.7062 * 25.0) / 250.0).abs() < 1e-4)
+            ends.iter().zip([-1.0, 1.0]).all(|(end, side)| (end - 0.3 - side * 12.7062 * 20.0 / 250.0).abs() < 1e-4)
         );
         assert_eq!((row.energy_ratio, row.largest_force_ratio), (Some(1.5), Some(3.0)));
         for (row, problem) in [
             ("push,mean,5,80000", "disturbed.csv: no undisturbed episodes"),
-            ("none,mean,5,70000", "of an earlier policy"),
+            ("none,mean,5,70000", "not of the best policy, which is of action 80000"),
             ("none,sampled,5,80000", "are to be of mean actions"),
         ] {
             fs_err::write(folders[0].disturbed(), format!("{header}\n{row},true,1,1,1\n")).unwrap();

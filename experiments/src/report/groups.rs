@@ -126,13 +126,17 @@ pub struct SummaryRow {
     pub median: f64,
 }
 
-/// Every metric of every group. A deviation needs two seeds, an interval [`FEWEST_FOR_INTERVAL`].
+/// Every metric of every group, over the runs whose tables tell it. A deviation needs two seeds, an interval [`FEWEST_FOR_INTERVAL`].
 pub fn summary(groups: &[Group]) -> Vec<SummaryRow> {
     let row = |group: &Group, &(metric, of): &Metric| {
-        let values = group.values(of);
+        let mut values = group.values(of);
+        values.retain(|value| !value.is_nan());
+        if values.is_empty() {
+            return None;
+        }
         let ci = (values.len() >= FEWEST_FOR_INTERVAL).then(|| interval(&[&values], |sample| iqm(&sample[0])));
         let [lowest, highest] = range(&values);
-        SummaryRow {
+        Some(SummaryRow {
             experiment: group.section.experiment.into(),
             task: group.section.task.into(),
             space: group.space.into(),
@@ -148,9 +152,9 @@ pub fn summary(groups: &[Group]) -> Vec<SummaryRow> {
             ci_low: ci.map(|ci| ci[0]),
             ci_high: ci.map(|ci| ci[1]),
             median: median(&values),
-        }
+        })
     };
-    groups.iter().flat_map(|group| METRICS.iter().map(move |metric| row(group, metric))).collect()
+    groups.iter().flat_map(|group| METRICS.iter().filter_map(move |metric| row(group, metric))).collect()
 }
 
 #[cfg(test)]
@@ -184,5 +188,12 @@ pub(crate) mod tests {
         let [low, high] = [enough.ci_low.unwrap(), enough.ci_high.unwrap()];
         assert!(60.0 < low && low < 62.0 && 62.0 < high && high < 64.0, "{low} to {high}");
         assert_eq!((few.ci_low, few.ci_high), (None, None));
+
+        let mut older = runs("aforce", 5);
+        older[0].final_return = f64::NAN;
+        let known = row(&older);
+        assert_eq!((known.n_seeds, known.iqm, known.lowest), (4, 62.5, 61.0));
+        older.iter_mut().for_each(|run| run.final_return = f64::NAN);
+        assert!(summary(&groups(&older)).iter().all(|row| row.metric != "final_return"));
     }
 }

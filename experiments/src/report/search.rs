@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use anyhow::{Result, ensure};
+use anyhow::Result;
 use output::statistics::mean;
 use serde::Serialize;
 
 use crate::config::{RunConfig, RunId};
 use crate::report::columns::Columns;
-use crate::run::folder::RunFolder;
+use crate::run::folder::{RunFolder, State};
 
 /// A candidate after a round: a row of `search.csv`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -25,7 +25,7 @@ pub struct Candidate {
     /// Actions of the round, of each run.
     pub actions: u64,
     /// Mean return of the evaluations in the last quarter of these actions, mean and sampled actions alike, over the seeds; none if
-    /// a run failed before it had any.
+    /// a run failed.
     pub score: Option<f64>,
     /// 1 is the best of its task and space in this round.
     pub rank: usize,
@@ -34,12 +34,12 @@ pub struct Candidate {
 /// The candidates of `runs` below `out` after so many actions, the better one of a task and space first.
 ///
 /// # Errors
-/// If a table cannot be read, or no run of a task and space has come so far.
+/// If a table cannot be read.
 pub fn rank(runs: &[&RunConfig], out: &Path, actions: u64) -> Result<Vec<Candidate>> {
     let mut scores: BTreeMap<(String, String, String), Vec<Option<f64>>> = BTreeMap::new();
     for run in runs {
         let RunId { task, space, variant, .. } = RunId::of(run);
-        scores.entry((task, space, variant)).or_default().push(score(&RunFolder::below(out, run), actions)?);
+        scores.entry((task, space, variant)).or_default().push(score(run, out, actions)?);
     }
     let mut candidates: Vec<Candidate> = scores
         .into_iter()
@@ -57,29 +57,27 @@ pub fn rank(runs: &[&RunConfig], out: &Path, actions: u64) -> Result<Vec<Candida
     let worth = |candidate: &Candidate| candidate.score.unwrap_or(f64::NEG_INFINITY);
     candidates.sort_by(|a, b| of(a).cmp(&of(b)).then(worth(b).total_cmp(&worth(a))));
     for group in candidates.chunk_by_mut(|a, b| of(a) == of(b)) {
-        let Candidate { task, space, score, .. } = &group[0];
-        ensure!(score.is_some(), "{task} {space}: no candidate was evaluated in the last quarter of {actions} actions");
         group.iter_mut().zip(1..).for_each(|(candidate, rank)| candidate.rank = rank);
     }
     Ok(candidates)
 }
 
-/// Whether the candidate of this run is in the better half of its task and space.
+/// Whether the candidate of this run is in the better half of its task and space, and none of its runs failed.
 pub fn goes_on(run: &RunConfig, ranked: &[Candidate]) -> bool {
     let id = RunId::of(run);
     let rivals = ranked.iter().filter(|other| other.task == id.task && other.space == id.space);
     let half = rivals.clone().count().div_ceil(2);
-    rivals.take(half).any(|candidate| candidate.variant == id.variant)
+    rivals.take(half).any(|candidate| candidate.variant == id.variant && candidate.score.is_some())
 }
 
-fn score(run: &RunFolder, actions: u64) -> Result<Option<f64>> {
-    // A run that failed early has an empty table, or none.
-    if fs_err::metadata(run.eval()).map_or(0, |file| file.len()) == 0 {
+fn score(config: &RunConfig, out: &Path, actions: u64) -> Result<Option<f64>> {
+    let (run, round) = (RunFolder::below(out, config), RunConfig { steps: actions, ..config.clone() });
+    if run.state(&round) != State::Done && !run.has_come_past(&round) {
         return Ok(None);
     }
     let mut returns = vec![];
     for policy in ["mean", "sampled"] {
-        let points = Columns::evaluations(run, policy)?.mean_by_step("return")?;
+        let points = Columns::evaluations(&run, policy)?.mean_by_step("return")?;
         let late = |step: f64| 4.0 * step > 3.0 * actions as f64 && step <= actions as f64;
         returns.extend(points.iter().filter(|point| late(point.0)).map(|point| point.1));
     }

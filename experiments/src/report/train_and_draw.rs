@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Result;
+use output::program;
 
 use crate::config::{RunConfig, cli};
 use crate::report::curves;
@@ -20,7 +21,7 @@ pub fn train_and_draw(config: &RunConfig, out: &Path, options: RunOptions) -> Re
     let draw = || {
         if let (Err(error), false) = (curves::draw(&folder), options.quiet) {
             // The run goes on all the same: its exit code says how it ended.
-            eprintln!("learning curves could not be drawn: {error:#}");
+            program::tell(format_args!("learning curves could not be drawn: {error:#}"));
         }
     };
     let ending = train::in_folder(config, &folder, options, &draw)?;

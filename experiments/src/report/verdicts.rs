@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::Result;
 use output::program::bad;
 use output::rank_test::{holm, p_value, smallest_detectable};
-use output::statistics::{mean, probability_of_improvement, welch_interval};
+use output::statistics::{FEWEST_FOR_INTERVAL, mean, probability_of_improvement, welch_interval};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use settings::parse;
@@ -83,7 +83,7 @@ pub struct VerdictRow {
 ///
 /// The exact two-sided rank test over seeds, corrected by Holm's method within a task for those that have runs: below 0.05 a
 /// hypothesis is `as expected` or `the other way round`. Else the two are `equal` if Welch's 95 % interval of the difference of
-/// their means lies within the margin, and `not decided` if not.
+/// their means lies within the margin and each has five runs, and `not decided` if not.
 ///
 /// # Errors
 /// If the file is not one of hypotheses, or names a metric that runs do not have.
@@ -99,7 +99,6 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
             return Err(wrong(format!("{:?}: metric {metric:?} is no column of numbers in runs.csv", hypothesis.name)));
         }
         for task in &hypothesis.tasks {
-            let worst = if hypothesis.expected == Expected::Above { f64::NEG_INFINITY } else { f64::INFINITY };
             let is_of = |run: &RunSummary, space: &str| {
                 let meant = hypothesis.experiment.as_ref().is_none_or(|named| *named == run.experiment);
                 meant && run.task == task.as_str() && label(&run.space, &run.variant) == space
@@ -123,7 +122,7 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
             }
             let [a, b] = sides.map(|space| -> Vec<f64> {
                 let of_side = done.iter().filter(|(run, _)| is_of(run, space));
-                of_side.map(|(_, numbers)| numbers[metric].as_f64().unwrap_or(worst)).collect()
+                of_side.map(|(_, numbers)| numbers[metric].as_f64().unwrap_or(worst(metric))).collect()
             });
             rows.push(row(hypothesis, task.as_str(), &a, &b));
             samples.push([a, b]);
@@ -144,6 +143,11 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
     let expected = hypotheses.iter().flat_map(|hypothesis| hypothesis.tasks.iter().map(|_| hypothesis.expected));
     rows.iter_mut().zip(expected).for_each(|(row, expected)| row.verdict = verdict(row, expected));
     Ok(rows)
+}
+
+/// What counts for a run that lacks a metric, as it never came so far: what a task took, in time, energy or force, was endless.
+fn worst(metric: &str) -> f64 {
+    if ["_to_success_", "_to_450"].iter().any(|part| metric.contains(part)) { f64::INFINITY } else { f64::NEG_INFINITY }
 }
 
 /// That can be between two means of a metric: a share lies between 0 and 1.
@@ -193,7 +197,9 @@ fn verdict(row: &VerdictRow, expected: Expected) -> &'static str {
         return if above == (expected == Expected::Above) { "as expected" } else { "the other way round" };
     }
     let within = |margin: f64| row.ci_low.zip(row.ci_high).is_some_and(|(low, high)| -margin < low && high < margin);
-    if row.margin.is_some_and(within) { "equal" } else { "not decided" }
+    // Two runs may well agree by chance.
+    let enough = row.n_space.min(row.n_against) >= FEWEST_FOR_INTERVAL;
+    if enough && row.margin.is_some_and(within) { "equal" } else { "not decided" }
 }
 
 #[cfg(test)]
@@ -247,21 +253,30 @@ mod tests {
             hypothesis("sampled_return", "above", "osc", "margin = 5"),
             hypothesis("sampled_return", "above", "osc", "margin = 1"),
             hypothesis("sampled_return", "above", "low", ""),
+            hypothesis("steps_to_450", "above", "variable", ""),
         ]
         .concat();
         let rows = judged(&text, &all).unwrap();
         let verdicts: Vec<&str> = rows.iter().map(|row| row.verdict).collect();
         assert_eq!(
             verdicts,
-            ["as expected", "the other way round", "as expected", "equal", "not decided", "no runs"],
+            [
+                "as expected",
+                "the other way round",
+                "as expected",
+                "equal",
+                "not decided",
+                "no runs",
+                "the other way round"
+            ],
             "{rows:#?}"
         );
-        // Two against 252 ways, five hypotheses with runs.
+        // Two against 252 ways, six hypotheses with runs.
         let p = 2.0 / 252.0;
-        assert!((rows[0].p.unwrap() - p).abs() < 1e-12 && (rows[0].p_holm.unwrap() - 5.0 * p).abs() < 1e-12);
+        assert!((rows[0].p.unwrap() - p).abs() < 1e-12 && (rows[0].p_holm.unwrap() - 6.0 * p).abs() < 1e-12);
         assert_eq!((rows[0].difference, rows[0].above, rows[2].above), (Some(40.0), Some(1.0), Some(0.0)));
         assert_eq!((rows[2].mean_against, rows[2].difference), (None, None), "three of them never came there");
-        // Below 0.05 / 5 lies p of five seeds only where all pairs agree; steps are too few to see anything in.
+        // Below 0.05 / 6 lies p of five seeds only where all pairs agree; steps are too few to see anything in.
         assert!(rows[4].smallest_detectable.is_some_and(|d| (4.0..8.0).contains(&d)), "{:?}", rows[4]);
     }
 
@@ -269,8 +284,9 @@ mod tests {
     fn a_run_counts_once_it_is_done() {
         let mut all = [runs("aforce", &[1.0, 2.0, 3.0], &[None; 3]), runs("osc", &[1.0, 2.0], &[None; 2])].concat();
         all[2].done = false;
-        let row = judged(&hypothesis("sampled_return", "above", "osc", ""), &all).unwrap().remove(0);
+        let row = judged(&hypothesis("sampled_return", "above", "osc", "margin = 50"), &all).unwrap().remove(0);
         assert_eq!((row.n_space, row.n_against, row.mean_space), (2, 2, Some(1.5)));
+        assert_eq!(row.verdict, "not decided", "two runs of each side may agree by chance");
         all[4].preset = "paper".into();
         let error = judged(&hypothesis("sampled_return", "above", "osc", ""), &all).unwrap_err().to_string();
         assert!(error.contains("runs trained with paper and swift"), "{error}");

@@ -13,7 +13,7 @@ use crate::run::rows::SCHEMA;
 
 /// A CSV file open for appending; every row is handed to the system as it is written, so that it survives the process.
 pub struct CsvWriter {
-    writer: csv::Writer<Box<dyn Write>>,
+    /// None keeps nothing.
     file: Option<File>,
     /// Whether the header is still to be written.
     is_new: bool,
@@ -27,28 +27,30 @@ impl CsvWriter {
     pub fn append(path: &Path) -> Result<Self> {
         let file = OpenOptions::new().create(true).append(true).open(path)?;
         let is_new = file.metadata()?.len() == 0;
-        let same = file.try_clone()?;
-        Ok(CsvWriter { writer: csv::Writer::from_writer(Box::new(same)), file: Some(file), is_new })
+        Ok(CsvWriter { file: Some(file), is_new })
     }
 
     /// A table that keeps nothing.
     pub fn discard() -> Self {
-        CsvWriter { writer: csv::Writer::from_writer(Box::new(std::io::sink())), file: None, is_new: true }
+        CsvWriter { file: None, is_new: true }
     }
 
-    /// Writes a row made of `key` columns and `value` columns, fractions with seven digits.
+    /// Writes a row, fractions with seven digits.
     ///
     /// # Errors
-    /// If the disk does not take it.
+    /// If the disk does not take it; then nothing of it stays.
     pub fn write(&mut self, row: impl Serialize) -> Result<()> {
+        let Some(file) = &mut self.file else { return Ok(()) };
         let mut exact = csv::WriterBuilder::new().has_headers(self.is_new).from_writer(vec![]);
         exact.serialize(row)?;
         let exact = exact.into_inner()?;
+        let mut text = csv::Writer::from_writer(vec![]);
         for record in csv::ReaderBuilder::new().has_headers(false).from_reader(exact.as_slice()).records() {
-            self.writer.write_record(record?.iter().map(rounded))?;
+            text.write_record(record?.iter().map(rounded))?;
         }
+        let before = file.metadata()?.len();
+        file.write_all(&text.into_inner()?).inspect_err(|_| drop(file.set_len(before)))?;
         self.is_new = false;
-        self.writer.flush()?;
         Ok(())
     }
 

@@ -124,10 +124,11 @@ impl RunFolder {
         let held = |file: File| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock));
         if self.is_done(config) {
             State::Done
+        } else if File::open(self.lock()).is_ok_and(held) {
+            // Perhaps without a configuration yet: prior data is collected first.
+            State::Running
         } else if !self.config().exists() {
             State::New
-        } else if File::open(self.lock()).is_ok_and(held) {
-            State::Running
         } else {
             State::Begun
         }

@@ -9,6 +9,7 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 use fs_err::OpenOptions;
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use output::program;
 use rustix::process::{Pid, Signal, getpid, getppid, kill_process, set_parent_process_death_signal};
 
 use crate::run::stop::Stop;
@@ -158,7 +159,7 @@ impl PoolProgress {
 
     fn begun(&self, name: &str) -> ProgressBar {
         if self.plain {
-            eprintln!("begun  {name}");
+            program::tell(format_args!("begun  {name}"));
         }
         let bar = self.all.add(ProgressBar::new_spinner());
         bar.set_style(ProgressStyle::with_template("{prefix:24} {wide_msg}").expect("a valid template"));
@@ -175,9 +176,10 @@ impl PoolProgress {
 
     fn line(&self, text: &str) {
         if self.plain {
-            eprintln!("{text}");
+            program::tell(text);
         } else {
-            self.all.suspend(|| eprintln!("{text}"));
+            // A terminal that is gone is no error.
+            let _ = self.all.println(text);
         }
     }
 }

@@ -4,6 +4,7 @@ use std::io::IsTerminal;
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use output::program;
 use output::statistics::{mean, mean_of};
 use tasks::Outcome;
 
@@ -75,7 +76,7 @@ impl<'a> RunProgress<'a> {
         if self.quiet {
             return;
         }
-        self.bar.suspend(|| eprintln!("{text}"));
+        self.bar.suspend(|| program::tell(text));
     }
 }
 

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use output::program;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::flag;
 
@@ -12,12 +13,14 @@ use signal_hook::flag;
 pub struct Stop(Arc<AtomicBool>);
 
 impl Stop {
-    /// Listens from now on.
+    /// Listens from now on. Nor does a reader of the output that goes away end the program any more: Ctrl-C also ends the `tee`
+    /// behind it, before it has saved itself.
     ///
     /// # Errors
     /// If the system refuses the handlers.
     pub fn on_signals() -> std::io::Result<Self> {
         let stop = Stop::default();
+        program::outlive_readers();
         // Before the next two: the first signal finds the flag unset and only sets it.
         flag::register_conditional_shutdown(SIGINT, 128 + SIGINT, Arc::clone(&stop.0))?;
         flag::register(SIGINT, Arc::clone(&stop.0))?;

@@ -113,6 +113,7 @@ pub fn in_folder(
     draw: &dyn Fn(),
 ) -> Result<Option<Ending>> {
     let _lock = folder.prepare(config, options.resume)?;
+    let stop = Stop::on_signals()?;
     let mut progress = RunProgress::new(config.steps, options.quiet, draw);
     progress.line(&format!("run folder {}", folder.path().display()));
     progress.line(&setup::in_words(&config.env));
@@ -125,7 +126,7 @@ pub fn in_folder(
         progress.line(&format!("nothing will be learned: the first {random} actions of a run are random"));
     }
 
-    let ending = train(config, folder, options.tensorboard, &Stop::on_signals()?, &mut progress)?;
+    let ending = train(config, folder, options.tensorboard, &stop, &mut progress)?;
     if ending == Ending::Stopped {
         progress.line("stopped; continue with the same command and --resume");
     }

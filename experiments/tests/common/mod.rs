@@ -56,6 +56,13 @@ pub fn start(command: &Command) -> Running {
     Running(std::process::Command::new(command.get_program()).args(command.get_args()).spawn().unwrap())
 }
 
+/// With its progress, which nobody reads: what is behind the pipe has ended.
+pub fn start_unheard(command: &Command) -> Running {
+    let (_, deaf) = std::io::pipe().unwrap();
+    let loud = command.get_args().filter(|argument| *argument != "--quiet");
+    Running(std::process::Command::new(command.get_program()).args(loud).stderr(deaf).spawn().unwrap())
+}
+
 impl Running {
     /// Waits until `done` says so, which the program is to bring about.
     pub fn wait_until(&mut self, what: &str, mut done: impl FnMut() -> bool) {

@@ -52,10 +52,12 @@ pub(crate) const METRICS: [Metric; 28] = {
     ]
 };
 
-/// Of every metric, in order; `force` is the desired one (N).
+/// Of every metric, in order; `force` is the desired one (N). A wipe that was broken off has no number but `completed`, 0: half the way
+/// costs half the energy.
 pub(crate) fn measure(record: &Record, force: f64) -> Vec<f64> {
     let outcome = record.outcome(force);
-    METRICS.iter().map(|metric| (metric.of)(record, &outcome)).collect()
+    let counts = |metric: &Metric| record.completed || metric.name == "completed";
+    METRICS.iter().map(|metric| if counts(metric) { (metric.of)(record, &outcome) } else { f64::NAN }).collect()
 }
 
 /// A number as it stands in the tables; empty if there is none.

@@ -1,10 +1,10 @@
 //! Between the header's arrays and the law's types.
 
-use aforce::host::ArmState;
+use aforce::host::{ArmState, Command, Status};
 use aforce::{Jacobian, JointMatrix, Pose, Vector3};
 use nalgebra::{Matrix3, Matrix4, Quaternion, Rotation3, Translation3, UnitQuaternion};
 
-use crate::AforceState;
+use crate::{AforceCommand, AforceState, AforceStatus};
 
 /// How far a rotation's columns may be from orthonormal.
 const ORTHONORMAL: f64 = 1e-3;
@@ -21,6 +21,16 @@ pub(crate) fn state(state: &AforceState) -> ArmState {
         wrench: state.wrench.into(),
         tau: state.tau.into(),
     }
+}
+
+pub(crate) fn command(command: &Command) -> AforceCommand {
+    let (status, limited, fault) = match command.status {
+        Status::Running => (AforceStatus::Running, 0, 0),
+        Status::Limited(limited) => (AforceStatus::Limited, limited.bits(), 0),
+        Status::Fault(fault) => (AforceStatus::Fault, 0, fault.code()),
+        Status::Stopped => (AforceStatus::Stopped, 0, 0),
+    };
+    AforceCommand { tau: command.tau.into(), status, limited, fault, reserved: 0 }
 }
 
 /// A pose from its matrix. One whose rotation is none has a rotation that is not a number, which the host refuses.

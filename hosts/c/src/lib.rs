@@ -3,12 +3,12 @@
 use std::ffi::{CStr, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use aforce::host::{Command, Host, HostSetup, NotTaken, Status};
+use aforce::host::{Host, HostSetup, NotTaken};
 
 mod convert;
 mod text;
 
-use convert::{pose, pose_matrix, state};
+use convert::{command, pose, pose_matrix, state};
 use text::write_text;
 
 /// Counts up with every change of a struct or a function.
@@ -270,22 +270,20 @@ pub unsafe extern "C" fn aforce_update(
     dt: f64,
     command: *mut AforceCommand,
 ) -> AforceResult {
-    // SAFETY: the caller vouches for the pointers.
-    let (host, state, command) = unsafe { (host.as_mut().and_then(alive_mut), state.as_ref(), command.as_mut()) };
-    let Some(command) = command else { return AforceResult::BadPointer };
-    *command = AforceCommand { tau: [0.0; 7], status: AforceStatus::Stopped, limited: 0, fault: 0, reserved: 0 };
-    let (Some(host), Some(state)) = (host, state) else { return AforceResult::BadPointer };
-    guarded(|| {
-        let Command { tau, status } = host.update(&self::state(state), dt);
-        command.tau = tau.into();
-        match status {
-            Status::Running => command.status = AforceStatus::Running,
-            Status::Limited(limited) => (command.status, command.limited) = (AforceStatus::Limited, limited.bits()),
-            Status::Fault(fault) => (command.status, command.fault) = (AforceStatus::Fault, fault.code()),
-            Status::Stopped => command.status = AforceStatus::Stopped,
-        }
+    if command.is_null() {
+        return AforceResult::BadPointer;
+    }
+    let mut done = AforceCommand { tau: [0.0; 7], status: AforceStatus::Stopped, limited: 0, fault: 0, reserved: 0 };
+    let result = guarded(|| {
+        // SAFETY: the caller vouches for the pointers.
+        let (host, state) = unsafe { (host.as_mut().and_then(alive_mut), state.as_ref()) };
+        let (Some(host), Some(state)) = (host, state) else { return AforceResult::BadPointer };
+        done = self::command(&host.update(&self::state(state), dt));
         AforceResult::Ok
-    })
+    });
+    // SAFETY: not null, and the caller vouches for the rest. It may be uninitialised: written to, never referred to.
+    unsafe { command.write(done) };
+    result
 }
 
 /// The law ends; the arm holds its posture, ever more softly. A fault stays a fault.
@@ -319,11 +317,11 @@ pub unsafe extern "C" fn aforce_is_relaxed(host: *const AforceHost) -> i32 {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn aforce_read(host: *const AforceHost, readings: *mut AforceReadings) -> AforceResult {
     guarded(|| {
-        // SAFETY: the caller vouches for the pointers.
-        let (host, readings) = unsafe { (host.as_ref().and_then(alive), readings.as_mut()) };
-        let (Some(host), Some(readings)) = (host, readings) else { return AforceResult::BadPointer };
+        // SAFETY: the caller vouches for it.
+        let host = unsafe { host.as_ref() }.and_then(alive);
+        let (Some(host), false) = (host, readings.is_null()) else { return AforceResult::BadPointer };
         let controller = host.controller();
-        *readings = AforceReadings {
+        let told = AforceReadings {
             stiffness: (*host.acting_stiffness()).into(),
             feedforward: (*controller.feedforward()).into(),
             wrench: (*controller.wrench()).into(),
@@ -335,6 +333,8 @@ pub unsafe extern "C" fn aforce_read(host: *const AforceHost, readings: *mut Afo
             engagement: controller.engagement(),
             tank: host.tank(),
         };
+        // SAFETY: not null, and the caller vouches for the rest.
+        unsafe { readings.write(told) };
         AforceResult::Ok
     })
 }

@@ -104,7 +104,11 @@ static AforceState state_of(const double *row) {
 static void check_refusals(const AforceState *first) {
     AforceCommand command;
     CHECK(aforce_abi_version() == AFORCE_ABI_VERSION);
+    memset(&command, 0xff, sizeof command);
     CHECK(aforce_update(&host, first, 0.002, &command) == AFORCE_RESULT_BAD_POINTER);
+    CHECK(command.status == AFORCE_STATUS_STOPPED && command.tau[6] == 0 && command.reserved == 0);
+    CHECK(aforce_update(&host, first, 0.002, NULL) == AFORCE_RESULT_BAD_POINTER);
+    CHECK(aforce_read(&host, NULL) == AFORCE_RESULT_BAD_POINTER);
     CHECK(aforce_stop(NULL) == AFORCE_RESULT_BAD_POINTER);
     CHECK(init("aforse") == AFORCE_RESULT_BAD_SETUP);
     CHECK(strstr(message, "did you mean `aforce`?"));

@@ -15,7 +15,8 @@ pub struct Args {
     /// What the arm does
     #[arg(long, group = "who")]
     pub script: Option<Script>,
-    /// A program, with its arguments, that reads a line of observations and answers with a line of actions, 20 times a second
+    /// A program, with its arguments, that reads a line of observations and answers with a line of actions, up to 20
+    /// times a second
     #[arg(long, group = "who")]
     pub policy: Option<String>,
     /// The arm, its limits and the action space, as TOML [default: configs/fr3.toml of this package]

@@ -5,7 +5,7 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
 use aforce::host::{Command, Host, Status};
-use aforce::{EnergyLedger, JointVector, Pose, Vector6, pose_error};
+use aforce::{EnergyLedger, JointVector, Pose, Vector3, Vector6, pose_error};
 use anyhow::{Context, Result, anyhow};
 
 /// Rows that may wait for the disk.
@@ -30,13 +30,14 @@ pub struct Row {
 
 impl Row {
     /// What the host has just done. `energies` are of all of the torque, and without the compensation of gravity and Coriolis
-    /// forces.
+    /// forces. Forces are along the `contact_axis`.
     pub fn new(
         time: f64,
         phase: &'static str,
         host: &Host,
         command: &Command,
         energies: [&EnergyLedger; 2],
+        contact_axis: &Vector3,
     ) -> Option<Self> {
         let (controller, y) = (host.controller(), host.measurement()?);
         let (status, limited) = match command.status {
@@ -48,7 +49,7 @@ impl Row {
         Some(Self {
             time,
             phase,
-            force: [y.wrench[2], controller.force_command(), controller.engagement()],
+            force: [y.wrench.fixed_rows::<3>(0).dot(contact_axis), controller.force_command(), controller.engagement()],
             tool: y.pose,
             set_point: *controller.set_point(),
             stiffness: host.effective_stiffness(),
@@ -134,5 +135,25 @@ impl Log {
     pub fn finish(self) -> Result<()> {
         drop(self.rows);
         self.writer.join().map_err(|_| anyhow!("the log's thread has died"))?.context("the log")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+
+    #[test]
+    fn the_measured_force_is_along_the_contact_axis() {
+        let (mut host, (mut arm, _)) = (testing::host(), testing::panda());
+        // The arm reports what the tool exerts.
+        arm.wrench = -Vector6::new(1.0, 2.0, 3.0, 0.0, 0.0, 0.0);
+        let command = host.update(&arm, 0.001);
+        let energy = EnergyLedger::default();
+        let column = Row::header().iter().position(|name| name == "measured_force_n").unwrap();
+        for (axis, force) in [([0.0, 0.0, 1.0], 3.0), ([-1.0, 0.0, 0.0], -1.0), ([0.0, 0.6, 0.8], 3.6)] {
+            let row = Row::new(0.0, "hold", &host, &command, [&energy, &energy], &axis.into()).unwrap();
+            assert_eq!(row.cells()[column], format!("{force:.6}"));
+        }
     }
 }

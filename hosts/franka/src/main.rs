@@ -15,6 +15,8 @@ mod policy;
 mod rehearsal;
 mod run;
 mod script;
+#[cfg(test)]
+mod testing;
 
 fn main() -> ExitCode {
     match run::run(&cli::Args::parse()) {

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context, Result};
-use franka::{ControllerMode, Duration, JointPositions, Robot, RobotState, motion_finished};
+use franka::{ControllerMode, Duration, FciVersion, JointPositions, Robot, RobotState, motion_finished};
 
 /// Largest speed of a joint on the way (rad/s): a fifth of what the slowest may.
 const SPEED: f64 = 0.4;
@@ -12,11 +12,12 @@ const BRAKING: f64 = 0.5;
 
 /// Moves to `goal` (rad), or brakes to rest on the way as soon as `stop` is set.
 pub fn move_to(robot: &Robot, goal: [f64; 7], stop: &AtomicBool) -> Result<()> {
+    let version = robot.fci_version();
     let mut way: Option<Way> = None;
     robot
         .control_joint_positions(
             |state: &RobotState, period: Duration| {
-                let way = way.get_or_insert_with(|| Way::new(state.q, goal));
+                let way = way.get_or_insert_with(|| Way::new(beginning(state, version), goal));
                 way.advance(period.as_secs_f64(), stop.load(Ordering::Relaxed));
                 let positions = JointPositions::new(way.target());
                 if way.is_over() { motion_finished(positions) } else { positions }
@@ -26,6 +27,15 @@ pub fn move_to(robot: &Robot, goal: [f64; 7], stop: &AtomicBool) -> Result<()> {
             franka::DEFAULT_CUTOFF_FREQUENCY,
         )
         .context("the move to the start")
+}
+
+/// Where the way begins (rad). A Panda's first set-point, unlike an FR3's, is filtered and limited against the set-point
+/// that the robot had: from the measured angles it would be a jump.
+fn beginning(state: &RobotState, version: FciVersion) -> [f64; 7] {
+    match version {
+        FciVersion::V5 => state.q_d,
+        FciVersion::V10 => state.q,
+    }
 }
 
 /// A quintic: at rest, without acceleration, at both ends.
@@ -91,6 +101,13 @@ mod tests {
 
     fn differences(of: &[f64]) -> Vec<f64> {
         of.windows(2).map(|pair| (pair[1] - pair[0]) / 0.001).collect()
+    }
+
+    #[test]
+    fn it_begins_where_the_robot_takes_the_arm_to_be() {
+        let state = RobotState { q: [0.1; 7], q_d: [0.2; 7], ..RobotState::default() };
+        assert_eq!(beginning(&state, FciVersion::V5), [0.2; 7]);
+        assert_eq!(beginning(&state, FciVersion::V10), [0.1; 7]);
     }
 
     #[test]

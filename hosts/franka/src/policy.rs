@@ -20,6 +20,8 @@ pub struct Policy {
     child: Child,
     observations: SyncSender<String>,
     actions: Receiver<Result<Vec<f64>>>,
+    /// Asked, and not yet answered.
+    waiting: bool,
 }
 
 impl Policy {
@@ -35,7 +37,7 @@ impl Policy {
             .with_context(|| format!("--policy {command}"))?;
         let mut input = child.stdin.take().context("the policy's input")?;
         let answers = BufReader::new(child.stdout.take().context("the policy's output")?);
-        // Writing and reading block: not in the control thread. Of observations only the next one waits.
+        // Writing and reading block: not in the control thread.
         let (observations, lines) = sync_channel::<String>(1);
         std::thread::spawn(move || {
             for line in lines {
@@ -53,7 +55,7 @@ impl Policy {
                 }
             }
         });
-        Ok(Self { child, observations, actions })
+        Ok(Self { child, observations, actions, waiting: false })
     }
 
     /// The first action, before any torque flows: a policy for another space is refused here.
@@ -69,6 +71,7 @@ impl Policy {
                 Err(RecvTimeoutError::Disconnected) => bail!("the policy ended without an answer"),
             }
         };
+        self.waiting = false;
         let found = action.len();
         ensure!(
             found == expected,
@@ -78,9 +81,13 @@ impl Policy {
         Ok(action)
     }
 
-    /// Asks for an action. A policy that is gone is noticed by its silence.
+    /// Asks for an action, unless an answer is still due: questions that queue up would be answered late. A policy that
+    /// is gone is noticed by its silence.
     pub fn ask(&mut self, host: &Host) {
-        let _ = self.observations.try_send(observation(host));
+        if !self.waiting {
+            self.waiting = true;
+            let _ = self.observations.try_send(observation(host));
+        }
     }
 
     /// The latest action since the last call, if there is one.
@@ -88,7 +95,10 @@ impl Policy {
         let mut latest = None;
         loop {
             match self.actions.try_recv() {
-                Ok(action) => latest = Some(action?),
+                Ok(action) => {
+                    self.waiting = false;
+                    latest = Some(action?);
+                }
                 Err(TryRecvError::Empty | TryRecvError::Disconnected) => return Ok(latest),
             }
         }
@@ -129,4 +139,32 @@ fn numbers(line: &str) -> Result<Vec<f64>> {
         bail!("the policy answers with an empty line");
     }
     Ok(numbers)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+
+    /// It takes ten times as long as passes between two questions, and answers with the last joint's angle.
+    #[test]
+    fn a_slow_policy_answers_to_what_was_measured_after_its_last_answer() {
+        let folder = tempfile::tempdir().unwrap();
+        let program = folder.path().join("slow");
+        std::fs::write(&program, "while read -r line; do set -- $line; sleep 0.05; echo $7; done").unwrap();
+        let mut policy = Policy::start(&format!("sh {}", program.display())).unwrap();
+        let (mut host, (mut arm, _)) = (testing::host(), testing::panda());
+        let (begin, mut answers, mut at_last_answer) = (Instant::now(), 0, arm.q[6]);
+        while answers < 10 {
+            assert!(begin.elapsed() < PATIENCE, "{answers} answers");
+            arm.q[6] += 1e-4;
+            host.update(&arm, 0.001);
+            policy.ask(&host);
+            std::thread::sleep(Duration::from_millis(5));
+            if let Some(answer) = policy.answer().unwrap() {
+                assert!(answer[0] > at_last_answer, "answer {answers}: {} rad, now {}", answer[0], arm.q[6]);
+                (answers, at_last_answer) = (answers + 1, arm.q[6]);
+            }
+        }
+    }
 }

@@ -4,13 +4,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use aforce::host::{ArmState, CompensatedBy, Host, HostSetup, NotTaken, Status, WrenchAxes, WrenchSource};
-use aforce::{Arm, EnergyLedger, JointVector};
+use aforce::{Arm, EnergyLedger, JointVector, Vector3};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use franka::{FciVersion, Model, RealtimeConfig, Robot, RobotMode, RobotState, Torques, motion_finished};
 use signal_hook::consts::{SIGINT, SIGTERM};
 
 use crate::arm::{arm_state, model_pose};
-use crate::cli::Args;
+use crate::cli::{Args, Script};
 use crate::csv_log::{Log, Row};
 use crate::policy::Policy;
 use crate::rehearsal::add_table;
@@ -38,11 +38,8 @@ pub fn run(args: &Args) -> Result<()> {
     let setup = read_setup(args)?;
     let mut host = Host::new(&setup)?;
     ensure!(args.duration > 0.0, "--duration {}: must be above 0", args.duration);
-    ensure!(
-        args.script != Some(crate::cli::Script::Wipe) || setup.space.force,
-        "--script wipe presses: `{}` has space.force = false",
-        setup.space
-    );
+    let wipes = args.script == Some(Script::Wipe);
+    ensure!(!wipes || setup.space.force, "--script wipe presses: `{}` has space.force = false", setup.space);
     let interface = &setup.interface;
     let reported = interface.wrench == WrenchSource::Reported;
     ensure!(
@@ -53,6 +50,15 @@ pub fn run(args: &Args) -> Result<()> {
         args.rehearse_table.is_none() || reported && interface.wrench_axes == WrenchAxes::Base,
         "--rehearse-table adds to a wrench that the arm reports in base axes: see interface.wrench and wrench_axes"
     );
+    let contact_axis = Vector3::from(setup.contact_axis).normalize();
+    let up = (contact_axis - Vector3::z()).norm() < 1e-6;
+    for (option, given) in [("--script wipe", wipes), ("--rehearse-table", args.rehearse_table.is_some())] {
+        ensure!(
+            !given || up,
+            "{option} has its table below: contact_axis is {:?}, [0.0, 0.0, 1.0] would be right",
+            setup.contact_axis
+        );
+    }
     let start = args.start.as_deref().map(|start| within(start, &setup.arm)).transpose()?;
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
@@ -97,7 +103,8 @@ pub fn run(args: &Args) -> Result<()> {
     };
     let log = args.log.as_deref().map(Log::create).transpose()?;
 
-    let mut act = Act { setup: &setup, host, source, first, log, stop, duration: args.duration, refused: None };
+    let mut act =
+        Act { setup: &setup, contact_axis, host, source, first, log, stop, duration: args.duration, refused: None };
     let outcome = act.control(&robot, &model, &read);
     if let Some(log) = act.log.take() {
         log.finish()?;
@@ -169,6 +176,8 @@ fn prepare(robot: &Robot, setup: &HostSetup) -> Result<()> {
 /// The loop at 1 kHz.
 struct Act<'a> {
     setup: &'a HostSetup,
+    /// The set-up's, of length 1.
+    contact_axis: Vector3,
     host: Host,
     source: Source,
     /// The policy's first action, which came before the loop.
@@ -208,7 +217,8 @@ impl Act<'_> {
             let tau = Torques::new(command.tau.into());
             if let Some(log) = &self.log
                 && cycles.is_multiple_of(LOGGED)
-                && let Some(row) = Row::new(time, self.phase(), &self.host, &command, [&energy, &control_energy])
+                && let Some(row) =
+                    Row::new(time, self.phase(), &self.host, &command, [&energy, &control_energy], &self.contact_axis)
             {
                 log.add(row);
             }

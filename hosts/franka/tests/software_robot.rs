@@ -283,6 +283,32 @@ fn a_start_outside_of_the_workspace_and_another_arm_are_refused() {
 }
 
 #[test]
+fn a_table_that_is_not_below_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let setup = folder.path().join("wall.toml");
+    let fr3 = include_str!("../configs/fr3.toml");
+    let refusal = |axis: &str, arguments: &[&str]| {
+        std::fs::write(&setup, fr3.replace("[0.0, 0.0, 1.0] # the table is below", axis)).unwrap();
+        // Nobody listens there: what is not refused before fails to connect.
+        let mut command = Command::new(env!("CARGO_BIN_EXE_franka-host"));
+        command.args(["--robot", "127.0.0.1:9", "--no-realtime", "--setup"]).arg(&setup).args(arguments);
+        let output = command.output().unwrap();
+        assert_eq!(output.status.code(), Some(1));
+        text(&output)
+    };
+    let rehearsal = ["--script", "hold", "--rehearse-table", "0.3"];
+    for (option, arguments) in [("--script wipe", &["--script", "wipe"][..]), ("--rehearse-table", &rehearsal)] {
+        for (axis, told) in [("[-1, 0, 0]", "[-1.0, 0.0, 0.0]"), ("[0, 0, -1]", "[0.0, 0.0, -1.0]")] {
+            let right = "[0.0, 0.0, 1.0] would be right";
+            let expected = format!("error: {option} has its table below: contact_axis is {told}, {right}\n");
+            assert_eq!(refusal(axis, arguments), expected);
+        }
+        assert!(refusal("[0, 0, 2]", arguments).contains("127.0.0.1:9"));
+    }
+    assert!(refusal("[-1, 0, 0]", &["--script", "circle"]).contains("127.0.0.1:9"));
+}
+
+#[test]
 fn an_address_without_a_robot_and_another_protocol_are_refused() {
     let output = host(&["--script", "hold", "--robot", "127.0.0.1:9"]).output().unwrap();
     // The option given twice: clap refuses. Alone:

@@ -3,34 +3,40 @@
 import copy
 import json
 import os
+from typing import Any, TypeAlias
 
 import gymnasium as gym
 import numpy as np
 from gymnasium.utils import EzPickle
+from numpy.typing import ArrayLike, NDArray
 
 from ._native import Env as Native
 
+File: TypeAlias = str | os.PathLike[str]
+Floats: TypeAlias = NDArray[np.float32]
+Box: TypeAlias = "gym.spaces.Box[np.float32]"  # In quotes, as older releases of Gymnasium have no parameter here.
 
-def spaces_of(description, scaled):
+
+def spaces_of(description: dict[str, Any], scaled: bool) -> tuple[Box, Box]:
     """Spaces of observation and action: finite where observations are scaled."""
     limit = description["scaled_limit"] if scaled else np.inf
     observation = gym.spaces.Box(-limit, limit, (len(description["observation"]),), np.float32)
     return observation, gym.spaces.Box(-1.0, 1.0, (len(description["action"]),), np.float32)
 
 
-def checked_seed(seed, others=0):
+def checked_seed(seed: int | None, others: int = 0) -> int | None:
     """A seed as the simulation takes it, after which there are `others` more: a whole number of 64 bits."""
     if seed is not None and not (isinstance(seed, (int, np.integer)) and 0 <= seed < 2**64 - others):
         raise ValueError(f"seed = {seed!r} is not allowed; allowed: a whole number from 0 to 2**64 - {1 + others}")
     return None if seed is None else int(seed)
 
 
-def checked_options(options):
+def checked_options(options: dict[str, Any] | None) -> None:
     if options:
         raise ValueError(f"reset has no option {next(iter(options))!r}")
 
 
-class Env(gym.Env, EzPickle):
+class Env(gym.Env[Floats, Floats], EzPickle):
     """A Panda, a task and an action space; made by `gymnasium.make("aforce/Lift-v0", ...)`, `Door-v0` or `Wipe-v0`.
 
     space        name of `aforce.spaces()`, file, or dict: what an action is; "aforce" if not given
@@ -47,9 +53,20 @@ class Env(gym.Env, EzPickle):
     which, less motion_cost, add up to the reward.
     """
 
+    observation_space: Box
+    action_space: Box
     metadata = {"render_modes": ["rgb_array"], "render_fps": 20}
 
-    def __init__(self, named, *, config=None, scaled=False, render_mode=None, render_size=(480, 360), **settings):
+    def __init__(
+        self,
+        named: str,
+        *,
+        config: File | None = None,
+        scaled: bool = False,
+        render_mode: str | None = None,
+        render_size: tuple[int, int] = (480, 360),
+        **settings: Any,
+    ) -> None:
         settings = copy.deepcopy(settings)  # A pickle is of the settings as they are now.
         EzPickle.__init__(
             self, named, config=config, scaled=scaled, render_mode=render_mode, render_size=render_size, **settings
@@ -65,32 +82,33 @@ class Env(gym.Env, EzPickle):
         self.observation_space, self.action_space = spaces_of(description, scaled)
         self.metadata = {**self.metadata, "render_fps": description["env"]["controller"]["policy_hz"]}
 
-    def reset(self, *, seed=None, options=None):
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Floats, dict[str, Any]]:
         """Starts an episode: that of `seed`, which also fixes all later episodes that are given none."""
         checked_options(options)
         seed = checked_seed(seed)
         super().reset(seed=seed)
         return self._native.reset(seed), {}
 
-    def step(self, action):
+    def step(self, action: ArrayLike) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
         return self._native.step(action)
 
-    def render(self):
+    def render(self) -> NDArray[np.uint8] | None:
         return self._native.render(self._width, self._height) if self.render_mode else None
 
-    def close(self):
+    def close(self) -> None:
         self._native.close()
 
-    def expert_action(self):
+    def expert_action(self) -> Floats:
         """What the task's script would do now."""
         return self._native.expert_action()
 
     @property
-    def episode_seed(self):
+    def episode_seed(self) -> int:
         """Seed of the present episode, by which `reset` brings it back."""
         return self._native.episode_seed()
 
-    def describe(self):
+    def describe(self) -> dict[str, Any]:
         """Entries of action and observation with unit, frame and scaling, reward terms, the action space's record and what
         follows from it, all settings: what `train --describe --json` prints."""
-        return json.loads(self._native.describe())
+        description: dict[str, Any] = json.loads(self._native.describe())
+        return description

@@ -3,9 +3,12 @@
 import json
 import struct
 from pathlib import Path
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
+
+from .env import File, Floats
 
 FORMAT = 1
 
@@ -18,12 +21,22 @@ class Policy:
     config             path of its run's config.toml
     """
 
-    def __init__(self, layers, log_std_range, *, task, space, step, scaled, config):
+    def __init__(
+        self,
+        layers: list[tuple[Floats, Floats]],
+        log_std_range: tuple[float, float],
+        *,
+        task: str,
+        space: str,
+        step: int,
+        scaled: bool,
+        config: Path,
+    ) -> None:
         self._layers, self._log_std_range = layers, log_std_range
         self.task, self.space, self.step, self.scaled, self.config = task, space, step, scaled, config
 
     @classmethod
-    def load(cls, run, checkpoint="best"):
+    def load(cls, run: File, checkpoint: str = "best") -> "Policy":
         """The policy of a run folder: of its best evaluation, or its last."""
         folder = Path(run) / "checkpoints" / checkpoint
         if not folder.is_dir():
@@ -56,12 +69,20 @@ class Policy:
             config=Path(run) / "config.toml",
         )
 
-    def make(self, **keywords):
+    def make(self, **keywords: Any) -> gym.Env[Floats, Floats]:
         """The environment in which it was trained; keywords change it."""
-        keywords = {"config": self.config, "scaled": self.scaled} | keywords
-        return gym.make(f"aforce/{self.task.capitalize()}-v0", **keywords)
+        own: dict[str, Any] = {"config": self.config, "scaled": self.scaled}
+        return gym.make(f"aforce/{self.task.capitalize()}-v0", **own | keywords)
 
-    def predict(self, observation, state=None, episode_start=None, deterministic=True, *, rng=None):
+    def predict(
+        self,
+        observation: Any,
+        state: Any = None,
+        episode_start: Any = None,
+        deterministic: bool = True,
+        *,
+        rng: np.random.Generator | None = None,
+    ) -> tuple[Floats, None]:
         """The action, or an array of actions, for an observation or an array of them, and None: Stable-Baselines3's form, so that
         its evaluate_policy takes a policy. There is no state: `state` and `episode_start` do not count. Not `deterministic` is a
         sample of the policy, drawn with `rng`, a numpy.random.Generator."""
@@ -79,7 +100,7 @@ class Policy:
         return np.tanh(mean).astype(np.float32), None
 
 
-def read_safetensors(path):
+def read_safetensors(path: File) -> tuple[dict[str, Floats], dict[str, str]]:
     """The tensors of a file, all float32, by name, and its metadata."""
     data = Path(path).read_bytes()
     try:

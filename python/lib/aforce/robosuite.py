@@ -7,7 +7,10 @@ Other keys of `controller_configs` are those of `aforce.Controller`: position_st
 sets dt, torque_limits and policy_hz.
 """
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from robosuite import macros
 from robosuite.controllers.base_controller import Controller as Base
 from robosuite.robots import single_arm
@@ -21,7 +24,16 @@ CUTOFF_HZ = 100.0  # Of the low-pass on the force, as in this package's own task
 class LawController(Base):
     """`aforce.Controller` between robosuite's actions and its torques."""
 
-    def __init__(self, sim, eef_name, joint_indexes, actuator_range, policy_freq, space="aforce", **settings):
+    def __init__(
+        self,
+        sim: Any,
+        eef_name: str,
+        joint_indexes: dict[str, Any],
+        actuator_range: tuple[ArrayLike, ArrayLike],
+        policy_freq: float,
+        space: Any = "aforce",
+        **settings: Any,
+    ) -> None:
         super().__init__(sim, eef_name, joint_indexes, actuator_range)
         for key in ("type", "robot_name", "eef_rot_offset", "ndim"):  # What robosuite adds and the law does not need.
             settings.pop(key)
@@ -42,26 +54,26 @@ class LawController(Base):
         self.input_min, self.input_max = -np.ones(self.law.dim), np.ones(self.law.dim)
 
     @property
-    def name(self):
+    def name(self) -> str:
         return "AFORCE"
 
-    def set_goal(self, action):
+    def set_goal(self, action: ArrayLike) -> None:
         self.update()
         self.law.set_goal(action, self._measurement())
 
-    def run_controller(self):
+    def run_controller(self) -> NDArray[np.float64]:
         self.update()
         self._force = self._force + self._smoothing * (self._contact_force() - self._force)
         self.torques = self.law.update(self._measurement())
         super().run_controller()
         return self.torques
 
-    def _contact_force(self):
+    def _contact_force(self) -> NDArray[np.float64]:
         """What the environment exerts on the tool (N, world): the sensor feels that and the weight, with the other sign."""
         rotation = self.sim.data.site_xmat[self._frame].reshape(3, 3)
         return np.array([0.0, 0.0, self._weight]) - rotation @ self.sim.data.sensordata[self._sensor]
 
-    def _measurement(self):
+    def _measurement(self) -> Measurement:
         return Measurement(
             q=self.joint_pos,
             qd=self.joint_vel,
@@ -77,7 +89,7 @@ class LawController(Base):
 _factory = single_arm.controller_factory
 
 
-def _with_the_law(name, params):
+def _with_the_law(name: str, params: dict[str, Any]) -> Any:
     return LawController(**params) if name == "AFORCE" else _factory(name, params)
 
 

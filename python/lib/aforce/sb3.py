@@ -1,8 +1,8 @@
 """Settings for learners of others."""
 
-# Stable-Baselines3's SAC on these tasks, with scaled observations: `SAC("MlpPolicy", env, **SB3_SAC)`. Its own settings begin at a
-# temperature of 1, which outweighs a reward of at most 1 per action, and learn nothing in 30 000 actions of Lift.
-SB3_SAC = {
+from typing import Any
+
+SB3_SAC: dict[str, Any] = {
     "learning_rate": 5e-4,
     "batch_size": 128,
     "train_freq": 2,
@@ -12,3 +12,6 @@ SB3_SAC = {
     "learning_starts": 3300,
     "ent_coef": "auto_0.1",
 }
+"""Stable-Baselines3's SAC on these tasks, with scaled observations: `SAC("MlpPolicy", env, **SB3_SAC)`. Its own settings begin at a
+temperature of 1, which outweighs a reward of at most 1 per action, and learn nothing in 30 000 actions of Lift. `n_steps` wants release
+2.7.0 or later."""

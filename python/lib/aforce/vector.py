@@ -2,16 +2,19 @@
 
 import json
 import os
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv as Base
 from gymnasium.vector.utils import batch_space
+from numpy.typing import ArrayLike, NDArray
 
 from ._native import Vector as Native
-from .env import checked_seed, spaces_of
+from .env import File, Floats, checked_seed, spaces_of
 
 
-class VectorEnv(Base):
+class VectorEnv(Base[Floats, Floats, NDArray[Any]]):
     """`num_envs` environments that take their actions at the same time; made by
     `gymnasium.make_vec("aforce/Lift-v0", num_envs=8, threads=2)`.
 
@@ -24,17 +27,17 @@ class VectorEnv(Base):
 
     def __init__(
         self,
-        named,
-        num_envs=1,
+        named: str,
+        num_envs: int = 1,
         *,
-        threads=None,
-        autoreset_mode=AutoresetMode.NEXT_STEP,
-        config=None,
-        scaled=False,
-        render_mode=None,
-        render_size=None,
-        **settings,
-    ):
+        threads: int | None = None,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        config: File | None = None,
+        scaled: bool = False,
+        render_mode: None = None,
+        render_size: None = None,
+        **settings: Any,
+    ) -> None:
         for name, value in (("render_mode", render_mode), ("render_size", render_size)):
             if value is not None:
                 raise ValueError(f"{name} = {value!r} is not allowed; allowed: None, a vector draws no pictures")
@@ -53,7 +56,9 @@ class VectorEnv(Base):
         self.num_envs = num_envs
         self._ended = np.zeros(num_envs, bool)
 
-    def reset(self, *, seed=None, options=None):
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Floats, dict[str, Any]]:
         """`seed`: a number, or one (or None) for each environment; `options={"reset_mask": mask}` resets some of them."""
         options = dict(options or {})
         mask = np.asarray(options.pop("reset_mask", np.ones(self.num_envs, bool)))
@@ -72,7 +77,9 @@ class VectorEnv(Base):
         self._ended[mask] = False
         return observations, {}
 
-    def step(self, actions):
+    def step(
+        self, actions: ArrayLike
+    ) -> tuple[Floats, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
         """Observations, rewards, terminated, truncated, info: arrays, one row for each environment."""
         if self.autoreset_mode == AutoresetMode.DISABLED and self._ended.any():
             raise RuntimeError(f"environment {self._ended.argmax()} has ended: reset it (reset_mask)")
@@ -94,14 +101,14 @@ class VectorEnv(Base):
         return observations, rewards, terminated, truncated, info
 
     @classmethod
-    def _masked(cls, numbers, mask):
+    def _masked(cls, numbers: dict[str, Any], mask: NDArray[np.bool_]) -> dict[str, Any]:
         """Gymnasium's form: beside each array of info stands of which environments it has numbers."""
-        info = {}
+        info: dict[str, Any] = {}
         for name, values in numbers.items() if mask.any() else ():
             nested = isinstance(values, dict)
             info[name] = cls._masked(values, mask) if nested else np.where(mask, values, values.dtype.type(0))
             info[f"_{name}"] = mask.copy()
         return info
 
-    def close_extras(self, **kwargs):
+    def close_extras(self, **kwargs: Any) -> None:
         self._native.close()

@@ -215,7 +215,7 @@ impl ArmInterface {
 impl ArmState {
     /// The first field with an entry that no arm has: not a number, or far beyond any unit's range (1e4; of positions 10 m).
     /// Within these bounds nothing in the law overflows.
-    pub(crate) fn unreadable(&self) -> Option<&'static str> {
+    pub(crate) fn unreadable(&self, source: WrenchSource) -> Option<&'static str> {
         let rotation = self.pose.rotation.coords;
         let checks = [
             ("q", in_range(&self.q)),
@@ -226,7 +226,7 @@ impl ArmState {
             ("mass", in_range(&self.mass)),
             ("gravity", in_range(&self.gravity)),
             ("coriolis", in_range(&self.coriolis)),
-            ("wrench", in_range(&self.wrench)),
+            ("wrench", in_range(&self.wrench) || source != WrenchSource::Reported), // else nobody reads it
             ("tau", in_range(&self.tau)),
         ];
         checks.into_iter().find(|(_, readable)| !readable).map(|(field, _)| field)
@@ -283,15 +283,17 @@ mod tests {
 
     #[test]
     fn the_field_that_cannot_be_read_is_named() {
-        assert_eq!(resting_arm().unreadable(), None);
+        assert_eq!(resting_arm().unreadable(WrenchSource::Reported), None);
         let spoilt = |spoil: fn(&mut ArmState)| {
             let mut state = resting_arm();
             spoil(&mut state);
-            state.unreadable()
+            state.unreadable(WrenchSource::Reported)
         };
         assert_eq!(spoilt(|s| s.q[3] = f64::NAN), Some("q"));
         assert_eq!(spoilt(|s| s.mass[(1, 2)] = f64::INFINITY), Some("mass"));
         assert_eq!(spoilt(|s| s.wrench[5] = -1e5), Some("wrench"));
+        let unmeasured = ArmState { wrench: Wrench::repeat(f64::NAN), ..resting_arm() };
+        assert_eq!(unmeasured.unreadable(WrenchSource::Observed { cutoff_hz: 25.0 }), None);
         assert_eq!(spoilt(|s| s.pose.translation.vector.x = 11.0), Some("pose (position)"));
         let stretched = |s: &mut ArmState| {
             s.pose.rotation = UnitQuaternion::new_unchecked(2.0 * s.pose.rotation.into_inner());

@@ -227,7 +227,7 @@ impl Host {
 
     /// The state as the law reads it, `dt` seconds after the last one. An observed wrench is the observer's: none before a start.
     fn read(&mut self, state: &ArmState, dt: f64) -> Result<Measurement, Fault> {
-        if let Some(field) = state.unreadable() {
+        if let Some(field) = state.unreadable(self.interface.wrench) {
             return Err(Fault::Unreadable { field });
         }
         let mut y = self.interface.measurement(state, &self.arm.rotor_inertia.into());

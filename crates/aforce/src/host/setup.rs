@@ -6,7 +6,7 @@ use toml::{Table, Value};
 
 use crate::action_space::ActionSpace;
 use crate::arm::Arm;
-use crate::built_in::{RecordError, UnknownActionSpace};
+use crate::built_in::{RecordError, UnknownActionSpace, overlay};
 use crate::commanded_psi::PsiParameter;
 use crate::config::ControllerConfig;
 use crate::controller::Controller;
@@ -46,7 +46,7 @@ pub enum SetupError {
     #[error("space: {0}")]
     SpaceName(#[from] UnknownActionSpace),
     /// A name that is none.
-    #[error("{field} = {value}: known are {known}, or a table with every field")]
+    #[error("{field} = {value}: known are {known}, or a table that extends one")]
     Name {
         /// Of the set-up.
         field: &'static str,
@@ -61,8 +61,8 @@ pub enum SetupError {
 }
 
 impl HostSetup {
-    /// From TOML. `arm` is a table, `"panda"` or `"fr3"`; `interface` a table, `"franka"` or `"plain"`; `space` a built-in
-    /// space's name or a record, which may extend one; what is not said of `limits`, `controller` and `contact_axis` is as by
+    /// From TOML. `arm` is `"panda"`, `"fr3"` or a table; `interface` `"franka"`, `"plain"` or a table; `space` a built-in
+    /// space's name or a table. A table may extend what has a name (`{ extends = "plain", .. }`), or has every field. What is not said of `limits`, `controller` and `contact_axis` is as by
     /// default (+z).
     ///
     /// ```
@@ -172,24 +172,35 @@ fn upwards() -> [f64; 3] {
     [0.0, 0.0, 1.0]
 }
 
-/// Puts the table that a name stands for in the place of the name.
+/// Puts the table that a name stands for in the place of the name, or below a table that `extends` it.
 fn named<T: Serialize>(
     file: &mut Table,
     field: &'static str,
     names: &[(&str, T)],
     known: &'static str,
 ) -> Result<(), SetupError> {
-    let Some(Value::String(name)) = file.get(field) else { return Ok(()) };
-    let Some(Ok(table)) = names.iter().find(|(known, _)| known == name).map(|(_, table)| Value::try_from(table)) else {
-        return Err(SetupError::Name { field, value: Value::String(name.clone()), known });
+    let (name, over) = match file.remove(field) {
+        Some(Value::Table(mut over)) if over.contains_key("extends") => (over.remove("extends"), over),
+        Some(name @ Value::String(_)) => (Some(name), Table::new()),
+        other => {
+            file.extend(other.map(|whole| (field.into(), whole)));
+            return Ok(());
+        }
     };
-    file.insert(field.into(), table);
+    let value = name.unwrap_or_else(|| Value::String(String::new()));
+    let named = names.iter().find(|(known, _)| value.as_str() == Some(known));
+    let Some(mut table) = named.and_then(|(_, table)| Table::try_from(table).ok()) else {
+        return Err(SetupError::Name { field, value, known });
+    };
+    overlay(&mut table, over);
+    file.insert(field.into(), Value::Table(table));
     Ok(())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::host::interface::WrenchSource;
 
     const FILE: &str = "arm = 'fr3'\ninterface = 'franka'\nspace = 'aforce-force'\n[controller]\ncontrol_hz = 1000\n";
 
@@ -206,6 +217,12 @@ mod tests {
         assert_eq!(HostSetup::from_toml(&whole).unwrap(), short, "{whole}");
         let own = FILE.replace("'aforce-force'", "{ extends = 'aforce', name = 'soft', stiffness.fixed = 200 }");
         assert_eq!(HostSetup::from_toml(&own).unwrap().space.name, "soft");
+        let sensorless = FILE.replace("'franka'", "{ extends = 'plain', wrench.observed.cutoff_hz = 25 }");
+        let observed = WrenchSource::Observed { cutoff_hz: 25.0 };
+        assert_eq!(
+            HostSetup::from_toml(&sensorless).unwrap().interface,
+            ArmInterface { wrench: observed, ..ArmInterface::PLAIN }
+        );
     }
 
     #[test]
@@ -213,7 +230,10 @@ mod tests {
         assert!(error("x").starts_with("key with no value"), "{}", error("x"));
         assert_eq!(
             error(&FILE.replace("'fr3'", "'fr4'")),
-            "arm = \"fr4\": known are panda, fr3, or a table with every field"
+            "arm = \"fr4\": known are panda, fr3, or a table that extends one"
+        );
+        assert!(
+            error(&FILE.replace("'franka'", "{ extends = 'frank' }")).starts_with("interface = \"frank\": known are")
         );
         assert!(error(&FILE.replace("aforce-force", "aforse")).starts_with("space: unknown action space `aforse`"));
         assert!(error(&FILE.replace("control_hz", "control_khz")).contains("control_khz"));

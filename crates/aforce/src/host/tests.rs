@@ -433,6 +433,29 @@ fn stiffness_does_not_wind_up_against_a_cap() {
 }
 
 /// A tool that presses on a table: the table vanishes.
+/// A rigid table answers with what acts. When a smaller force is asked for than the cap lets through, it comes with the ramp.
+#[test]
+fn a_force_that_is_capped_does_not_wind_up() {
+    let limits = HostLimits { wrench_max: [8.0, 50.0], ..endless() };
+    let mut plant = Plant::new(&HostSetup { limits, ..setup("aforce-force") });
+    let mut press = |force: f64, cycles: usize| {
+        for cycle in 0..cycles {
+            if cycle % 50 == 0 {
+                let action =
+                    encode(plant.host.controller().space(), &ControllerConfig::default(), &Vector6::zeros(), force);
+                plant.host.set_goal(&action).unwrap();
+            }
+            let table = f64::max(-plant.tau[2], 2.0);
+            plant.step(&Wrench::new(0.0, 0.0, if cycle < 20 { table.max(5.0) } else { table }, 0.0, 0.0, 0.0));
+        }
+        (-plant.tau[2], plant.host.controller().force_command())
+    };
+    let (pressed, told) = press(10.0, 5000);
+    assert!(pressed > 7.9 && told < 8.1, "{pressed} N of {told} N");
+    let (pressed, _) = press(5.0, 400);
+    assert!(pressed < 6.0, "{pressed} N");
+}
+
 #[test]
 fn after_contact_is_lost_the_tool_does_not_run_after_it() {
     let travel = |contact_loss: f64| {
