@@ -1,7 +1,7 @@
 //! The control law alone.
 
 use aforce::{ActionSpace, Jacobian, JointMatrix, JointVector, Pose, TorqueLimits, Vector3, Vector6, Wrench};
-use nalgebra::{Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion, UnitVector3};
+use nalgebra::{Matrix3, Quaternion, Translation3, UnitQuaternion, UnitVector3};
 use numpy::{PyArray1, PyUntypedArrayMethods};
 use physics::panda::ParameterSet;
 use pyo3::exceptions::PyRuntimeError;
@@ -71,19 +71,18 @@ impl Measurement {
     }
 }
 
-/// Farthest from length one that a quaternion, and from orthogonal that a matrix, may be.
+/// Farthest from length one that a quaternion may be.
 const UNIT: f64 = 1e-3;
 
 /// A quaternion x, y, z, w as it stands, or a matrix.
 fn rotation(value: &Bound<'_, PyAny>) -> PyResult<UnitQuaternion<f64>> {
     if is_matrix(value) {
         let matrix = Matrix3::from_row_slice(&numbers(value, "orientation", &[3, 3])?);
-        let off = (matrix * matrix.transpose() - Matrix3::identity()).amax();
+        // One that is no number passes: the controller counts the fault.
         let finite = matrix.iter().all(|entry| entry.is_finite());
-        if finite && (off > UNIT || matrix.determinant() < 0.0) {
-            return Err(value_error("orientation is no rotation matrix"));
-        }
-        return Ok(UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix)));
+        let unknown = UnitQuaternion::new_unchecked(Quaternion::new(f64::NAN, 0.0, 0.0, 0.0));
+        let rotation = aforce::rotation_from_matrix(&matrix).or((!finite).then_some(unknown));
+        return rotation.ok_or_else(|| value_error("orientation is no rotation matrix"));
     }
     let [x, y, z, w] = numbers(value, "orientation", &[4])?[..] else { unreachable!("four numbers") };
     let quaternion = Quaternion::new(w, x, y, z);

@@ -88,6 +88,7 @@ pub use operational_space::OperationalSpace;
 pub use psi::{DeltaSign, Psi};
 pub use spatial::{
     Jacobian, JointMatrix, JointVector, Measurement, Pose, RotationError, Twist, Vector3, Vector6, Wrench, pose_error,
+    rotation_from_matrix,
 };
 pub use stability::{StabilityMargin, stability_margin};
 pub use stiffness::{Scale, Stiffness, StiffnessRange, StiffnessUnit};

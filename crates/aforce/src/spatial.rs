@@ -1,6 +1,6 @@
 //! Vectors, poses and what the controller reads from a plant. Linear first, world axes, at the tool point.
 
-use nalgebra::{Isometry3, SMatrix, SVector, UnitQuaternion};
+use nalgebra::{Isometry3, Matrix3, Rotation3, SMatrix, SVector, UnitQuaternion};
 use serde::{Deserialize, Serialize};
 
 /// One value per joint: positions (rad), velocities (rad/s) or torques (Nm).
@@ -49,6 +49,14 @@ pub fn pose_error(x: &Pose, x_d: &Pose) -> Vector6 {
     let p = x.translation.vector - x_d.translation.vector;
     let r = rotation_vector(&(x.rotation * x_d.rotation.inverse()));
     stack(&p, &r)
+}
+
+/// The rotation that a matrix is; `None` if it is none: its columns are 1e-3 or more from orthonormal, mirrored, or no numbers.
+#[must_use]
+pub fn rotation_from_matrix(matrix: &Matrix3<f64>) -> Option<UnitQuaternion<f64>> {
+    let off = (matrix.transpose() * matrix - Matrix3::identity()).amax();
+    let is_rotation = off < 1e-3 && matrix.determinant() > 0.0;
+    is_rotation.then(|| UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*matrix)))
 }
 
 /// How the rotational part of an error is measured.

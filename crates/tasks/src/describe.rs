@@ -95,7 +95,7 @@ fn options(env: &EnvConfig) -> String {
     format!("markers = {markers} (condensed, ends or all; Wipe's), controller = {} (its state)", seen.controller)
 }
 
-const RISE: &str = "rise of K under the largest lasting error";
+const RISE: &str = "rise of K under it, from floor to top";
 
 fn derived(env: &Env) -> Vec<Derived> {
     let EnvConfig { space, controller, .. } = env.config();

@@ -1,15 +1,12 @@
 //! What neither the controller's model nor the policy knows: fixed, or drawn anew for every episode.
 
-use std::collections::VecDeque;
-use std::f64::consts::TAU;
-
-use aforce::{ConfigError, JointVector, Measurement, Vector3, Wrench, within};
-use physics::{Deviation, Simulation};
+use aforce::{ConfigError, within};
+use physics::Deviation;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use crate::normal::standard_normal;
+use crate::drawn::Drawn;
 use crate::task_name::TaskName;
 
 /// A number, or the range from which one is drawn for every episode, each value as likely as any other.
@@ -160,95 +157,8 @@ impl Disturbance {
         rng.set_stream(1);
         let values = KINDS.map(|kind| {
             let [low, high] = (kind.of)(self).map_or([kind.neutral; 2], Draw::ends);
-            low + (high - low) * rng.random::<f64>()
+            (kind.key, low + (high - low) * rng.random::<f64>())
         });
-        let [
-            friction,
-            payload,
-            table_height,
-            object_mass,
-            hinge_damping,
-            hinge_spring,
-            push,
-            push_hz,
-            delay,
-            position_noise,
-            velocity_noise,
-            force_noise,
-            bias,
-        ] = values;
-        let mut direction = || Vector3::from_fn(|_, _| standard_normal(&mut rng)).normalize();
-        Drawn {
-            deviation: Deviation { payload, friction, object_mass, hinge_damping, hinge_spring, table_height },
-            push: direction() * push,
-            bias: direction() * bias,
-            push_hz,
-            phase: TAU * rng.random::<f64>(),
-            delay,
-            noise: [position_noise, velocity_noise, force_noise],
-            late: VecDeque::new(),
-            time: 0.0,
-            rng,
-        }
-    }
-}
-
-/// The disturbances of one episode.
-pub(crate) struct Drawn {
-    /// Of the plant.
-    pub deviation: Deviation,
-    /// Amplitude of the push (N, world).
-    push: Vector3,
-    push_hz: f64,
-    /// At the start (rad).
-    phase: f64,
-    /// How late torques act (s).
-    delay: f64,
-    /// Standard deviations of joint angle (rad), joint velocity (rad/s) and force (N).
-    noise: [f64; 3],
-    /// Error of the force that stays (N, world).
-    bias: Vector3,
-    /// Torques that have not acted yet, the oldest first.
-    late: VecDeque<JointVector>,
-    /// Since the start (s).
-    time: f64,
-    rng: ChaCha8Rng,
-}
-
-impl Drawn {
-    /// The episode starts: until the first torque arrives, the arm is held by `holding` (Nm).
-    pub fn begin(&mut self, holding: &JointVector, dt: f64) {
-        self.late = VecDeque::from(vec![*holding; (self.delay / dt - 1e-9).ceil() as usize]);
-    }
-
-    /// The force (N, world) that pushes the tool point in the coming sample of `dt` seconds.
-    pub fn push(&mut self, dt: f64) -> Vector3 {
-        let push = self.push * libm::sin(self.phase + TAU * self.push_hz * self.time);
-        self.time += dt;
-        push
-    }
-
-    /// The torque (Nm) that acts in this sample if `tau` is commanded.
-    pub fn delayed(&mut self, tau: &JointVector) -> JointVector {
-        if self.late.is_empty() {
-            return *tau;
-        }
-        let acting = self.late.pop_front().expect("it is not empty");
-        self.late.push_back(*tau);
-        acting
-    }
-
-    /// What is measured.
-    pub fn sense(&mut self, simulation: &Simulation) -> Measurement {
-        if self.noise == [0.0; 3] && self.bias == Vector3::zeros() {
-            return simulation.measure();
-        }
-        let rng = &mut self.rng;
-        let (q, qd) = simulation.joints();
-        let mut noisy = |v: JointVector, deviation: f64| v.map(|value| value + deviation * standard_normal(rng));
-        let (q, qd) = (noisy(q, self.noise[0]), noisy(qd, self.noise[1]));
-        let error = self.bias.map(|bias| bias + self.noise[2] * standard_normal(&mut self.rng));
-        let error = Wrench::new(error.x, error.y, error.z, 0.0, 0.0, 0.0);
-        simulation.model().measure(q, qd, simulation.contact().filtered + error)
+        Drawn::new(|key| values.iter().find(|(of, _)| *of == key).expect("a kind of disturbance").1, rng)
     }
 }

@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::component::Component;
 use crate::controller_state::{controller_components, observe_controller};
-use crate::disturbance::{Disturbance, Drawn};
+use crate::disturbance::Disturbance;
+use crate::drawn::Drawn;
 use crate::expert;
 use crate::interval::Interval;
 use crate::normal::standard_normal;

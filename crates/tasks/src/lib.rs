@@ -11,6 +11,7 @@ mod controller_state;
 mod describe;
 mod disturbance;
 mod door;
+mod drawn;
 mod env;
 mod episode;
 mod expert;

@@ -3,12 +3,12 @@
 use std::ffi::{CStr, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use aforce::host::{Host, HostSetup, NotTaken};
+use aforce::host::{Host, HostSetup, NotTaken, pose_from_matrix};
 
 mod convert;
 mod text;
 
-use convert::{command, pose, pose_matrix, state};
+use convert::{command, pose_matrix, state};
 use text::write_text;
 
 /// Counts up with every change of a struct or a function.
@@ -226,7 +226,7 @@ pub unsafe extern "C" fn aforce_start(
         let (host, state, model) =
             unsafe { (host.as_mut().and_then(alive_mut), state.as_ref(), model.cast::<[f64; 16]>().as_ref()) };
         let (Some(host), Some(state), Some(model)) = (host, state, model) else { return AforceResult::BadPointer };
-        match host.start(&self::state(state), &pose(model)) {
+        match host.start(&self::state(state), &pose_from_matrix(model)) {
             Ok(()) => AforceResult::Ok,
             Err(fault) => {
                 // SAFETY: the caller vouches for `message` and `size`.

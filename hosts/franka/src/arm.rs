@@ -1,19 +1,15 @@
 //! From Franka's state and model to the state that the law's host reads.
 
-use aforce::host::ArmState;
-use aforce::{Jacobian, JointMatrix, Pose, Vector3};
+use aforce::host::{ArmState, pose_from_matrix};
+use aforce::{Jacobian, JointMatrix, Pose};
 use franka::{Frame, Model, RobotState};
-use nalgebra::{Matrix3, Matrix4, Quaternion, Rotation3, UnitQuaternion};
-
-/// How far a rotation's columns may be from orthonormal.
-const ORTHONORMAL: f64 = 1e-3;
 
 /// Signs, sides and gravity are the interface's to name ([`aforce::host::ArmInterface::FRANKA`]): numbers pass as they are.
 pub fn arm_state(state: &RobotState, model: &Model) -> ArmState {
     ArmState {
         q: state.q.into(),
         qd: state.dq.into(),
-        pose: pose(&state.O_T_EE),
+        pose: pose_from_matrix(&state.O_T_EE),
         jacobian: Jacobian::from_column_slice(&model.zero_jacobian(Frame::EndEffector, state)),
         mass: JointMatrix::from_column_slice(&model.mass(state)),
         gravity: model.gravity(state).into(),
@@ -25,45 +21,12 @@ pub fn arm_state(state: &RobotState, model: &Model) -> ArmState {
 
 /// The tool where the model sees it at the robot's joint angles.
 pub fn model_pose(state: &RobotState, model: &Model) -> Pose {
-    pose(&model.pose(Frame::EndEffector, state))
-}
-
-/// A pose from its matrix. One whose rotation is none has a rotation that is not a number, which the host refuses.
-fn pose(column_major: &[f64; 16]) -> Pose {
-    let matrix = Matrix4::from_column_slice(column_major);
-    let position: Vector3 = matrix.fixed_view::<3, 1>(0, 3).into();
-    let rotation: Matrix3<f64> = matrix.fixed_view::<3, 3>(0, 0).into();
-    let off = (rotation.transpose() * rotation - Matrix3::identity()).amax();
-    let rotation = if off < ORTHONORMAL && rotation.determinant() > 0.0 {
-        UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation))
-    } else {
-        UnitQuaternion::new_unchecked(Quaternion::new(f64::NAN, 0.0, 0.0, 0.0))
-    };
-    Pose::from_parts(position.into(), rotation)
+    pose_from_matrix(&model.pose(Frame::EndEffector, state))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing;
-
-    #[test]
-    fn a_matrix_that_is_no_rotation_is_refused() {
-        let (mut state, model) = testing::panda();
-        let good = model.to_homogeneous();
-        let (mut stretched, mut skewed, mut mirrored, mut unknown) = (good, good, good, good);
-        stretched[0] = 3.0;
-        skewed[4] += 0.003;
-        mirrored.column_mut(1).neg_mut();
-        unknown[4] = f64::NAN;
-        let pose = |matrix: Matrix4<f64>| super::pose(&std::array::from_fn(|entry| matrix[entry]));
-        assert!(pose(good).rotation.angle_to(&model.rotation) < 1e-6);
-        for matrix in [stretched, skewed, mirrored, unknown, Matrix4::zeros()] {
-            state.pose = pose(matrix);
-            let refusal = testing::host().start(&state, &model).unwrap_err().to_string();
-            assert!(refusal.starts_with("pose (rotation) of the arm's state is not finite"), "{refusal}");
-        }
-    }
 
     /// The Panda's model in franka-rs against this project's sign and side conventions, at two postures.
     #[test]

@@ -1,11 +1,12 @@
 //! From what an arm's interface reports to what the law reads: who compensates what, and in which frame with which sign.
 
-use nalgebra::{Matrix3, SMatrix};
+use nalgebra::{Matrix3, Matrix4, Quaternion, SMatrix, UnitQuaternion};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, not_negative, within};
 use crate::spatial::{
-    Jacobian, JointMatrix, JointVector, Measurement, Pose, Vector3, Wrench, all_finite, linear, rotational, stack,
+    Jacobian, JointMatrix, JointVector, Measurement, Pose, Vector3, Wrench, all_finite, linear, rotation_from_matrix,
+    rotational, stack,
 };
 
 /// What an arm's interface reports at each cycle, in its own conventions, which [`ArmInterface`] names.
@@ -212,6 +213,17 @@ impl ArmInterface {
     }
 }
 
+/// A pose from its matrix, column by column, as Franka's interface and C have it. The rotation of a matrix that holds none is not a
+/// number, which [`Host`](crate::host::Host) refuses.
+#[must_use]
+pub fn pose_from_matrix(column_major: &[f64; 16]) -> Pose {
+    let matrix = Matrix4::from_column_slice(column_major);
+    let position: Vector3 = matrix.fixed_view::<3, 1>(0, 3).into();
+    let unknown = UnitQuaternion::new_unchecked(Quaternion::new(f64::NAN, 0.0, 0.0, 0.0));
+    let rotation = rotation_from_matrix(&matrix.fixed_view::<3, 3>(0, 0).into());
+    Pose::from_parts(position.into(), rotation.unwrap_or(unknown))
+}
+
 impl ArmState {
     /// The first field with an entry that no arm has: not a number, or far beyond any unit's range (1e4; of positions 10 m).
     /// Within these bounds nothing in the law overflows.
@@ -279,6 +291,24 @@ mod tests {
         // Tool y is -y; the point lies 10 cm above: (0, 0, 0.1) x (0, -5, 0) = (0.5, 0, 0).
         let y = interface.measurement(&state, &JointVector::zeros());
         assert_relative_eq!(y.wrench, Wrench::new(0.0, -5.0, 0.0, 0.5, 0.0, 0.0), epsilon = 1e-12);
+    }
+
+    #[test]
+    fn a_matrix_that_is_no_rotation_cannot_be_read() {
+        let good = resting_arm().pose.to_homogeneous();
+        let (mut stretched, mut skewed, mut mirrored, mut unknown) = (good, good, good, good);
+        stretched[0] = 3.0;
+        skewed[4] += 0.003;
+        mirrored.column_mut(1).neg_mut();
+        unknown[4] = f64::NAN;
+        let read = |matrix: Matrix4<f64>| {
+            let pose = pose_from_matrix(&std::array::from_fn(|entry| matrix[entry]));
+            ArmState { pose, ..resting_arm() }.unreadable(WrenchSource::Reported)
+        };
+        assert_eq!(read(good), None);
+        for matrix in [stretched, skewed, mirrored, unknown, Matrix4::zeros()] {
+            assert_eq!(read(matrix), Some("pose (rotation)"), "{matrix}");
+        }
     }
 
     #[test]

@@ -29,6 +29,7 @@ mod task_guard;
 pub use hold::HoldConfig;
 pub use interface::{
     ArmInterface, ArmState, CompensatedBy, Friction, InertiaSide, WrenchAxes, WrenchSign, WrenchSource,
+    pose_from_matrix,
 };
 pub use limits::HostLimits;
 pub use running::Host;
