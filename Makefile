@@ -106,7 +106,7 @@ reproduce: setup $(BASELINES) $(BOUNDS)
 	$(RUN) report -- runs
 	$(MAKE) study
 
-# The study of results/study, once more below runs/study: its learner's tournament (59 runs), its stages in the order of what they decide
+# The study of results/study, once more below runs/study: its learner's tournament (62 runs), its stages in the order of what they decide
 # (347 runs, of which a search stops half early), the policies of its first table, of Door with the script and of the law's parts under every
 # disturbance. About 44 core-hours on an AMD EPYC, a fifth of it the tournament; what is done is not done again.
 study: setup

@@ -1,7 +1,13 @@
 //! What a scene consists of, as plain data: bodies, joints, collision shapes.
 
 use aforce::{Pose, Vector3};
-use nalgebra::{Matrix3, Translation3, Unit, UnitQuaternion};
+use nalgebra::{Translation3, Unit, UnitQuaternion};
+
+mod inertial;
+mod role;
+
+pub use inertial::Inertial;
+pub use role::Role;
 
 /// Everything that is simulated. A body's parent stands before the body.
 #[derive(Debug, Clone, Default)]
@@ -134,62 +140,6 @@ pub struct Actuator {
     pub max_effort: f64,
 }
 
-/// Mass properties in the body frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Inertial {
-    /// kg
-    pub mass: f64,
-    /// Centre of mass in the body frame (m).
-    pub com: Vector3,
-    /// Inertia about the centre of mass, axes of the body frame (kg m2).
-    pub inertia: Matrix3<f64>,
-}
-
-impl Inertial {
-    /// No mass: static bodies and frames.
-    pub const NONE: Inertial = Inertial {
-        mass: 0.0,
-        com: Vector3::new(0.0, 0.0, 0.0),
-        inertia: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-    };
-
-    /// With principal axes parallel to the body frame.
-    pub fn diagonal(mass: f64, com: [f64; 3], inertia: [f64; 3]) -> Self {
-        Inertial { mass, com: com.into(), inertia: Matrix3::from_diagonal(&inertia.into()) }
-    }
-
-    /// A homogeneous box with the given half extents (m) and density (kg/m3).
-    pub fn solid_box(half: Vector3, density: f64) -> Self {
-        let mass = 8.0 * half.x * half.y * half.z * density;
-        let s = half.component_mul(&half) * (mass / 3.0);
-        Self::diagonal(mass, [0.0; 3], [s.y + s.z, s.x + s.z, s.x + s.y])
-    }
-
-    /// The same matter, described in the frame in which this body frame has pose `pose`.
-    pub fn transformed(&self, pose: &Pose) -> Self {
-        let r = pose.rotation.to_rotation_matrix();
-        Inertial {
-            mass: self.mass,
-            com: (pose * nalgebra::Point3::from(self.com)).coords,
-            inertia: r.matrix() * self.inertia * r.matrix().transpose(),
-        }
-    }
-
-    /// Two pieces of matter welded together (parallel-axis theorem).
-    pub fn merged(&self, other: &Inertial) -> Self {
-        let mass = self.mass + other.mass;
-        if mass == 0.0 {
-            return Self::NONE;
-        }
-        let com = (self.com * self.mass + other.com * other.mass) / mass;
-        let about = |part: &Inertial| {
-            let d = part.com - com;
-            part.inertia + part.mass * (Matrix3::identity() * d.norm_squared() - d * d.transpose())
-        };
-        Inertial { mass, com, inertia: about(self) + about(other) }
-    }
-}
-
 /// A collision shape on a body.
 #[derive(Debug, Clone)]
 pub struct Geom {
@@ -226,77 +176,6 @@ pub enum Shape {
         /// Radius.
         radius: f64,
     },
-}
-
-/// What a geom belongs to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Role {
-    /// Floor, table, pedestal, the arm's base.
-    Fixture,
-    /// A link of the arm, 1 to 7.
-    Link(u8),
-    /// Hand and finger shells, beyond the wrist.
-    Hand,
-    /// A finger pad, beyond the wrist.
-    Pad,
-    /// What is manipulated.
-    Object,
-    /// A tool without joints, beyond the wrist.
-    Tool,
-}
-
-impl Role {
-    /// Whether contacts of this geom belong to the wrench beyond the wrist.
-    pub fn is_beyond_wrist(self) -> bool {
-        matches!(self, Role::Hand | Role::Pad | Role::Tool)
-    }
-
-    /// Whether this is a part of the arm, hand and tool included.
-    pub fn is_on_arm(self) -> bool {
-        self.joints().is_some()
-    }
-
-    /// How many joints of the arm carry the geom; `None` beside the arm. Hand and tool are welded to link 7.
-    fn joints(self) -> Option<u8> {
-        match self {
-            Role::Fixture | Role::Object => None,
-            Role::Link(link) => Some(link),
-            Role::Hand | Role::Pad | Role::Tool => Some(7),
-        }
-    }
-
-    /// Whether two geoms can touch.
-    ///
-    /// Of the arm, links 1 and 2 meet what lies beyond the elbow, and link 5 the hand: in 3000 random postures the meshes
-    /// of robosuite, where all but neighbours may meet, overlap in no other pair. Links 1 and 2 cannot reach a fixture.
-    pub fn collides_with(self, other: Role) -> bool {
-        match (self.joints(), other.joints()) {
-            (Some(a), Some(b)) => matches!((a.min(b), a.max(b)), (1..=2, 5..=7) | (5, 7)),
-            (Some(joints), None) => joints > 2 || other == Role::Object,
-            (None, Some(joints)) => joints > 2 || self == Role::Object,
-            (None, None) => (self, other) != (Role::Fixture, Role::Fixture),
-        }
-    }
-}
-
-impl Role {
-    const ALL: [Role; 12] = {
-        use Role::*;
-        [Fixture, Link(1), Link(2), Link(3), Link(4), Link(5), Link(6), Link(7), Hand, Pad, Object, Tool]
-    };
-
-    /// This role's bit in a collision mask.
-    ///
-    /// # Panics
-    /// For `Link(0)` and links beyond the seventh.
-    pub fn bit(self) -> u32 {
-        1 << Role::ALL.iter().position(|&r| r == self).expect("listed above")
-    }
-
-    /// The bits of all roles this one can touch.
-    pub fn mask(self) -> u32 {
-        Role::ALL.iter().filter(|&&other| self.collides_with(other)).map(|r| r.bit()).sum()
-    }
 }
 
 impl Scene {
