@@ -181,3 +181,21 @@ fn stiffness_goes_to_moved_bounds_at_its_largest_rate() {
     }
     assert_eq!(law.stiffness()[0], 500.0);
 }
+
+#[test]
+fn a_lasting_error_lifts_k_from_floor_to_top_in_the_time_that_is_told() {
+    let psi = Psi { k_0: psi().k_min, ..psi() };
+    // Below and above what the rate of K allows.
+    for error in [0.008, 0.02, 0.2] {
+        let mut law = AdaptiveLaw::new(psi);
+        let steps = (psi.rise_time(0, error) / DT).ceil() as usize;
+        let after = |law: &mut AdaptiveLaw, steps| {
+            for _ in 0..steps {
+                law.update(&Vector6::repeat(error), &Vector6::zeros(), &FREE, DT);
+            }
+            law.stiffness()[0]
+        };
+        assert!(after(&mut law, steps - 2) < 800.0 && after(&mut law, 2) == 800.0, "{error}: {steps}");
+    }
+    assert_eq!(psi.rise_time(0, 0.005), f64::INFINITY);
+}
