@@ -62,8 +62,8 @@ pub enum SetupError {
 
 impl HostSetup {
     /// From TOML. `arm` is `"panda"`, `"fr3"` or a table; `interface` `"franka"`, `"plain"` or a table; `space` a built-in
-    /// space's name or a table. A table may extend what has a name (`{ extends = "plain", .. }`), or has every field. What is not said of `limits`, `controller` and `contact_axis` is as by
-    /// default (+z).
+    /// space's name or a table. A table may extend what has a name (`{ extends = "plain", .. }`), or has every field. What
+    /// is not said of `limits`, `controller` and `contact_axis` is as by default (+z).
     ///
     /// ```
     /// use aforce::host::HostSetup;
