@@ -107,8 +107,8 @@ reproduce: setup $(BASELINES) $(BOUNDS)
 	$(MAKE) study
 
 # The study of results/study, once more below runs/study: its learner's tournament (62 runs), its stages in the order of what they decide
-# (347 runs, of which a search stops half early), the policies of all but the search under every
-# disturbance. About 44 core-hours on an AMD EPYC, a fifth of it the tournament; what is done is not done again.
+# (337 runs, of which a search stops half early), the policies of all but the search under every
+# disturbance. About 42 core-hours on an AMD EPYC, a fifth of it the tournament; what is done is not done again.
 study: setup
 	$(RUN) sweep -- experiments/configs/tournament.toml
 	$(RUN) sweep -- experiments/configs/tournament-confirm.toml
