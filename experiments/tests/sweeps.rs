@@ -70,6 +70,12 @@ fn the_better_half_of_a_search_goes_on() {
     assert_eq!(ranked.column("rank").unwrap(), ["1", "2", "3", "4", "1", "2", "1"]);
     let variants = ranked.column("variant").unwrap();
     assert!(variants[..2].contains(&variants[4]) && variants[4] == variants[6], "{variants:?}");
+    let settings = ranked.column("settings").unwrap();
+    for (variant, settings) in variants.iter().zip(settings) {
+        let drawn = settings.starts_with("env.space.stiffness.fixed = ") && !settings.contains(',');
+        assert!(if *variant == "draw-0" { settings.is_empty() } else { drawn }, "{variant}: {settings}");
+    }
+    assert!(ranked.column("commit").unwrap().iter().all(|commit| !commit.is_empty()));
     let steps = |variant: &str| {
         let config = out.join(format!("lift/osc,{variant}/seed_1/config.toml"));
         RunConfig::resolve(Some(&config), &[]).unwrap().steps

@@ -99,6 +99,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         file::write_table(&table, &[] as &[Candidate])?;
     }
     let steps = runs[0].1.steps;
+    let all = runs.clone();
     let (mut ranked, mut ending) = (vec![], ExitCode::SUCCESS);
     for round in halving.into_iter().chain([steps]) {
         let shorter: Vec<_> = runs.iter().cloned().map(|(at, run)| (at, RunConfig { steps: round, ..run })).collect();
@@ -109,7 +110,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         } else if ended != ExitCode::SUCCESS {
             return Ok(ended);
         }
-        let of_round = rank(&runs, &out, round)?;
+        let of_round = search::rank(&configs(&runs), &configs(&all), &out, round)?;
         runs.retain(|(_, run)| search::goes_on(run, &of_round));
         ranked.extend(of_round);
         file::write_table(&table, &ranked)?;
@@ -118,8 +119,8 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(ending)
 }
 
-fn rank(runs: &[(usize, RunConfig)], out: &Path, actions: u64) -> Result<Vec<Candidate>> {
-    search::rank(&runs.iter().map(|(_, run)| run).collect::<Vec<_>>(), out, actions)
+fn configs(runs: &[(usize, RunConfig)]) -> Vec<&RunConfig> {
+    runs.iter().map(|(_, run)| run).collect()
 }
 
 fn train_one(arguments: &Arguments, runs: &[RunConfig], index: usize, out: &Path) -> Result<ExitCode> {

@@ -146,27 +146,37 @@ impl RunConfig {
 
     /// The first setting that has a part in the hash in which another run differs from this one, in words.
     pub fn difference(&self, other: &RunConfig) -> Option<String> {
-        let table = |config: &RunConfig| Table::try_from(config).expect("a configuration is a table");
-        let (there, here) = (table(&self.decisive()), table(&other.decisive()));
-        let (key, there, here) = first_difference(&there, &here)?;
+        let (key, there, here) = self.differences(other).into_iter().next()?;
         let word = |value: Option<Value>| value.map_or("absent".into(), |value| value.to_string());
         Some(format!("{key}: there {}, here {}", word(there), word(here)))
     }
+
+    /// Every setting that has a part in the hash in which another run differs from this one: its dotted key, the value here and
+    /// the other's; in alphabetical order.
+    pub fn differences(&self, other: &RunConfig) -> Vec<Difference> {
+        let table = |config: &RunConfig| Table::try_from(config.decisive()).expect("a configuration is a table");
+        differences(&table(self), &table(other))
+    }
 }
+
+/// Dotted key of a setting, and its values in two configurations; `None` where one has no such setting.
+pub type Difference = (String, Option<Value>, Option<Value>);
 
 fn five_minutes() -> f64 {
     5.0
 }
 
-/// Dotted key and both values of the first entry, in alphabetical order, in which two tables differ.
-fn first_difference(a: &Table, b: &Table) -> Option<(String, Option<Value>, Option<Value>)> {
+fn differences(a: &Table, b: &Table) -> Vec<Difference> {
     let keys: BTreeSet<&String> = a.keys().chain(b.keys()).collect();
-    keys.into_iter().find_map(|key| match (a.get(key), b.get(key)) {
+    let of_key = |key: &String| match (a.get(key), b.get(key)) {
         (Some(Value::Table(a)), Some(Value::Table(b))) => {
-            first_difference(a, b).map(|(inner, a, b)| (format!("{key}.{inner}"), a, b))
+            let inner = differences(a, b).into_iter();
+            inner.map(|(inner, a, b)| (format!("{key}.{inner}"), a, b)).collect()
         }
-        (a, b) => (a != b).then(|| (key.clone(), a.cloned(), b.cloned())),
-    })
+        (a, b) if a == b => vec![],
+        (a, b) => vec![(key.clone(), a.cloned(), b.cloned())],
+    };
+    keys.into_iter().flat_map(of_key).collect()
 }
 
 /// Parses `key=value` as given to `--set`; a value that is not TOML is a string.

@@ -29,30 +29,40 @@ pub struct Candidate {
     pub score: Option<f64>,
     /// 1 is the best of its task and space in this round.
     pub rank: usize,
+    /// What was drawn: in what it differs from the first candidate of its task and space, as `key = value, ..`.
+    pub settings: String,
+    /// Of its first seed's run; none if that never began.
+    pub commit: Option<String>,
 }
 
-/// The candidates of `runs` below `out` after so many actions, the better one of a task and space first.
+/// The candidates of `runs` below `out` after so many actions, the better one of a task and space first. `all` are the runs that the
+/// search began with.
 ///
 /// # Errors
 /// If a table cannot be read.
-pub fn rank(runs: &[&RunConfig], out: &Path, actions: u64) -> Result<Vec<Candidate>> {
-    let mut scores: BTreeMap<(String, String, String), Vec<Option<f64>>> = BTreeMap::new();
+pub fn rank(runs: &[&RunConfig], all: &[&RunConfig], out: &Path, actions: u64) -> Result<Vec<Candidate>> {
+    let mut scores: BTreeMap<(String, String, String), Vec<(&RunConfig, Option<f64>)>> = BTreeMap::new();
     for run in runs {
         let RunId { task, space, variant, .. } = RunId::of(run);
-        scores.entry((task, space, variant)).or_default().push(score(run, out, actions)?);
+        scores.entry((task, space, variant)).or_default().push((run, score(run, out, actions)?));
     }
-    let mut candidates: Vec<Candidate> = scores
-        .into_iter()
-        .map(|((task, space, variant), scores)| Candidate {
+    let mut candidates = vec![];
+    for ((task, space, variant), scores) in scores {
+        let run = scores[0].0;
+        let is_rival = |other: &&&RunConfig| (&RunId::of(other).task, &RunId::of(other).space) == (&task, &space);
+        let first = all.iter().find(is_rival).expect("it is one of them");
+        candidates.push(Candidate {
+            seeds: scores.len(),
+            actions,
+            score: scores.iter().map(|(_, score)| *score).collect::<Option<Vec<f64>>>().map(|scores| mean(&scores)),
+            rank: 0,
+            settings: settings(first, run),
+            commit: RunFolder::below(out, run).manifest().ok().map(|manifest| manifest.commits()),
             task,
             space,
             variant,
-            seeds: scores.len(),
-            actions,
-            score: scores.into_iter().collect::<Option<Vec<f64>>>().map(|scores| mean(&scores)),
-            rank: 0,
-        })
-        .collect();
+        });
+    }
     let of = |candidate: &Candidate| (candidate.task.clone(), candidate.space.clone());
     let worth = |candidate: &Candidate| candidate.score.unwrap_or(f64::NEG_INFINITY);
     candidates.sort_by(|a, b| of(a).cmp(&of(b)).then(worth(b).total_cmp(&worth(a))));
@@ -68,6 +78,13 @@ pub fn goes_on(run: &RunConfig, ranked: &[Candidate]) -> bool {
     let rivals = ranked.iter().filter(|other| other.task == id.task && other.space == id.space);
     let half = rivals.clone().count().div_ceil(2);
     rivals.take(half).any(|candidate| candidate.variant == id.variant && candidate.score.is_some())
+}
+
+/// In what a run differs from another but for its seed and name.
+fn settings(first: &RunConfig, run: &RunConfig) -> String {
+    let run = RunConfig { seed: first.seed, variant: first.variant.clone(), ..run.clone() };
+    let own = first.differences(&run).into_iter().filter_map(|(key, _, value)| Some(format!("{key} = {}", value?)));
+    own.collect::<Vec<_>>().join(", ")
 }
 
 fn score(config: &RunConfig, out: &Path, actions: u64) -> Result<Option<f64>> {
@@ -90,7 +107,8 @@ mod tests {
 
     fn candidate(space: &str, variant: &str, score: f64) -> Candidate {
         let [task, space, variant] = ["lift", space, variant].map(String::from);
-        Candidate { task, space, variant, seeds: 1, actions: 10, score: Some(score), rank: 0 }
+        let (settings, commit) = (String::new(), None);
+        Candidate { task, space, variant, seeds: 1, actions: 10, score: Some(score), rank: 0, settings, commit }
     }
 
     #[test]
