@@ -14,18 +14,20 @@ use tempfile::NamedTempFile;
 /// Writes a file; whoever looks meanwhile sees the old one, and so does who looks after a power loss.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
     let mut file = unfinished(path)?;
-    file.write_all(bytes).and_then(|()| file.as_file().sync_all()).with_context(|| path.display().to_string())?;
+    file.write_all(bytes).with_context(|| path.display().to_string())?;
     finish(file, path)
 }
 
-/// Gives a file its name, in place of the one that has it.
+/// Gives a file its name, in place of the one that has it, once the disk has its bytes.
 pub fn finish(file: NamedTempFile, path: &Path) -> Result<()> {
+    file.as_file().sync_all().with_context(|| path.display().to_string())?;
     file.persist(path).with_context(|| path.display().to_string())?;
     Ok(())
 }
 
-/// Gives a file its name, which no other may have.
+/// Gives a file its name, which no other may have, once the disk has its bytes.
 pub fn finish_new(file: NamedTempFile, path: &Path) -> Result<()> {
+    file.as_file().sync_all().with_context(|| path.display().to_string())?;
     file.persist_noclobber(path).with_context(|| format!("{}: nothing was overwritten", path.display()))?;
     Ok(())
 }

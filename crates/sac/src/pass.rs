@@ -112,7 +112,7 @@ impl Pass {
     }
 
     /// After [`Pass::backward`]: the derivative by the inputs from column `from` on, summed over the networks, `(rows, input - from)`.
-    pub fn input_gradient(&self, networks: &Networks, from: usize, gradient: &Buffer) {
+    pub fn input_gradient(&self, networks: &Networks, from: usize, gradient: &mut Buffer) {
         let columns = networks.sizes[0] - from;
         let weights = networks.first.narrow(1, from as i64, columns as i64);
         multiply(&gradient.view(0, &[self.rows, columns]), &self.all(&self.delta, 0), &weights);

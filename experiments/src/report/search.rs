@@ -41,20 +41,21 @@ pub struct Candidate {
 /// # Errors
 /// If a table cannot be read.
 pub fn rank(runs: &[&RunConfig], all: &[&RunConfig], out: &Path, actions: u64) -> Result<Vec<Candidate>> {
-    let mut scores: BTreeMap<(String, String, String), Vec<(&RunConfig, Option<f64>)>> = BTreeMap::new();
+    let mut seeds: BTreeMap<(String, String, String), Vec<&RunConfig>> = BTreeMap::new();
     for run in runs {
         let RunId { task, space, variant, .. } = RunId::of(run);
-        scores.entry((task, space, variant)).or_default().push((run, score(run, out, actions)?));
+        seeds.entry((task, space, variant)).or_default().push(run);
     }
     let mut candidates = vec![];
-    for ((task, space, variant), scores) in scores {
-        let run = scores[0].0;
+    for ((task, space, variant), runs) in seeds {
+        let scores: Vec<Option<f64>> = runs.iter().map(|run| score(run, out, actions)).collect::<Result<_>>()?;
+        let run = runs[0];
         let is_rival = |other: &&&RunConfig| (&RunId::of(other).task, &RunId::of(other).space) == (&task, &space);
         let first = all.iter().find(is_rival).expect("it is one of them");
         candidates.push(Candidate {
             seeds: scores.len(),
             actions,
-            score: scores.iter().map(|(_, score)| *score).collect::<Option<Vec<f64>>>().map(|scores| mean(&scores)),
+            score: scores.iter().copied().collect::<Option<Vec<f64>>>().map(|scores| mean(&scores)),
             rank: 0,
             settings: settings(first, run),
             commit: RunFolder::below(out, run).manifest().ok().map(|manifest| manifest.commits()),

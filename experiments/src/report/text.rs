@@ -27,8 +27,8 @@ pub fn find_templates(root: &Path) -> Result<Vec<PathBuf>> {
 /// Fills in the template `path` as the text `filled`, in Jinja's language. It knows `runs[EXPERIMENT][TASK][GROUP][COLUMN]`, a column of
 /// `runs.csv` as a list over the runs of a group, `comparison[EXPERIMENT][TASK][GROUP][QUANTITY]`, a row of
 /// `comparison.csv`, `rows(FILE, COLUMN=VALUE, ...)`, the rows of any other CSV file (its path counted from the
-/// folder of the text, or else of the template) whose columns read so, and the filters `mean` (of a list) and `digits(n)` (of a number, of each
-/// in a list, or of a row of `comparison.csv` with its interval).
+/// folder of the text, or else of the template) whose columns read so, and the filters `mean` and `deviation` (of a list) and `digits(n)` (of a
+/// number, of each in a list, or of a row of `comparison.csv` with its interval).
 ///
 /// # Errors
 /// If it is no template, or asks for files, runs, columns or quantities that do not exist.
@@ -40,6 +40,7 @@ pub fn fill(path: &Path, filled: &Path, runs: &[RunSummary], comparison: &[Compa
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).keep_trailing_newline(true).build()?);
     environment.add_filter("mean", |values: Vec<f64>| statistics::mean(&values));
+    environment.add_filter("deviation", |values: Vec<f64>| statistics::deviation(&values));
     environment.add_filter("digits", digits);
     environment.add_function("rows", move |file: &str, wanted: Kwargs| {
         let problem = |error: anyhow::Error| Error::new(ErrorKind::InvalidOperation, format!("{error:#}"));
@@ -97,7 +98,9 @@ fn rows(path: &Path, wanted: &[(&str, String)]) -> Result<Vec<BTreeMap<String, J
 
 fn digits(value: &Value, digits: usize) -> Result<String, Error> {
     if let Ok(number) = f64::try_from(value.clone()) {
-        return Ok(format!("{number:.digits$}"));
+        let text = format!("{number:.digits$}");
+        let is_zero = text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.'));
+        return Ok(if is_zero { text.trim_start_matches('-').into() } else { text });
     }
     match value.kind() {
         ValueKind::Seq => {
