@@ -47,6 +47,16 @@ fn bad_input_is_named() {
     expect(&error(replay().args(["--beside", "aforc"]), 2), &["aforc", "did you mean `aforce`"]);
     let doubled = ["--png", "x.png", "--plot", "x.svg"];
     expect(&error(replay().current_dir(out).args(doubled), 2), &["x.png", "two of the options"]);
+    let spelt_otherwise = ["--csv", "./page.html"];
+    expect(&error(replay().current_dir(out).args(spelt_otherwise), 2), &["page.html", "two of the options"]);
+    expect(&error(program("replay").args(["--expert", "--csv", "/dev/null"]), 1), &["/dev/null", "no file"]);
+    let disturbed = out.join("disturbed.toml");
+    std::fs::write(&disturbed, "[[case]]\nname = \"high\"\ndisturbance.table_height_m = 0.2\n").unwrap();
+    let mut evaluate = program("evaluate");
+    evaluate.args(["--expert", "--task", "wipe", "--disturb"]).arg(&disturbed);
+    expect(&error(&mut evaluate, 1), &["disturbed.toml", "\"high\"", "table_height_m"]);
+    std::fs::write(&disturbed, "[[case]]\nname = \"slick\"\ndisturbance.friction = \"low\"\n").unwrap();
+    expect(&error(&mut evaluate, 1), &["disturbed.toml", "a number, or [low, high]"]);
     assert!(!out.join("page.html").exists());
     assert!(!out.join("lift").exists(), "a refused run leaves nothing behind");
 }
@@ -125,7 +135,42 @@ fn what_was_tampered_with_is_named() {
     // A row taken out of the middle.
     std::fs::write(run.join("episodes.csv"), whole.replacen(&format!("{row}\n"), "", 1)).unwrap();
     expect(&error(train_for(2000, &runs).arg("--resume"), 1), &["episodes.csv", "rows were taken out or added"]);
+    // Tables, checkpoint and settings of another run.
+    let mut resumed = train_for(2000, &runs);
+    resumed.arg("--resume");
+    let mut exchange = |file: &str, from: &str, to: &str, words: &[&str]| {
+        let ours = std::fs::read_to_string(run.join(file)).unwrap();
+        assert!(ours.contains(from), "{from:?} is not in {file}");
+        std::fs::write(run.join(file), ours.replace(from, to)).unwrap();
+        let command = if file == "config.toml" {
+            let mut command = program("train");
+            command
+                .arg("--config")
+                .arg(run.join(file))
+                .args(["--resume", "--quiet", "--steps", "2000", "--out"])
+                .arg(&runs);
+            &mut { command }
+        } else {
+            &mut resumed
+        };
+        expect(&error(command, 1), words);
+        std::fs::write(run.join(file), ours).unwrap();
+    };
     std::fs::write(run.join("episodes.csv"), whole).unwrap();
+    exchange("episodes.csv", "aforce,7,", "aforce,8,", &["episodes.csv", "another run, with seed 8, not 7"]);
+    exchange("eval.csv", "lift,", "door,", &["eval.csv", "another run, with task door, not lift"]);
+    exchange(
+        "checkpoints/last/state.json",
+        "\"seed\": 7",
+        "\"seed\": 8",
+        &["is of the run lift aforce 8, not of lift aforce 7"],
+    );
+    exchange(
+        "config.toml",
+        "motion_price = 0.0",
+        "motion_price = 5.0",
+        &["config.toml", "was changed since the run began"],
+    );
 
     // Weights that are none, and weights of the same sizes from elsewhere.
     let best = run.join("checkpoints/best/actor.safetensors");
@@ -260,7 +305,7 @@ fn a_trained_run_is_evaluated_and_checked() {
     expect(&error(&mut wipe, 2), &["--beside", "plays lift, not wipe"]);
 
     // The same sizes, another action space: the sizes alone would not tell.
-    expect(&error(evaluate().args(["--space", "osc"]), 1), &["trained for lift with aforce", "osc"]);
+    expect(&error(evaluate().args(["--space", "osc"]), 1), &["is of the run lift aforce 7, not of lift osc 7", "osc"]);
     expect(&error(evaluate().args(["--space", "variable"]), 1), &["state.json"]);
 
     let actor = run.join("checkpoints/best/actor.safetensors");
@@ -544,7 +589,7 @@ fn a_grid_of_disturbances_becomes_one_table() {
         ),
         ("{ name = \"a\", disturbance = { friction = [2.0, 1.0] } }", "upside down"),
         ("{ name = \"a\", disturbance = { frictoin = 2.0 } }", "frictoin"),
-        ("{ name = \"none\", disturbance = {} }", "two cases are named \"none\""),
+        ("{ name = \"none\", disturbance = {} }", "\"none\" is what undisturbed episodes are called"),
     ];
     for (case, message) in refused {
         let text = grid(&format!("case = [{case}]\n"));

@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ConfigError {
     /// A value lies outside its allowed range.
-    #[error("{field} = {value} is not allowed; allowed: {allowed}")]
+    #[error("{field} = {} is not allowed; allowed: {allowed}", legible(*.value))]
     OutOfRange {
         /// Dotted path of the field, as in the configuration file.
         field: String,
@@ -75,7 +75,17 @@ pub fn within(field: &str, value: f64, range: RangeInclusive<f64>) -> Result<(),
     if range.contains(&value) {
         return Ok(());
     }
-    Err(out_of_range(field, value, format!("{} to {}", range.start(), range.end())))
+    let allowed = match (*range.start(), *range.end()) {
+        (f64::MIN_POSITIVE, high) => format!("above 0, at most {}", legible(high)),
+        (low, high) => format!("{} to {}", legible(low), legible(high)),
+    };
+    Err(out_of_range(field, value, allowed))
+}
+
+/// A number without hundreds of digits.
+fn legible(value: f64) -> String {
+    let is_short = value == 0.0 || (1e-6..1e12).contains(&value.abs()) || !value.is_finite();
+    if is_short { value.to_string() } else { format!("{value:e}") }
 }
 
 /// `value` must be finite and above zero.

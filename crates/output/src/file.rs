@@ -6,7 +6,7 @@ use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use fs_err as fs;
 use serde::Serialize;
 use tempfile::NamedTempFile;
@@ -20,6 +20,7 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
 
 /// Gives a file its name, in place of the one that has it, once the disk has its bytes.
 pub fn finish(file: NamedTempFile, path: &Path) -> Result<()> {
+    let path = &behind_links(path)?;
     file.as_file().sync_all().with_context(|| path.display().to_string())?;
     file.persist(path).with_context(|| path.display().to_string())?;
     Ok(())
@@ -32,7 +33,7 @@ pub fn finish_new(file: NamedTempFile, path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Writes a CSV table, its header from the names of the rows' fields; what is not a number leaves its cell empty.
+/// Writes a CSV table, its header from the names of the rows' fields; what is no finite number leaves its cell empty.
 pub fn write_table(path: &Path, rows: &[impl Serialize]) -> Result<()> {
     let mut table = csv::Writer::from_writer(vec![]);
     for row in rows {
@@ -41,7 +42,8 @@ pub fn write_table(path: &Path, rows: &[impl Serialize]) -> Result<()> {
     let written = table.into_inner()?;
     let mut table = csv::Writer::from_writer(vec![]);
     for record in csv::ReaderBuilder::new().has_headers(false).from_reader(written.as_slice()).records() {
-        table.write_record(record?.iter().map(|cell| if cell == "NaN" { "" } else { cell }))?;
+        table
+            .write_record(record?.iter().map(|cell| if matches!(cell, "NaN" | "inf" | "-inf") { "" } else { cell }))?;
     }
     replace(path, &table.into_inner()?)
 }
@@ -56,8 +58,8 @@ pub fn prepare(path: &Path) -> Result<()> {
 
 /// A file that is to have this name once it is complete: beside it, with a name of its own, gone when it is dropped.
 pub fn unfinished(path: &Path) -> Result<NamedTempFile> {
-    let name = path.file_name().filter(|_| !path.is_dir());
-    let name = name.with_context(|| format!("{} is a folder", path.display()))?;
+    let path = &behind_links(path)?;
+    let name = path.file_name().with_context(|| format!("{} is a folder", path.display()))?;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut builder = tempfile::Builder::new();
     // As of any new file: what others may do with it, the user's mask says.
@@ -65,9 +67,51 @@ pub fn unfinished(path: &Path) -> Result<NamedTempFile> {
     builder.tempfile_in(folder).with_context(|| path.display().to_string())
 }
 
+/// Where a file of this name lies: what a link leads to is written, not the link replaced.
+fn behind_links(path: &Path) -> Result<PathBuf> {
+    match std::fs::metadata(path) {
+        Ok(there) if there.is_dir() => bail!("{} is a folder", path.display()),
+        Ok(there) if !there.is_file() => bail!("{} is no file, but a device or the like", path.display()),
+        Ok(_) if path.is_symlink() => Ok(fs::canonicalize(path)?),
+        Err(_) if path.is_symlink() => bail!("{}: a link that leads nowhere", path.display()),
+        _ => Ok(path.into()),
+    }
+}
+
 /// `Path::with_extension` would cut "seed_0.5" at its dot.
 pub(crate) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut name = OsString::from(path);
     name.push(suffix);
     PathBuf::from(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_link_leads_to_is_written_and_what_is_no_file_is_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let [file, link, lost, socket] = ["file", "link", "lost", "socket"].map(|name| folder.path().join(name));
+        fs::write(&file, "old").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        std::os::unix::fs::symlink(folder.path().join("nowhere"), &lost).unwrap();
+        let _listener = std::os::unix::net::UnixListener::bind(&socket).unwrap();
+        replace(&link, b"new").unwrap();
+        assert!(link.is_symlink() && fs::read_to_string(&file).unwrap() == "new");
+        for (path, word) in [(&lost, "leads nowhere"), (&socket, "is no file"), (&folder.path().into(), "is a folder")]
+        {
+            let problems = [prepare(path), replace(path, b"new")].map(|done| done.unwrap_err().to_string());
+            assert!(problems.iter().all(|problem| problem.contains(word)), "{problems:?}");
+        }
+        assert!(socket.exists());
+    }
+
+    #[test]
+    fn what_is_no_finite_number_leaves_its_cell_empty() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("table.csv");
+        write_table(&path, &[(1.5, f64::NAN, f64::INFINITY, f64::NEG_INFINITY)]).unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "1.5,,,\n");
+    }
 }

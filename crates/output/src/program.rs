@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock};
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use signal_hook::consts::SIGPIPE;
 use signal_hook::flag;
 
@@ -40,6 +40,14 @@ static ENDS_WITH_READERS: LazyLock<Arc<AtomicBool>> = LazyLock::new(|| Arc::new(
 /// From now on the program goes on without readers of its output: it has work that would be lost.
 pub fn outlive_readers() {
     ENDS_WITH_READERS.store(false, Ordering::Relaxed);
+}
+
+/// Prints what a program was asked for.
+///
+/// # Errors
+/// If nobody takes it.
+pub fn print(text: impl Display) -> Result<()> {
+    write!(std::io::stdout(), "{text}").context("standard output")
 }
 
 /// Prints a line, even if nobody can read it any more.

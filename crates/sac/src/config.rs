@@ -151,6 +151,14 @@ impl Config {
         let average = self.policy_average;
         check(average > 0.0 && average <= 1.0, "policy_average", &average, rate)?;
         check(self.actor_period >= 1, "actor_period", &self.actor_period, "at least 1")?;
+        check(self.prior_episodes <= 10_000, "prior_episodes", &self.prior_episodes, "0 to 10000")?;
+        let weights: usize = self.hidden.windows(2).map(|pair| pair[0] * pair[1]).sum();
+        check(
+            weights <= 1 << 26,
+            "hidden",
+            &format!("{:?}", self.hidden),
+            "layers with at most 67 million weights between them",
+        )?;
         let pink = self.pink_noise;
         check((0.0..=1.0).contains(&pink), "pink_noise", &pink, "0 (no episode) to 1 (every episode)")?;
         let bins = self.value_bins;
@@ -163,7 +171,12 @@ impl Config {
         let floor = self.min_temperature;
         check(floor >= 0.0 && floor <= temperature, "min_temperature", &floor, "0 to initial_temperature")?;
         let entropy = self.target_entropy.unwrap_or(-1.0);
-        check(entropy.is_finite(), "target_entropy", &entropy, "finite, or absent for minus the number of actions")?;
+        check(
+            entropy.abs() <= 1e6,
+            "target_entropy",
+            &entropy,
+            "-1e6 to 1e6, or absent for minus the number of actions",
+        )?;
         check(
             self.log_std_min >= -20.0 && self.log_std_min < self.log_std_max,
             "log_std_min",
@@ -247,6 +260,9 @@ mod tests {
             ((|c| c.hidden = vec![999_999_999]) as fn(&mut Config), "hidden"),
             (|c| c.hidden = vec![], "hidden"),
             (|c| c.hidden = vec![256; 9], "hidden"),
+            (|c| c.hidden = vec![16_384; 8], "hidden"),
+            (|c| c.prior_episodes = u32::MAX, "prior_episodes"),
+            (|c| c.target_entropy = Some(1e308), "target_entropy"),
             (|c| c.batch_size = 0, "batch_size"),
             (|c| c.batch_size = 1_000_000, "batch_size"),
             (|c| c.actor_learning_rate = 0.0, "actor_learning_rate"),

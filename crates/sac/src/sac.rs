@@ -301,7 +301,11 @@ impl Sac {
         let t = self.updates / self.config.actor_period;
         let log_temperature = std::slice::from_mut(&mut self.log_temperature);
         self.temperature_adam.step(log_temperature, &[gradient], self.config.temperature_learning_rate, t);
-        self.log_temperature = self.log_temperature.max(self.config.min_temperature.ln() as f32);
+        let floor = self.config.min_temperature.ln() as f32;
+        // Not max(), which makes a number of NaN.
+        if self.log_temperature < floor {
+            self.log_temperature = floor;
+        }
     }
 
     /// Moves the targets a fraction tau towards the critics.
@@ -475,6 +479,13 @@ mod tests {
         let biases = &sac.critics.values[sac.critics.biases(0)];
         assert!(biases.iter().all(|b| b.abs() <= 5.1e-4), "one step from zero: {biases:?}");
         assert!((sac.temperature() - temperature).abs() < 1e-3 && sac.updates() == 6);
+    }
+
+    #[test]
+    fn a_temperature_that_is_no_number_is_seen() {
+        let mut sac = Sac::new(&Config { min_temperature: 0.01, ..small() }, 2, 1, 3).unwrap();
+        sac.temperature_step(f32::NAN);
+        assert!(sac.temperature().is_nan());
     }
 
     #[test]

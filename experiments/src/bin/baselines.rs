@@ -102,7 +102,13 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     [Some(&arguments.out), picture.as_ref()].into_iter().flatten().try_for_each(|path| file::prepare(path))?;
     let rows = output::parallel::map(&setups, |config| {
         let row = play(config, arguments.policy, arguments.episodes)?;
-        println!("{} {}: success {:.2}, return {:.1}", row.task, row.label(), row.success, row.return_mean);
+        program::say(format_args!(
+            "{} {}: success {:.2}, return {:.1}",
+            row.task,
+            row.label(),
+            row.success,
+            row.return_mean
+        ));
         Ok::<_, anyhow::Error>(row)
     })?;
     file::write_table(&arguments.out, &rows)?;

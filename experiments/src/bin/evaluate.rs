@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use clap::Parser;
 use experiments::config::RunId;
 use experiments::run::csv_writer::CsvWriter;
@@ -15,7 +15,7 @@ use experiments::run::source::{Player, SourceArgs};
 use output::statistics::{deviation, mean, mean_of, range};
 use output::{file, program};
 use settings::setup;
-use tasks::{Env, Outcome};
+use tasks::{Env, EnvConfig, Outcome};
 
 /// Evaluate a trained policy, a scripted expert or random actions.
 ///
@@ -43,8 +43,16 @@ fn main() -> ExitCode {
 
 fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut player = arguments.source.open()?;
+    // Every environment that there will be, before the first is played.
     let cases = match &arguments.disturb {
-        Some(path) => disturbances::read(path, player.config.env.task)?,
+        Some(path) => disturbances::read(path, player.config.env.task)?
+            .into_iter()
+            .map(|case| {
+                let env = EnvConfig { disturbance: case.disturbance, ..player.config.env.clone() };
+                let env = Env::new(env, 0).with_context(|| format!("{}: case {:?}", path.display(), case.name))?;
+                Ok((case, env))
+            })
+            .collect::<Result<_>>()?,
         None => vec![],
     };
     if let Some(path) = &arguments.csv {
@@ -56,7 +64,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut table = file.as_ref().map_or_else(|| Ok(CsvWriter::discard()), |file| CsvWriter::append(file.path()))?;
     introduce(arguments, &player);
     if arguments.disturb.is_some() {
-        compare(&mut player, &cases, arguments.episodes, &mut table)?;
+        compare(&mut player, cases, arguments.episodes, &mut table)?;
     } else {
         let outcomes = play(&mut player, arguments.episodes, |key, outcome| table.write((key, outcome)))?;
         print(&outcomes);
@@ -75,17 +83,26 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
 fn introduce(arguments: &Arguments, player: &Player) {
     let (source, config) = (&arguments.source, &player.config);
     let env = &config.env;
-    println!("{:<12}{}", "policy", source.describe());
+    program::say(format_args!("{:<12}{}", "policy", source.describe()));
     if source.run.is_some() {
-        println!("{:<12}{}, after {} of {} actions", "checkpoint", source.checkpoint.name(), player.step, config.steps);
+        program::say(format_args!(
+            "{:<12}{}, after {} of {} actions",
+            "checkpoint",
+            source.checkpoint.name(),
+            player.step,
+            config.steps
+        ));
     }
-    println!("{:<12}{} with {}, {}", "set-up", env.task.as_str(), env.space, setup::in_words(env));
+    program::say(format_args!("{:<12}{} with {}, {}", "set-up", env.task.as_str(), env.space, setup::in_words(env)));
     if let Some(changed) = &player.changed {
-        println!("{:<12}since training: {changed}", "changed");
+        program::say(format_args!("{:<12}since training: {changed}", "changed"));
     }
     let seconds = f64::from(env.horizon) / f64::from(env.controller.policy_hz);
     let episodes = arguments.episodes;
-    println!("{:<12}{episodes} of {} actions ({seconds} s), the same starts for every policy", "episodes", env.horizon);
+    program::say(format_args!(
+        "{:<12}{episodes} of {} actions ({seconds} s), the same starts for every policy",
+        "episodes", env.horizon
+    ));
 }
 
 /// Plays the evaluation episodes; `write` gets a row for each.
@@ -99,19 +116,19 @@ fn play(
 }
 
 /// Plays the same episodes under every disturbance, and prints by how much each changes them.
-fn compare(player: &mut Player, cases: &[Case], episodes: u32, table: &mut CsvWriter) -> Result<()> {
-    println!("changes are means over pairs of episodes with the same start, +- their standard error");
-    println!(
+fn compare(player: &mut Player, cases: Vec<(Case, Env)>, episodes: u32, table: &mut CsvWriter) -> Result<()> {
+    program::say("changes are means over pairs of episodes with the same start, +- their standard error");
+    program::say(format_args!(
         "  {:<28} {:>7} {:>7} {:>8} {:>18} {:>18} {:>18}",
         "disturbance", "success", "held", "return", "change of return", "of J per action", "of largest N"
-    );
+    ));
     let mut undisturbed = vec![];
     let policy = player.policy.clone();
-    for case in cases {
+    for (case, env) in cases {
         // The same noise in every case: episodes are compared in pairs.
         player.policy = policy.clone();
         player.config.env.disturbance = case.disturbance;
-        player.env = Env::new(player.config.env.clone(), 0)?;
+        player.env = env;
         let key = CaseKey { disturbance: &case.name };
         let outcomes = play(player, episodes, |row, outcome| table.write((&key, row, outcome)))?;
         if undisturbed.is_empty() {
@@ -120,10 +137,11 @@ fn compare(player: &mut Player, cases: &[Case], episodes: u32, table: &mut CsvWr
         let share = |of: fn(&Outcome) -> bool| mean_of(&outcomes, |o| f64::from(u8::from(of(o))));
         let change = |of: fn(&Outcome) -> f64| {
             let changes: Vec<f64> = outcomes.iter().zip(&undisturbed).map(|(o, u)| of(o) - of(u)).collect();
-            let error = if changes.len() > 1 { deviation(&changes) / (changes.len() as f64).sqrt() } else { f64::NAN };
-            format!("{:+.2} +- {error:.2}", mean(&changes))
+            let error = deviation(&changes) / (changes.len() as f64).sqrt();
+            let error = if changes.len() > 1 { format!(" +- {error:.2}") } else { String::new() };
+            format!("{:+.2}{error}", mean(&changes))
         };
-        println!(
+        program::say(format_args!(
             "  {:<28} {:>7.2} {:>7.2} {:>8.1} {:>18} {:>18} {:>18}",
             case.name,
             share(|o| o.success),
@@ -132,22 +150,25 @@ fn compare(player: &mut Player, cases: &[Case], episodes: u32, table: &mut CsvWr
             change(|o| o.total),
             change(|o| o.energy_per_action_j),
             change(|o| o.arm_max_contact_force_n),
-        );
+        ));
     }
     Ok(())
 }
 
 fn print(outcomes: &[Outcome]) {
-    println!("  {:<28} {:>10} +- {:<9} {:>10} .. highest of the episodes", "", "mean", "deviation", "lowest");
+    program::say(format_args!(
+        "  {:<28} {:>10} +- {:<9} {:>10} .. highest of the episodes",
+        "", "mean", "deviation", "lowest"
+    ));
     for (name, column) in COLUMNS {
         let values: Vec<f64> = outcomes.iter().filter_map(column).collect();
         if values.is_empty() {
-            println!("  {name:<28} {:>10}", "none");
+            program::say(format_args!("  {name:<28} {:>10}", "none"));
             continue;
         }
         let (mean, spread) = (mean(&values), if values.len() > 1 { deviation(&values) } else { 0.0 });
         let [low, high] = range(&values);
-        println!("  {name:<28} {mean:10.3} +- {spread:<9.3} {low:10.3} .. {high:.3}");
+        program::say(format_args!("  {name:<28} {mean:10.3} +- {spread:<9.3} {low:10.3} .. {high:.3}"));
     }
 }
 

@@ -60,7 +60,7 @@ struct Arguments {
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..))]
     every: u32,
     /// Width of the pictures; the height is three quarters of it
-    #[arg(long, default_value_t = 480, value_parser = clap::value_parser!(u16).range(16..))]
+    #[arg(long, default_value_t = 480, value_parser = clap::value_parser!(u16).range(16..=8192))]
     width: u16,
 }
 
@@ -93,7 +93,9 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let plots = plot.iter().flat_map(|stem| plot::files(stem));
     let mut written: Vec<PathBuf> = [html, png, sheet, gif, csv].into_iter().flatten().cloned().chain(plots).collect();
     written.sort();
-    if let Some(twice) = written.windows(2).find(|pair| pair[0] == pair[1]) {
+    let mut places = written.iter().map(std::path::absolute).collect::<std::io::Result<Vec<_>>>()?;
+    places.sort();
+    if let Some(twice) = places.windows(2).find(|pair| pair[0] == pair[1]) {
         return Err(bad(format!("{}: two of the options would write it", twice[0].display())));
     }
     let beside = arguments.beside.as_ref().map(|what| arguments.source.beside(what)).transpose()?;
@@ -147,7 +149,7 @@ fn sets_apart(here: &EnvConfig, there: &EnvConfig) -> Option<String> {
 /// What happened.
 fn tell(playback: &Playback) {
     let Playback { title, who, detail, story, .. } = playback;
-    println!("{title}, {who}: {detail}. {story}");
+    program::say(format_args!("{title}, {who}: {detail}. {story}"));
 }
 
 /// FILE.svg means FILE; of "seed_0.5" the dot belongs to the name.

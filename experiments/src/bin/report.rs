@@ -60,13 +60,17 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         match RunSummary::of(&folder, &arguments.runs).with_context(|| folder.path().display().to_string()) {
             Ok(row) => {
                 if !folder.done().exists() {
-                    eprintln!("{}: not done, {} steps so far", folder.path().display(), row.env_steps);
+                    program::tell(format_args!(
+                        "{}: not done, {} steps so far",
+                        folder.path().display(),
+                        row.env_steps
+                    ));
                 }
                 rows.push(row);
                 runs.push(folder);
             }
             Err(reason) => {
-                eprintln!("left out: {reason:#}");
+                program::tell(format_args!("left out: {reason:#}"));
                 if folder.done().exists() {
                     ending = ExitCode::from(cli::SOME_FAILED);
                 }
@@ -84,7 +88,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         match disturbed(group, &runs, &rows) {
             Ok(of_group) => robustness.extend(of_group),
             Err(reason) => {
-                eprintln!("left out: {reason:#}");
+                program::tell(format_args!("left out: {reason:#}"));
                 ending = ExitCode::from(cli::SOME_FAILED);
             }
         }
@@ -95,6 +99,10 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         "{}: would speak of earlier runs: name with --hypotheses what it was made from, or remove it; nothing was written",
         verdicts_table.display()
     );
+    for (at, file) in arguments.hypotheses.iter().enumerate() {
+        let again = arguments.hypotheses[..at].contains(file);
+        ensure!(!again, "{}: is named twice: its hypotheses would be corrected twice", file.display());
+    }
     let verdicts = arguments.hypotheses.iter().map(|file| judge(file, &rows)).collect::<Result<Vec<_>>>()?.concat();
     let tables = ["runs.csv", "summary.csv", "comparison.csv", "tournament.csv", "robustness.csv", "verdicts.csv"];
     let tables = tables.map(|name| out.join(name));
@@ -114,7 +122,10 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         let commits: BTreeSet<&str> = of_section.iter().map(|(_, row)| row.commit.as_str()).collect();
         if commits.len() > 1 {
             let list = commits.into_iter().collect::<Vec<_>>().join(", ");
-            eprintln!("{} {}: runs of programs of several commits: {list}", section.experiment, section.task);
+            program::tell(format_args!(
+                "{} {}: runs of programs of several commits: {list}",
+                section.experiment, section.task
+            ));
         }
         let out = out.join(section.experiment);
         fs_err::create_dir_all(&out)?;
@@ -136,7 +147,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         file::replace(&filled, text::fill(&template, &filled, &rows, &comparison)?.as_bytes())?;
         written.push(filled);
     }
-    println!("{} runs in {} tables of a task", rows.len(), sections.len());
+    program::say(format_args!("{} runs in {} tables of a task", rows.len(), sections.len()));
     program::written(&written);
     Ok(ending)
 }

@@ -204,12 +204,13 @@ fn train_all(arguments: &Arguments, runs: &[(usize, RunConfig)], out: &Path) -> 
 fn list(runs: &[RunConfig], out: &Path) -> Result<ExitCode> {
     let ids: Vec<RunId> = runs.iter().map(RunId::of).collect();
     let width = ids.iter().map(|id| id.label().len()).max().unwrap_or(0).max("space".len());
-    println!("{:>5} {:<5} {:<width$} {:>5} {:<8} folder", "index", "task", "space", "seed", "state");
+    let mut text = format!("{:>5} {:<5} {:<width$} {:>5} {:<8} folder\n", "index", "task", "space", "seed", "state");
     for ((index, run), id) in runs.iter().enumerate().zip(&ids) {
         let folder = RunFolder::below(out, run);
         let state = format!("{:?}", folder.state(run)).to_lowercase();
         let (task, label, seed, folder) = (&id.task, id.label(), id.seed, folder.path().display());
-        println!("{index:>5} {task:<5} {label:<width$} {seed:>5} {state:<8} {folder}");
+        text += &format!("{index:>5} {task:<5} {label:<width$} {seed:>5} {state:<8} {folder}\n");
     }
+    program::print(text)?;
     Ok(ExitCode::SUCCESS)
 }

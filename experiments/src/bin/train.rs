@@ -45,9 +45,9 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.describe {
         let description = Description::of(&Env::new(config.env, 0)?);
         if arguments.json {
-            println!("{}", serde_json::to_string_pretty(&description)?);
+            program::print(format_args!("{}\n", serde_json::to_string_pretty(&description)?))?;
         } else {
-            print!("{}", description.in_words());
+            program::print(description.in_words())?;
         }
         return Ok(ExitCode::SUCCESS);
     }

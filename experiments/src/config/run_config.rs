@@ -119,6 +119,8 @@ impl RunConfig {
         for (name, value) in counts {
             ensure!(value > 0, "{name} = 0: must be at least 1");
         }
+        let episodes = self.evaluation_episodes;
+        ensure!(episodes <= 10_000, "evaluation_episodes = {episodes}: at most 10000");
         ensure!(u32::try_from(self.seed).is_ok(), "seed = {}: must be 0 to {}", self.seed, u32::MAX);
         let minutes = self.checkpoint_minutes;
         ensure!(minutes > 0.0, "checkpoint_minutes = {minutes}: must be above 0");

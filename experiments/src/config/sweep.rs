@@ -73,12 +73,12 @@ fn can_halve(halving: &[u64], runs: &[RunConfig]) -> Result<(), String> {
     if runs.iter().any(|run| run.steps != steps) {
         return Err("halving: every run needs the same steps".into());
     }
-    if !halving.is_sorted_by(|a, b| a < b) || halving.iter().any(|&round| round >= steps) {
-        return Err(format!("halving = {halving:?}: rising numbers of actions below steps, {steps}"));
+    if !halving.is_sorted_by(|a, b| a < b) || halving.iter().any(|&round| round == 0 || round >= steps) {
+        return Err(format!("halving = {halving:?}: rising numbers of actions above 0 and below steps, {steps}"));
     }
     let rounds = halving.iter().chain([&steps]);
     for (round, every) in rounds.flat_map(|round| runs.iter().map(move |run| (round, run.evaluate_every))) {
-        if 4 * (round / every * every) <= 3 * round {
+        if round / every * every <= round - round.div_ceil(4) {
             return Err(format!("halving: one evaluation in {every} actions, and none in the last quarter of {round}"));
         }
     }

@@ -21,7 +21,10 @@ use output::statistics;
 /// If a folder cannot be read.
 pub fn find_templates(root: &Path) -> Result<Vec<PathBuf>> {
     let files: Vec<_> = WalkDir::new(root).into_iter().map(|entry| Ok(entry?.into_path())).collect::<Result<_>>()?;
-    Ok(files.into_iter().filter(|path| path.extension().is_some_and(|extension| extension == "j2")).collect())
+    Ok(files
+        .into_iter()
+        .filter(|path| path.extension().is_some_and(|extension| extension == "j2") && path.is_file())
+        .collect())
 }
 
 /// Fills in the template `path` as the text `filled`, in Jinja's language. It knows `runs[EXPERIMENT][TASK][GROUP][COLUMN]`, a column of
@@ -97,7 +100,14 @@ fn rows(path: &Path, wanted: &[(&str, String)]) -> Result<Vec<BTreeMap<String, J
 }
 
 fn digits(value: &Value, digits: usize) -> Result<String, Error> {
+    let problem = |words: String| Err(Error::new(ErrorKind::InvalidOperation, format!("digits: {words}")));
+    if digits > 17 {
+        return problem(format!("a number has at most 17, not {digits}"));
+    }
     if let Ok(number) = f64::try_from(value.clone()) {
+        if !number.is_finite() {
+            return problem(format!("{number} is no number to show"));
+        }
         let text = format!("{number:.digits$}");
         let is_zero = text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.'));
         return Ok(if is_zero { text.trim_start_matches('-').into() } else { text });
@@ -116,7 +126,7 @@ fn digits(value: &Value, digits: usize) -> Result<String, Error> {
             }
             Ok(format!("{text} ({} to {})", self::digits(&low, digits)?, self::digits(&high, digits)?))
         }
-        kind => Err(Error::new(ErrorKind::InvalidOperation, format!("digits: a number is needed, not {kind}"))),
+        kind => problem(format!("a number is needed, not {kind}")),
     }
 }
 
@@ -162,6 +172,8 @@ mod tests {
             ("{{ runs[''].lift.osc.energy | digits(1) }}", "a.md.j2:1"),
             ("{{ runs[''].lift.osc.steps_to_450 | digits(1) }}", "a number is needed, not none"),
             ("\n\n{{ runs", "syntax error"),
+            ("{{ 1.5 | digits(100000) }}", "a number has at most 17"),
+            ("{{ [] | mean | digits(1) }}", "NaN is no number to show"),
             ("{{ rows('c.csv') }}", "c.csv"),
             ("{{ rows('b.csv', seed=1) }}", "no column seed"),
         ] {

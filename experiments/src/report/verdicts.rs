@@ -98,7 +98,21 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
         if numbers.iter().any(|run| run.get(metric).is_none_or(|value| !value.is_number() && !value.is_null())) {
             return Err(wrong(format!("{:?}: metric {metric:?} is no column of numbers in runs.csv", hypothesis.name)));
         }
-        for task in &hypothesis.tasks {
+        let name = &hypothesis.name;
+        if hypothesis.space == hypothesis.against {
+            return Err(wrong(format!("{name:?}: space and against are the same")));
+        }
+        if hypothesis.margin.is_some_and(|margin| margin.is_nan() || margin <= 0.0) {
+            return Err(wrong(format!(
+                "{name:?}: margin = {:?}: must be above 0",
+                hypothesis.margin.unwrap_or_default()
+            )));
+        }
+        let tasks = &hypothesis.tasks;
+        if let Some((_, task)) = tasks.iter().enumerate().find(|(at, task)| tasks[..*at].contains(task)) {
+            return Err(wrong(format!("{name:?}: names the task {} twice", task.as_str())));
+        }
+        for task in tasks {
             let is_of = |run: &RunSummary, space: &str| {
                 let meant = hypothesis.experiment.as_ref().is_none_or(|named| *named == run.experiment);
                 meant && run.task == task.as_str() && label(&run.space, &run.variant) == space
@@ -304,6 +318,12 @@ mod tests {
             (hypothesis("commit", "above", "osc", ""), "no column of numbers"),
             (hypothesis("sampled_return", "more", "osc", ""), "above"),
             (hypothesis("sampled_return", "above", "osc", "marign = 1"), "marign"),
+            (hypothesis("sampled_return", "above", "aforce", ""), "space and against are the same"),
+            (hypothesis("sampled_return", "above", "osc", "margin = -3"), "margin = -3.0: must be above 0"),
+            (
+                hypothesis("sampled_return", "above", "osc", "").replace("['lift']", "['lift', 'lift']"),
+                "names the task lift twice",
+            ),
             (hypothesis("sampled_return", "above", "osc", ""), "two runs of lift aforce 11: name the experiment"),
         ] {
             let error = format!("{:#}", judged(&text, &twice).unwrap_err());

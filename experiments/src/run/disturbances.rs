@@ -39,6 +39,7 @@ pub fn read(path: &Path, task: TaskName) -> Result<Vec<Case>> {
     let none = Case { name: UNDISTURBED.into(), task: None, disturbance: Disturbance::default() };
     let mut read = vec![none];
     for case in cases.into_iter().filter(|case| case.task.is_none_or(|only| only == task)) {
+        ensure!(case.name != UNDISTURBED, "{}: {UNDISTURBED:?} is what undisturbed episodes are called", at());
         ensure!(read.iter().all(|other| other.name != case.name), "{}: two cases are named {:?}", at(), case.name);
         // Of numbers, tables keep seven digits.
         let reads_as_number = case.name.parse::<f64>().is_ok();

@@ -7,6 +7,7 @@ use tasks::{Env, Step};
 use crate::config::RunConfig;
 use crate::run::rollout::learner_view;
 use crate::run::seeds::sub_seed;
+use crate::run::stop::Stop;
 
 /// One step of `env`, kept in `replay`; `observation` becomes the next one.
 pub(super) fn step_and_store(
@@ -31,11 +32,15 @@ pub(super) fn step_and_store(
     Ok(step)
 }
 
-/// Episodes of the script, from starts of their own. The same each time, so that no checkpoint needs them.
-pub(super) fn script(config: &RunConfig) -> Result<Replay> {
+/// Episodes of the script, from starts of their own; not all if somebody asks to stop. The same each time, so that no checkpoint
+/// needs them.
+pub(super) fn script(config: &RunConfig, stop: &Stop) -> Result<Replay> {
     let mut env = Env::new(config.env.clone(), sub_seed(config.seed, "prior", 0))?;
     let mut replay = Replay::new(&config.learner, env.observation_components().len(), env.action_dim());
     for _ in 0..config.learner.prior_episodes {
+        if stop.requested() {
+            break;
+        }
         env.reset(None);
         let mut observation = learner_view(&env, config.learner.scaled_observations);
         loop {

@@ -116,6 +116,13 @@ impl RunFolder {
         if self.done().exists() {
             fs_err::remove_file(self.done())?;
         }
+        // What a kill left of files that were being written.
+        for file in fs_err::read_dir(&self.path)? {
+            let path = file?.path();
+            if path.extension().is_some_and(|extension| extension == "tmp") {
+                fs_err::remove_file(path)?;
+            }
+        }
         file::replace(&self.config(), config.to_toml().as_bytes())
     }
 

@@ -1,6 +1,6 @@
 //! Where a run came from: `manifest.json`.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use output::file;
 use serde::{Deserialize, Serialize};
 
@@ -62,7 +62,7 @@ impl RunFolder {
     /// The manifest of a run that begins at `step`, or goes on from there; also written.
     ///
     /// # Errors
-    /// If there is one and it is damaged, or the disk does not take it.
+    /// If there is one and it is damaged or of another configuration, or the disk does not take it.
     pub fn begin_manifest(&self, config: &RunConfig, step: u64) -> Result<Manifest> {
         let mut manifest = Manifest::start(config);
         if step > 0 {
@@ -70,6 +70,12 @@ impl RunFolder {
             manifest = self.manifest()?;
             let last = manifest.continued.last();
             let known = last.map_or((&manifest.commit, &manifest.command), |last| (&last.commit, &last.command));
+            // A later program may know more settings.
+            ensure!(
+                *known.0 != commit || manifest.config_hash == config.hash(),
+                "{}: was changed since the run began: put it back, or begin another run",
+                self.config().display()
+            );
             if known != (&commit, &command) {
                 manifest.continued.push(Continuation { step, commit, command });
             }

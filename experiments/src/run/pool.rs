@@ -4,6 +4,7 @@ use std::io::IsTerminal;
 use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::{Context, Result};
@@ -11,6 +12,8 @@ use fs_err::OpenOptions;
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use output::program;
 use rustix::process::{Pid, Signal, getpid, getppid, kill_process, set_parent_process_death_signal};
+use signal_hook::consts::SIGCHLD;
+use signal_hook::flag;
 
 use crate::run::stop::Stop;
 
@@ -58,6 +61,8 @@ pub fn run(jobs: Vec<Job>, parallel: usize, stop: &Stop) -> Vec<Ended> {
     let mut waiting = jobs.into_iter();
     let (mut running, mut ended) = (vec![], vec![]);
     let mut asked = false;
+    // Where a launcher has it ignored, the system would take ended children away before they are asked how they ended.
+    let _ = flag::register(SIGCHLD, Arc::default());
     loop {
         while running.len() < parallel && !stop.requested() {
             let Some(job) = waiting.next() else { break };

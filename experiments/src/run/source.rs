@@ -145,15 +145,10 @@ impl SourceArgs {
         let CheckpointRecord { run: made_for, step } = serde_json::from_value(record)
             .with_context(|| format!("{}: does not say what it was trained for", checkpoint.display()))?;
         let wanted = RunId::of(&config);
-        if (&made_for.task, &made_for.space) != (&wanted.task, &wanted.space) {
-            bail!(
-                "{}: trained for {} with {}, not for {} with {}",
-                checkpoint.display(),
-                made_for.task,
-                made_for.space,
-                wanted.task,
-                wanted.space
-            );
+        // Some runs were given another variant since.
+        let is_other = made_for.seed != 0 && made_for.seed != wanted.seed;
+        if (&made_for.task, &made_for.space) != (&wanted.task, &wanted.space) || is_other {
+            bail!("{}: is of the run {made_for}, not of {wanted}", checkpoint.display());
         }
         let policy = Policy::Actor {
             actor: Box::new(actor),

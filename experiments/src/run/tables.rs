@@ -1,9 +1,11 @@
 //! The tables of a run, as far as a checkpoint has seen them.
 
-use anyhow::{Result, ensure};
+use std::path::Path;
+
+use anyhow::{Result, bail, ensure};
 use tasks::Outcome;
 
-use crate::config::RunConfig;
+use crate::config::{RunConfig, RunId};
 use crate::run::csv_table::CsvTable;
 use crate::run::csv_writer::{CsvWriter, cut_after, last_step, takes};
 use crate::run::folder::RunFolder;
@@ -23,6 +25,8 @@ impl Tables {
         takes(&table, (TrainingKey::default(), Outcome::default()))?;
         takes(&folder.eval(), (EvaluationKey::default(), Outcome::default()))?;
         takes(&folder.progress(), ProgressRow::default())?;
+        of_run(&table, config)?;
+        of_run(&folder.eval(), config)?;
         for (path, needed) in [(&table, step), (&folder.eval(), evaluated(config, step))] {
             let last = last_step(path)?;
             ensure!(
@@ -58,6 +62,18 @@ impl Tables {
     pub(super) fn sync(&self) -> Result<()> {
         [&self.episodes, &self.eval, &self.progress].into_iter().try_for_each(CsvWriter::sync)
     }
+}
+
+/// Whether every row of a table is of this run.
+fn of_run(path: &Path, config: &RunConfig) -> Result<()> {
+    let table = if path.exists() { CsvTable::read(path)? } else { return Ok(()) };
+    let RunId { task, space, seed, .. } = RunId::of(config);
+    for (column, ours) in [("task", task), ("space", space), ("seed", seed.to_string())] {
+        if let Some(other) = table.column(column)?.into_iter().find(|there| *there != ours) {
+            bail!("{}: has rows of another run, with {column} {other}, not {ours}", path.display());
+        }
+    }
+    Ok(())
 }
 
 /// The last action at which a run that has come to `step` was evaluated, but for one at its end.

@@ -144,7 +144,9 @@ pub fn train(
     stop: &Stop,
     progress: &mut RunProgress,
 ) -> Result<Ending> {
-    let (mut run, mut manifest) = Run::start(config, folder, tensorboard)?;
+    let Some((mut run, mut manifest)) = Run::start(config, folder, tensorboard, stop)? else {
+        return Ok(Ending::Stopped);
+    };
 
     let ending = run.train(stop, progress);
     manifest.status = match ending {
@@ -165,8 +167,13 @@ pub fn train(
 }
 
 impl<'a> Run<'a> {
-    /// Nothing in the folder changes before all that it needs has been read.
-    fn start(config: &'a RunConfig, folder: &'a RunFolder, tensorboard: bool) -> Result<(Self, Manifest)> {
+    /// Nothing in the folder changes before all that it needs has been read. `None` if somebody asks to stop meanwhile.
+    fn start(
+        config: &'a RunConfig,
+        folder: &'a RunFolder,
+        tensorboard: bool,
+        stop: &Stop,
+    ) -> Result<Option<(Self, Manifest)>> {
         let clock = Clock::start();
         let seed = |stream| sub_seed(config.seed, stream, 0);
         let mut env = Env::new(config.env.clone(), seed("train-env"))?;
@@ -176,6 +183,8 @@ impl<'a> Run<'a> {
             let saved = Checkpoint::load(&folder.checkpoint(), &config.learner, observations, actions)?;
             let at = || folder.checkpoint().display().to_string();
             let replay = saved.replay.with_context(|| format!("{}: no replay memory to go on with", at()))?;
+            let CheckpointRecord { run, .. } = serde_json::from_value(saved.caller.clone()).with_context(at)?;
+            ensure!(run == RunId::of(config), "{}: is of the run {run}, not of {}", at(), RunId::of(config));
             let mut counters: Counters = serde_json::from_value(saved.caller).with_context(at)?;
             if counters.step < config.evaluate_every {
                 // Of the evaluation at the end of a run too short for any other, which a longer run does not have.
@@ -194,7 +203,10 @@ impl<'a> Run<'a> {
             let sac = Sac::new(&config.learner, observations, actions, seed("learner"))?;
             (sac, Replay::new(&config.learner, observations, actions), counters)
         };
-        let prior = (config.learner.prior_episodes > 0).then(|| script(config)).transpose()?;
+        let prior = (config.learner.prior_episodes > 0).then(|| script(config, stop)).transpose()?;
+        if prior.is_some() && stop.requested() {
+            return Ok(None);
+        }
         Tables::can_go_on(folder, config, counters.step, counters.episode)?;
         let manifest = folder.begin_manifest(config, counters.step)?;
         folder.begin(config)?;
@@ -215,7 +227,7 @@ impl<'a> Run<'a> {
             counters,
             saved: Instant::now(),
         };
-        Ok((run, manifest))
+        Ok(Some((run, manifest)))
     }
 
     fn train(&mut self, stop: &Stop, progress: &mut RunProgress) -> Result<Ending> {

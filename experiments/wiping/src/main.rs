@@ -55,7 +55,7 @@ impl Manifest {
         let text = fs_err::read_to_string(out.join(Self::FILE)).unwrap_or_default();
         match serde_json::from_str::<Manifest>(&text) {
             Ok(old) if old.command.first() == command.first() => {
-                eprintln!("replacing the results of commit {} in {}", old.commit, out.display());
+                program::tell(format_args!("replacing the results of commit {} in {}", old.commit, out.display()));
             }
             _ => ensure!(
                 fs_err::read_dir(out)?.next().is_none(),
@@ -87,11 +87,11 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let setup = config.as_ref().map_or_else(|| Ok(Setup::default()), |path| Setup::read(path))?;
     let manifest = Manifest::begin(out, *seed)?;
     file::replace(&out.join("config.toml"), toml::to_string(&setup)?.as_bytes())?;
-    eprintln!("one wipe over time");
+    program::tell("one wipe over time");
     evolution::write(&setup, out)?;
-    eprintln!("{trials} trials with every action space");
+    program::tell(format_args!("{trials} trials with every action space"));
     Comparison::run(&setup, *seed, *trials)?.write(out)?;
-    eprintln!("the sign of delta");
+    program::tell("the sign of delta");
     delta_sign::write(&delta_sign::grid(&setup)?, out)?;
     let tables = [
         ("disturbances", conditions::disturbances(), &[0, 1, 2, 3][..], *trials),
@@ -99,10 +99,10 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         ("laws", conditions::laws(), &[AFORCE][..], SETTING_TRIALS),
     ];
     for (name, conditions, spaces, trials) in tables {
-        eprintln!("{name}");
+        program::tell(name);
         conditions::write(&conditions, spaces, &setup, *seed, trials, &out.join(name).with_extension("csv"))?;
     }
     manifest.end(out)?;
-    eprintln!("tables and figures are in {}", out.display());
+    program::tell(format_args!("tables and figures are in {}", out.display()));
     Ok(ExitCode::SUCCESS)
 }

@@ -83,8 +83,8 @@ impl Setup {
     /// If it cannot be read, a setting is missing or unknown, or a value is not allowed.
     pub fn read(path: &Path) -> Result<Self> {
         let text = fs_err::read_to_string(path)?;
-        let setup = toml::from_str(&text)
-            .map_err(|error| anyhow!("not a complete set-up: {}", error.message()))
+        let setup = settings::parse(&text)
+            .map_err(|problem| anyhow!("not a complete set-up: {problem}"))
             .and_then(Setup::validated);
         setup.map_err(|error| bad(format!("{}: {error:#}", path.display())))
     }

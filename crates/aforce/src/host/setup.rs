@@ -33,11 +33,23 @@ pub struct HostSetup {
     pub space: ActionSpace,
 }
 
+/// What is wrong, and where: the line of a file, or the key.
+fn in_a_line(error: &toml::de::Error) -> String {
+    let (text, message) = (error.to_string(), error.message().replace('\n', ", "));
+    let line = text.strip_prefix("TOML parse error at ").and_then(|rest| rest.lines().next());
+    let key = text.lines().find(|line| line.starts_with("in `"));
+    match (line, key) {
+        (Some(line), _) => format!("{line}: {message}"),
+        (None, Some(key)) => format!("{message} {key}"),
+        (None, None) => message,
+    }
+}
+
 /// Why a text is no set-up.
 #[derive(Debug, thiserror::Error)]
 pub enum SetupError {
     /// No TOML, or a field that is missing, unknown or of the wrong type.
-    #[error("{}", .0.message())]
+    #[error("{}", in_a_line(.0))]
     Text(#[from] toml::de::Error),
     /// The space is none.
     #[error("space: {0}")]
@@ -227,7 +239,9 @@ mod tests {
 
     #[test]
     fn what_is_wrong_is_told() {
-        assert!(error("x").starts_with("key with no value"), "{}", error("x"));
+        assert!(error("x").starts_with("line 1, column 2: key with no value"), "{}", error("x"));
+        let text = error(&format!("{FILE}[limits]\nsilence_max = 'long'"));
+        assert!(text.contains("string \"long\"") && text.contains("in `limits.silence_max`"), "{text}");
         assert_eq!(
             error(&FILE.replace("'fr3'", "'fr4'")),
             "arm = \"fr4\": known are panda, fr3, or a table that extends one"
@@ -237,7 +251,10 @@ mod tests {
         );
         assert!(error(&FILE.replace("aforce-force", "aforse")).starts_with("space: unknown action space `aforse`"));
         assert!(error(&FILE.replace("control_hz", "control_khz")).contains("control_khz"));
-        assert!(error(&format!("{FILE}[limits]\nwrench_max = [0.0, 1.0]")).starts_with("limits.wrench_max = 0"));
+        assert!(
+            error(&format!("{FILE}[limits]\nwrench_max = [0.0, 1.0]"))
+                .starts_with("limits.wrench_max = 0 is not allowed; allowed: above 0, at most inf")
+        );
         let workspace = format!("{FILE}[limits]\nworkspace = [[0.5, 0.0, 0.0], [0.4, 1.0, 1.0]]");
         assert!(error(&workspace).starts_with("limits.workspace (upper corner) = 0.4"), "{}", error(&workspace));
         assert_eq!(

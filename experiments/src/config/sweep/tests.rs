@@ -109,7 +109,7 @@ fn a_group_draws_candidates_that_can_run() {
     for (text, word) in [
         (of("", &range.replace("k_max", "k_mx")), "did you mean"),
         (of("", &range.replace("6000, 400", "200, 30")), "none of 200 candidates can run"),
-        (of("halving = [300, 200]", range), "rising numbers of actions below steps, 900"),
+        (of("halving = [300, 200]", range), "rising numbers of actions above 0 and below steps, 900"),
         (of("halving = [900]", range), "below steps, 900"),
         (
             of("halving = [450]\nrun.evaluate_every = 300", range),
