@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ConfigError, positive, within};
+use crate::error::{ConfigError, within};
 use crate::force::ForceConfig;
 use crate::interpolator::Interpolation;
 
@@ -55,12 +55,10 @@ impl ControllerConfig {
         if !control_hz.is_multiple_of(policy_hz) {
             return Err(ConfigError::Rates { section: String::new(), control_hz, policy_hz });
         }
-        positive("position_step", self.position_step)?;
         // The arm reaches 0.855 m.
-        within("position_step", self.position_step, 0.0..=1.0)?;
-        positive("rotation_step", self.rotation_step)?;
+        within("position_step", self.position_step, f64::MIN_POSITIVE..=1.0)?;
         // Three entries at once turn by sqrt(3) steps: less than half a turn.
-        within("rotation_step", self.rotation_step, 0.0..=1.8)?;
+        within("rotation_step", self.rotation_step, f64::MIN_POSITIVE..=1.8)?;
         within("null_space_stiffness", self.null_space_stiffness, 0.0..=1000.0)?;
         self.interpolation.validate()?;
         self.force.validate()
@@ -116,8 +114,14 @@ mod tests {
         };
         assert_eq!(message(|c| c.policy_hz = 30), "control_hz = 500 is not a whole multiple of policy_hz = 30");
         assert_eq!(message(|c| c.policy_hz = 0), "policy_hz = 0 is not allowed; allowed: 1 to 1000");
-        assert_eq!(message(|c| c.position_step = -0.1), "position_step = -0.1 is not allowed; allowed: above 0");
-        assert_eq!(message(|c| c.position_step = 100.0), "position_step = 100 is not allowed; allowed: 0 to 1");
+        assert_eq!(
+            message(|c| c.position_step = -0.1),
+            "position_step = -0.1 is not allowed; allowed: above 0, at most 1"
+        );
+        assert_eq!(
+            message(|c| c.position_step = 100.0),
+            "position_step = 100 is not allowed; allowed: above 0, at most 1"
+        );
         assert_eq!(
             message(|c| c.null_space_stiffness = 1e6),
             "null_space_stiffness = 1000000 is not allowed; allowed: 0 to 1000"

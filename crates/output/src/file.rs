@@ -2,6 +2,7 @@
 
 use std::ffi::OsString;
 use std::fs::Permissions;
+use std::io::ErrorKind::NotFound;
 use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -67,13 +68,23 @@ pub fn unfinished(path: &Path) -> Result<NamedTempFile> {
     builder.tempfile_in(folder).with_context(|| path.display().to_string())
 }
 
+/// The one spelling of where a file lies or is to lie, in a folder that is there.
+pub fn place(path: &Path) -> Result<PathBuf> {
+    let path = behind_links(path)?;
+    let name = path.file_name().with_context(|| format!("{} is a folder", path.display()))?;
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    Ok(fs::canonicalize(folder)?.join(name))
+}
+
 /// Where a file of this name lies: what a link leads to is written, not the link replaced.
 fn behind_links(path: &Path) -> Result<PathBuf> {
     match std::fs::metadata(path) {
         Ok(there) if there.is_dir() => bail!("{} is a folder", path.display()),
         Ok(there) if !there.is_file() => bail!("{} is no file, but a device or the like", path.display()),
         Ok(_) if path.is_symlink() => Ok(fs::canonicalize(path)?),
-        Err(_) if path.is_symlink() => bail!("{}: a link that leads nowhere", path.display()),
+        Err(error) if error.kind() == NotFound && path.is_symlink() => {
+            bail!("{}: a link that leads nowhere", path.display())
+        }
         _ => Ok(path.into()),
     }
 }

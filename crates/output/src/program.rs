@@ -1,13 +1,13 @@
 //! How every program ends.
 
 use std::fmt::Display;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
 use signal_hook::consts::SIGPIPE;
 use signal_hook::flag;
 
@@ -29,7 +29,10 @@ pub fn bad(message: String) -> anyhow::Error {
 /// away, as `| head` does, ends the program without a word, unless it is to [`outlive_readers`].
 pub fn run(program: impl FnOnce() -> Result<ExitCode>) -> ExitCode {
     let gone = flag::register_conditional_default(SIGPIPE, Arc::clone(&ENDS_WITH_READERS));
-    gone.map_err(Into::into).and_then(|_| program()).unwrap_or_else(|error| {
+    let ending = gone.map_err(Into::into).and_then(|_| program());
+    let lost = ending.as_ref().is_ok_and(|code| *code == ExitCode::SUCCESS) && LOST.load(Ordering::Relaxed);
+    let ending = if lost { Err(anyhow!("some of what was printed could not be written")) } else { ending };
+    ending.unwrap_or_else(|error| {
         tell(format!("error: {}", format!("{error:#}").replace('\n', " ")));
         if error.is::<BadSetting>() { ExitCode::from(USAGE) } else { ExitCode::FAILURE }
     })
@@ -50,9 +53,14 @@ pub fn print(text: impl Display) -> Result<()> {
     write!(std::io::stdout(), "{text}").context("standard output")
 }
 
-/// Prints a line, even if nobody can read it any more.
+/// Whether a line was lost, on a full disk for example: the program goes on, and fails in the end.
+static LOST: AtomicBool = AtomicBool::new(false);
+
+/// Prints a line, even if nobody reads it any more.
 pub fn say(line: impl Display) {
-    let _ = writeln!(std::io::stdout(), "{line}");
+    if writeln!(std::io::stdout(), "{line}").is_err_and(|error| error.kind() != ErrorKind::BrokenPipe) {
+        LOST.store(true, Ordering::Relaxed);
+    }
 }
 
 /// As [`say`], where progress and errors go.

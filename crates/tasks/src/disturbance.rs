@@ -11,7 +11,7 @@ use crate::task_name::TaskName;
 
 /// A number, or the range from which one is drawn for every episode, each value as likely as any other.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(untagged, expecting = "a number, or [low, high]")]
+#[serde(untagged, expecting = "expected a number, or [low, high]")]
 pub enum Draw {
     /// The same in every episode.
     Fixed(f64),

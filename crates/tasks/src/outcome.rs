@@ -56,8 +56,8 @@ pub struct Outcome {
     pub saturated_fraction: f64,
     pub stiffness_translation_n_per_m: f64,
     pub stiffness_rotation_nm_per_rad: f64,
-    pub feedforward_spring_translation_n_per_m: f64,
-    pub feedforward_spring_rotation_nm_per_rad: f64,
+    pub feedforward_spring_translation_n_per_m: Option<f64>,
+    pub feedforward_spring_rotation_nm_per_rad: Option<f64>,
     pub at_k_min_translation: f64,
     pub at_k_max_translation: f64,
     pub at_k_min_rotation: f64,
@@ -82,6 +82,7 @@ impl Outcome {
         let last = steps.last();
         let samples = steps.iter().map(|s| f64::from(s.interval.samples)).sum::<f64>().max(1.0);
         let [translation, rotation] = impedance(steps);
+        let spring = |part: &AxisGroup| Some(part.sum_feedforward_spring / samples).filter(|mean| mean.is_finite());
         Outcome {
             total: sum(|s| s.reward),
             length: steps.len(),
@@ -127,8 +128,8 @@ impl Outcome {
             saturated_fraction: sum(|s| s.interval.saturated()) / n,
             stiffness_translation_n_per_m: translation.sum_stiffness / samples,
             stiffness_rotation_nm_per_rad: rotation.sum_stiffness / samples,
-            feedforward_spring_translation_n_per_m: translation.sum_feedforward_spring / samples,
-            feedforward_spring_rotation_nm_per_rad: rotation.sum_feedforward_spring / samples,
+            feedforward_spring_translation_n_per_m: spring(&translation),
+            feedforward_spring_rotation_nm_per_rad: spring(&rotation),
             at_k_min_translation: translation.sum_at_min / samples,
             at_k_max_translation: translation.sum_at_max / samples,
             at_k_min_rotation: rotation.sum_at_min / samples,
@@ -310,8 +311,8 @@ mod tests {
             ("saturated_fraction", outcome.saturated_fraction, 0.25),
             ("stiffness_translation_n_per_m", outcome.stiffness_translation_n_per_m, 15.0),
             ("stiffness_rotation_nm_per_rad", outcome.stiffness_rotation_nm_per_rad, 25.0),
-            ("feedforward_spring_translation", outcome.feedforward_spring_translation_n_per_m, 15.5),
-            ("feedforward_spring_rotation", outcome.feedforward_spring_rotation_nm_per_rad, 25.5),
+            ("feedforward_spring_translation", outcome.feedforward_spring_translation_n_per_m.unwrap(), 15.5),
+            ("feedforward_spring_rotation", outcome.feedforward_spring_rotation_nm_per_rad.unwrap(), 25.5),
             ("at_k_min_translation", outcome.at_k_min_translation, 16.0),
             ("at_k_max_translation", outcome.at_k_max_translation, 16.5),
             ("at_k_min_rotation", outcome.at_k_min_rotation, 26.0),

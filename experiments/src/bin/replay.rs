@@ -93,7 +93,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let plots = plot.iter().flat_map(|stem| plot::files(stem));
     let mut written: Vec<PathBuf> = [html, png, sheet, gif, csv].into_iter().flatten().cloned().chain(plots).collect();
     written.sort();
-    let mut places = written.iter().map(std::path::absolute).collect::<std::io::Result<Vec<_>>>()?;
+    let mut places = written.iter().map(|path| file::place(path)).collect::<Result<Vec<_>>>()?;
     places.sort();
     if let Some(twice) = places.windows(2).find(|pair| pair[0] == pair[1]) {
         return Err(bad(format!("{}: two of the options would write it", twice[0].display())));

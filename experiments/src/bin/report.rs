@@ -99,9 +99,9 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         "{}: would speak of earlier runs: name with --hypotheses what it was made from, or remove it; nothing was written",
         verdicts_table.display()
     );
-    for (at, file) in arguments.hypotheses.iter().enumerate() {
-        let again = arguments.hypotheses[..at].contains(file);
-        ensure!(!again, "{}: is named twice: its hypotheses would be corrected twice", file.display());
+    let hypotheses = arguments.hypotheses.iter().map(|path| file::place(path)).collect::<Result<Vec<_>>>()?;
+    for (at, file) in hypotheses.iter().enumerate() {
+        ensure!(!hypotheses[..at].contains(file), "{}: its hypotheses are named twice", file.display());
     }
     let verdicts = arguments.hypotheses.iter().map(|file| judge(file, &rows)).collect::<Result<Vec<_>>>()?.concat();
     let tables = ["runs.csv", "summary.csv", "comparison.csv", "tournament.csv", "robustness.csv", "verdicts.csv"];

@@ -1,5 +1,6 @@
 //! What every checkpoint of a run says of itself, in the `caller` part of its `state.json`.
 
+use anyhow::{Result, ensure};
 use serde::{Deserialize, Serialize};
 
 use crate::config::RunId;
@@ -12,4 +13,22 @@ pub struct CheckpointRecord {
     pub run: RunId,
     /// Training actions so far.
     pub step: u64,
+}
+
+impl CheckpointRecord {
+    /// Whether it may be of this run. Old ones do not tell their seed (0), and some runs were given another variant since.
+    ///
+    /// # Errors
+    /// Says of which run it is.
+    pub fn belongs_to(&self, wanted: &RunId) -> Result<()> {
+        let RunId { task, space, seed, .. } = &self.run;
+        ensure!(
+            (task, space) == (&wanted.task, &wanted.space),
+            "trained for {task} with {space}, not for {} with {}",
+            wanted.task,
+            wanted.space
+        );
+        ensure!(*seed == 0 || *seed == wanted.seed, "of a run with seed {seed}, not {}", wanted.seed);
+        Ok(())
+    }
 }

@@ -113,17 +113,23 @@ impl RunFolder {
     /// # Errors
     /// If the disk does not take it.
     pub fn begin(&self, config: &RunConfig) -> Result<()> {
+        self.clear();
         if self.done().exists() {
             fs_err::remove_file(self.done())?;
         }
-        // What a kill left of files that were being written.
-        for file in fs_err::read_dir(&self.path)? {
-            let path = file?.path();
-            if path.extension().is_some_and(|extension| extension == "tmp") {
-                fs_err::remove_file(path)?;
+        file::replace(&self.config(), config.to_toml().as_bytes())
+    }
+
+    /// Takes away what a kill left of a run's own files while they were being written.
+    fn clear(&self) {
+        let own = ["config.toml", "manifest.json", "episodes.csv", "eval.csv", "progress.csv", "curves."];
+        for file in fs_err::read_dir(&self.path).into_iter().flatten().flatten() {
+            let name = file.file_name().to_string_lossy().into_owned();
+            if name.ends_with(".tmp") && own.iter().any(|own| name.starts_with(own)) {
+                // It does no harm where it stays.
+                let _ = fs_err::remove_file(file.path());
             }
         }
-        file::replace(&self.config(), config.to_toml().as_bytes())
     }
 
     /// How far the run `config` has come here.

@@ -70,12 +70,14 @@ impl RunFolder {
             manifest = self.manifest()?;
             let last = manifest.continued.last();
             let known = last.map_or((&manifest.commit, &manifest.command), |last| (&last.commit, &last.command));
-            // A later program may know more settings.
+            // Another program may know other settings.
+            let same_program = *known.0 == commit && manifest.version == env!("CARGO_PKG_VERSION");
             ensure!(
-                *known.0 != commit || manifest.config_hash == config.hash(),
-                "{}: was changed since the run began: put it back, or begin another run",
+                !same_program || manifest.config_hash == config.hash(),
+                "{}: is not what the run was begun with: it was changed since, or the program was. Put it back, or begin another run",
                 self.config().display()
             );
+            manifest.config_hash = config.hash();
             if known != (&commit, &command) {
                 manifest.continued.push(Continuation { step, commit, command });
             }

@@ -142,21 +142,17 @@ impl SourceArgs {
         let env = Env::new(config.env.clone(), 0)?;
         let (actor, record) =
             Actor::load(&checkpoint, env.observation_components().len(), env.action_dim(), config.seed)?;
-        let CheckpointRecord { run: made_for, step } = serde_json::from_value(record)
-            .with_context(|| format!("{}: does not say what it was trained for", checkpoint.display()))?;
-        let wanted = RunId::of(&config);
-        // Some runs were given another variant since.
-        let is_other = made_for.seed != 0 && made_for.seed != wanted.seed;
-        if (&made_for.task, &made_for.space) != (&wanted.task, &wanted.space) || is_other {
-            bail!("{}: is of the run {made_for}, not of {wanted}", checkpoint.display());
-        }
+        let at = || checkpoint.display().to_string();
+        let record: CheckpointRecord = serde_json::from_value(record)
+            .with_context(|| format!("{}: does not say what it was trained for", at()))?;
+        record.belongs_to(&RunId::of(&config)).with_context(at)?;
         let policy = Policy::Actor {
             actor: Box::new(actor),
             act: if self.sample { Act::Sample } else { Act::Mean },
             scaled: config.learner.scaled_observations,
         };
         let changed = RunConfig::resolve(Some(&folder.config()), &[])?.difference(&config);
-        Ok(Player { config, env, policy, step, changed })
+        Ok(Player { config, env, policy, step: record.step, changed })
     }
 }
 

@@ -183,8 +183,8 @@ impl<'a> Run<'a> {
             let saved = Checkpoint::load(&folder.checkpoint(), &config.learner, observations, actions)?;
             let at = || folder.checkpoint().display().to_string();
             let replay = saved.replay.with_context(|| format!("{}: no replay memory to go on with", at()))?;
-            let CheckpointRecord { run, .. } = serde_json::from_value(saved.caller.clone()).with_context(at)?;
-            ensure!(run == RunId::of(config), "{}: is of the run {run}, not of {}", at(), RunId::of(config));
+            let record: CheckpointRecord = serde_json::from_value(saved.caller.clone()).with_context(at)?;
+            record.belongs_to(&RunId::of(config)).with_context(at)?;
             let mut counters: Counters = serde_json::from_value(saved.caller).with_context(at)?;
             if counters.step < config.evaluate_every {
                 // Of the evaluation at the end of a run too short for any other, which a longer run does not have.
