@@ -10,6 +10,7 @@ use experiments::config::sweep::{self, Sweep};
 use experiments::config::{RunConfig, RunId};
 use experiments::report::columns::Columns;
 use experiments::report::summary::find_runs;
+use experiments::run::csv_table::CsvTable;
 use experiments::run::csv_writer::CsvWriter;
 use experiments::run::disturbances;
 use experiments::run::folder::RunFolder;
@@ -338,7 +339,7 @@ fn the_shipped_table_has_the_papers_steps_and_units() {
 #[test]
 fn committed_runs_are_those_of_the_shipped_sweeps() {
     let first = ["table-1", "small-steps", "reference", "tolerance", "leash", "soft-lift", "soft-wipe"];
-    let study = ["table-1", "parts", "hidden", "prior", "prior-parts"];
+    let study = ["table-1", "parts", "hidden", "prior", "prior-parts", "tuned"];
     let nameless = |mut run: RunConfig| {
         (run.env.space.name, run.variant, run.checkpoint_every) = ("any".into(), String::new(), 1);
         run
@@ -357,6 +358,34 @@ fn committed_runs_are_those_of_the_shipped_sweeps() {
         let run = RunConfig::resolve(Some(&folder.config()), &[]).unwrap();
         assert!(shipped.contains(&nameless(run)), "{}", folder.path().display());
         assert!(folder.done().exists());
+    }
+}
+
+/// The stage of tuned spaces has what the committed search chose, in runs like those of the stage that was not tuned.
+#[test]
+fn tuned_spaces_are_the_winners_of_the_search() {
+    let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("../results/study/search/search.csv");
+    let table = CsvTable::read(&results).unwrap();
+    let [tasks, spaces, variants, actions, ranks] =
+        ["task", "space", "variant", "actions", "rank"].map(|column| table.column(column).unwrap());
+    let candidates = shipped_sweep("study/search.toml").runs;
+    let untuned = [shipped_sweep("study/prior.toml").runs, shipped_sweep("study/table-1.toml").runs].concat();
+    let tuned = shipped_sweep("study/tuned.toml").runs;
+    assert_eq!(tuned.len(), 45);
+    for run in tuned {
+        let id = RunId::of(&run);
+        let won =
+            |at: &usize| (tasks[*at], spaces[*at], actions[*at], ranks[*at]) == (&id.task, &id.space, "150000", "1");
+        let winner = variants[(0..tasks.len()).find(won).unwrap()];
+        let is_it = |other: &&RunConfig| {
+            let other = RunId::of(other);
+            (&other.task, &other.space, other.variant.as_str()) == (&id.task, &id.space, winner)
+        };
+        let candidate = candidates.iter().find(is_it).unwrap();
+        assert_eq!((&run.env, &run.learner), (&candidate.env, &candidate.learner), "{id}");
+        assert_eq!(id.variant, winner);
+        let like = untuned.iter().find(|like| like.env.task == run.env.task).unwrap();
+        assert_eq!((run.steps, run.evaluate_every), (like.steps, like.evaluate_every), "{id}");
     }
 }
 

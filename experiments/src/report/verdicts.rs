@@ -113,9 +113,15 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
             return Err(wrong(format!("{name:?}: names the task {} twice", task.as_str())));
         }
         for task in tasks {
+            let is_meant = |run: &RunSummary| {
+                let named = hypothesis.experiment.as_ref().is_none_or(|named| *named == run.experiment);
+                named && run.task == task.as_str()
+            };
+            let is_named = |run: &RunSummary, space: &str| label(&run.space, &run.variant) == space;
             let is_of = |run: &RunSummary, space: &str| {
-                let meant = hypothesis.experiment.as_ref().is_none_or(|named| *named == run.experiment);
-                meant && run.task == task.as_str() && label(&run.space, &run.variant) == space
+                // A space that has one variant, and is nowhere without, needs no second name.
+                let alone = || !runs.iter().any(|other| is_meant(other) && is_named(other, space));
+                is_meant(run) && (is_named(run, space) || (run.space == space && alone()))
             };
             let sides = [hypothesis.space.as_str(), hypothesis.against.as_str()];
             let of = |run: &RunSummary| sides.into_iter().find(|space| is_of(run, space));
