@@ -227,7 +227,7 @@ fn layers_that_are_not_the_files_are_refused_before_they_are_made() {
         fs::write(&path, state.to_string()).unwrap();
         Actor::load(folder.path(), OBSERVATIONS, ACTIONS, 0).unwrap_err().to_string()
     };
-    let large = refused(&[16_384; 8]);
+    let large = refused(&[16_384, 4096]);
     assert!(large.ends_with("actor.safetensors: actor.0.weight is F32 [32, 5], not F32 [16384, 5]"), "{large}");
     let deep = refused(&[32; 9]);
     assert!(deep.ends_with("is out of range: one to eight layers of 1 to 16384 units"), "{deep}");
