@@ -50,7 +50,8 @@ pub struct Controller {
 
 impl Controller {
     /// A controller for `space`. `contact_axis` is n: the direction, in world axes, in which the environment pushes on
-    /// the tool (+z for a table below); only spaces with force use it. Call [`reset`](Self::reset) before use.
+    /// the tool (+z for a table below); only spaces with force use it. Interpolated set-points move no faster than the Panda
+    /// may; those of another arm are bounded by a [`Host`](crate::host::Host). Call [`reset`](Self::reset) before use.
     ///
     /// # Errors
     /// If a value of `space` or `config` is not allowed, or the adaptive law is unstable.

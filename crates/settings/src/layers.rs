@@ -102,6 +102,11 @@ mod tests {
                 "unknown key \"env.disturbance.frction\"; did you mean \"env.disturbance.friction\"?",
             ),
             ("learner.gamma = 1", "unknown key \"learner\""),
+            ("env.task = 3", "keys: env.task: a name in quotes is wanted"),
+            (
+                "env.space.stiffness.adaptive.delta_sign = 3",
+                "env.space.stiffness.adaptive.delta_sign: a name in quotes is wanted",
+            ),
             ("env.horizon = 0", "env.horizon = 0 is not allowed; allowed: 1 to 1000000"),
             ("env.space = 'aforze'", "did you mean `aforce`"),
             ("setup = 'tiny'", "known are paper-steps, small-steps"),

@@ -76,39 +76,46 @@ const LIKE: f64 = 0.75;
 pub(crate) fn explain(error: &toml::de::Error, settings: &Table) -> Problem {
     // The key is told by `Display` alone, on the last line.
     let text = error.to_string();
-    let key = text.lines().find_map(|line| line.strip_prefix("in `")?.strip_suffix('`'));
+    let key = text.lines().find_map(|line| line.strip_prefix("in `")?.strip_suffix('`')).unwrap_or_default();
     let message = error.message();
     let mut quoted = message.split('`').skip(1).step_by(2);
     let unknown = quoted.next().filter(|_| message.starts_with("unknown field"));
     let Some(unknown) = unknown else {
-        let message = key.map_or(message.into(), |key| format!("{key}: {message}"));
-        return Problem { key: key.unwrap_or_default().into(), message };
+        let key = with_choices(key, settings);
+        let wanted = if message.contains(NO_NAME) { "a name in quotes is wanted" } else { message };
+        let message = if key.is_empty() { wanted.into() } else { format!("{key}: {wanted}") };
+        return Problem { key, message };
     };
-    let section = key.map_or("", |key| key.strip_suffix(unknown).unwrap_or(key).trim_end_matches('.'));
-    let section =
-        if section.is_empty() { String::new() } else { format!("{}.", with_choice(section, unknown, settings)) };
+    let section = key.strip_suffix(unknown).unwrap_or(key).trim_end_matches('.');
+    let key = if section.is_empty() { unknown.into() } else { format!("{section}.{unknown}") };
+    let key = with_choices(&key, settings);
+    let section = key.strip_suffix(unknown).unwrap_or_default();
     let known: Vec<&str> = quoted.collect();
     let likeness = |known: &&str| strsim::jaro(known, unknown);
     let hint = match known.iter().copied().max_by(|a, b| likeness(a).total_cmp(&likeness(b))) {
         Some(nearest) if likeness(&nearest) > LIKE => format!("did you mean \"{section}{nearest}\"?"),
         _ => format!("known are {}", known.join(", ")),
     };
-    let key = format!("{section}{unknown}");
     Problem { message: format!("unknown key \"{key}\"; {hint}"), key }
 }
 
-/// The dotted key of the section that has the key `unknown`. Where that is a choice, a table with one key, the parser leaves this
-/// one out.
-fn with_choice(section: &str, unknown: &str, settings: &Table) -> String {
-    let mut table = Some(settings);
-    for part in section.split('.') {
+/// What the parser says of a number where the name of a choice is wanted.
+const NO_NAME: &str = "invalid type: unit variant";
+
+/// A dotted key with the choices on its way, tables with one key, which the parser leaves out.
+fn with_choices(key: &str, settings: &Table) -> String {
+    let (mut table, mut whole) = (Some(settings), vec![]);
+    for part in key.split('.') {
+        let only =
+            table.filter(|table| table.len() == 1 && !table.contains_key(part)).and_then(|table| table.iter().next());
+        if let Some((choice, inner)) = only.filter(|(_, inner)| inner.get(part).is_some()) {
+            whole.push(choice.as_str());
+            table = inner.as_table();
+        }
+        whole.push(part);
         table = table.and_then(|table| table.get(part)?.as_table());
     }
-    let choice = table.filter(|table| table.len() == 1).and_then(|table| table.iter().next());
-    match choice.filter(|(_, inner)| inner.get(unknown).is_some()) {
-        Some((choice, _)) => format!("{section}.{choice}"),
-        None => section.into(),
-    }
+    whole.join(".")
 }
 
 #[cfg(test)]

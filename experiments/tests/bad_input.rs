@@ -1,0 +1,182 @@
+//! Bad input is answered in one line that names what is wrong, and nothing is overwritten.
+
+mod common;
+
+use std::path::Path;
+
+use common::{error, expect, few, program, run_folder, train, train_for};
+
+#[test]
+fn bad_input_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path();
+    expect(&error(train(out).args(["--set", "learner.gama=0.9"]), 2), &["gama", "did you mean \"learner.gamma\""]);
+    expect(&error(train(out).args(["--set", "learner.gamma=1.5"]), 2), &["gamma", "1.5"]);
+    expect(&error(train(out).args(["--set", "env.controller.control_hz=510"]), 2), &["control_hz", "510", "20"]);
+    expect(&error(train(out).args(["--set", "env.simulation.substeps=1000000000"]), 2), &["substeps", "1 to 64"]);
+    let alpha = "env.space.stiffness.adaptive.alpha=50000";
+    expect(
+        &error(train(out).args(["--set", "env.space.stiffness.adaptive.delta_sign=literal", "--set", alpha]), 2),
+        &["50000", "allow_unstable"],
+    );
+    expect(&error(train(out).args(["--config", "/nowhere.toml"]), 1), &["/nowhere.toml"]);
+    expect(&error(train(out).args(["--space", "aforc"]), 2), &["aforc", "aforce"]);
+    expect(&error(train(out).args(["--steps", "0"]), 2), &["--steps"]);
+    let file = out.join("a_file");
+    std::fs::write(&file, "").unwrap();
+    expect(&error(&mut train(&file.join("below")), 1), &["a_file"]);
+    expect(&error(program("evaluate").arg("--run").arg(out), 1), &["not a run folder"]);
+    let replay = || {
+        let mut command = program("replay");
+        command.args(["--expert", "--actions", "3", "--html"]).arg(out.join("page.html"));
+        command
+    };
+    expect(&error(program("replay").arg("--expert"), 2), &["--html", "--png"]);
+    expect(&error(program("replay").args(["--expert", "--png", "x.png", "--beside", "osc"]), 2), &["--html"]);
+    expect(&error(replay().args(["--beside", "aforc"]), 2), &["aforc", "did you mean `aforce`"]);
+    let doubled = ["--png", "x.png", "--plot", "x.svg"];
+    expect(&error(replay().current_dir(out).args(doubled), 2), &["x.png", "two of the options"]);
+    let spelt_otherwise = ["--csv", "./page.html"];
+    expect(&error(replay().current_dir(out).args(spelt_otherwise), 2), &["page.html", "two of the options"]);
+    expect(&error(program("replay").args(["--expert", "--csv", "/dev/null"]), 1), &["/dev/null", "no file"]);
+    let disturbed = out.join("disturbed.toml");
+    std::fs::write(&disturbed, "[[case]]\nname = \"high\"\ndisturbance.table_height_m = 0.2\n").unwrap();
+    let mut evaluate = program("evaluate");
+    evaluate.args(["--expert", "--task", "wipe", "--disturb"]).arg(&disturbed);
+    expect(&error(&mut evaluate, 1), &["disturbed.toml", "\"high\"", "table_height_m"]);
+    std::fs::write(&disturbed, "[[case]]\nname = \"slick\"\ndisturbance.friction = \"low\"\n").unwrap();
+    expect(&error(&mut evaluate, 1), &["disturbed.toml", "a number, or [low, high]"]);
+    assert!(!out.join("page.html").exists());
+    assert!(!out.join("lift").exists(), "a refused run leaves nothing behind");
+}
+
+/// What people do to files and flags, each answered in one line.
+#[test]
+fn what_was_tampered_with_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path();
+    expect(&error(program("train").args(["--seed", "18446744073709551616"]), 2), &["--seed", "0 to 4294967295"]);
+    expect(&error(program("train").args(["--set", "seed=4294967296"]), 2), &["seed = 4294967296", "0 to 4294967295"]);
+    expect(&error(train(out).args(["--set", "learner.gamma=0.9\nseed=5"]), 2), &["one line"]);
+    expect(&error(train(out).arg("--config").arg(out), 1), &["TOML file", &out.display().to_string()]);
+    let sweep = out.join("sweep.toml");
+    std::fs::write(&sweep, few(600)).unwrap();
+    expect(&error(train(out).arg("--config").arg(&sweep), 2), &["sweep.toml", "give it to `sweep`"]);
+    let misspelt = out.join("misspelt.toml");
+    std::fs::write(&misspelt, "seed = 1\n\n[learner]\ngama = 0.9\n").unwrap();
+    expect(&error(train(out).arg("--config").arg(&misspelt), 2), &["misspelt.toml, line 4: ", "gama", "learner.gamma"]);
+    let episodes = ["expert", "--episodes", "4294967295", "--out", "table.csv"];
+    expect(&error(program("baselines").args(episodes), 2), &["--episodes", "1000000"]);
+    let occupied = out.join("occupied");
+    std::fs::write(&occupied, "").unwrap();
+    expect(&error(program("sweep").arg(&sweep).arg("--out").arg(&occupied), 1), &["occupied"]);
+
+    let runs = out.join("runs");
+    train_for(1500, &runs).args(["--set", "checkpoint_every=1000"]).assert().success();
+    let run = run_folder(&runs);
+    let report = |folder: &Path| {
+        let mut command = program("report");
+        command.arg(folder).arg("--out").arg(out.join("report"));
+        command
+    };
+    // A folder that holds itself: every run once.
+    std::os::unix::fs::symlink(&runs, runs.join("again")).unwrap();
+    report(&runs).assert().success();
+    assert_eq!(std::fs::read_to_string(out.join("report/runs.csv")).unwrap().lines().count(), 2);
+    std::fs::remove_file(runs.join("again")).unwrap();
+    std::fs::write(out.join("report/summary.csv"), "date,price\n").unwrap();
+    expect(&error(&mut report(&runs), 1), &["summary.csv", "not a table of ours", "nothing was overwritten"]);
+    std::fs::remove_dir_all(out.join("report")).unwrap();
+
+    let whole = std::fs::read_to_string(run.join("episodes.csv")).unwrap();
+    let row = whole.lines().nth(1).unwrap();
+    let with_length = |length: &str| {
+        let mut cells: Vec<&str> = row.split(',').collect();
+        cells[7] = length;
+        cells.join(",")
+    };
+    for (edited, words) in [
+        (with_length("maybe"), ["episodes.csv, line 2", "\"maybe\""]),
+        (row.replacen("5,", "99,", 1), ["episodes.csv, line 2", "schema \"99\""]),
+    ] {
+        std::fs::write(run.join("episodes.csv"), whole.replacen(row, &edited, 1)).unwrap();
+        let output = report(&runs).output().unwrap();
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && words.iter().all(|word| told.contains(word)), "{told}");
+    }
+    // A row taken out of the middle.
+    std::fs::write(run.join("episodes.csv"), whole.replacen(&format!("{row}\n"), "", 1)).unwrap();
+    expect(&error(train_for(2000, &runs).arg("--resume"), 1), &["episodes.csv", "rows were taken out or added"]);
+    // Tables, checkpoint and settings of another run.
+    let mut resumed = train_for(2000, &runs);
+    resumed.arg("--resume");
+    let mut exchange = |file: &str, from: &str, to: &str, words: &[&str]| {
+        let ours = std::fs::read_to_string(run.join(file)).unwrap();
+        assert!(ours.contains(from), "{from:?} is not in {file}");
+        std::fs::write(run.join(file), ours.replace(from, to)).unwrap();
+        let command = if file == "config.toml" {
+            let mut command = program("train");
+            command
+                .arg("--config")
+                .arg(run.join(file))
+                .args(["--resume", "--quiet", "--steps", "2000", "--out"])
+                .arg(&runs);
+            &mut { command }
+        } else {
+            &mut resumed
+        };
+        expect(&error(command, 1), words);
+        std::fs::write(run.join(file), ours).unwrap();
+    };
+    std::fs::write(run.join("episodes.csv"), whole).unwrap();
+    exchange("episodes.csv", "aforce,7,", "aforce,8,", &["episodes.csv", "another run, with seed 8, not 7"]);
+    exchange("eval.csv", "lift,", "door,", &["eval.csv", "another run, with task door, not lift"]);
+    exchange("checkpoints/last/state.json", "\"seed\": 7", "\"seed\": 8", &["of a run with seed 8, not 7"]);
+    exchange(
+        "config.toml",
+        "motion_price = 0.0",
+        "motion_price = 5.0",
+        &["config.toml", "is not what the run was begun with"],
+    );
+
+    // Weights that are none, and weights of the same sizes from elsewhere.
+    let best = run.join("checkpoints/best/actor.safetensors");
+    let evaluate = || {
+        let mut command = program("evaluate");
+        command.args(["--episodes", "1", "--run"]).arg(&run);
+        command
+    };
+    let weights = std::fs::read(&best).unwrap();
+    let mut damaged = weights.clone();
+    damaged[2000..2400].fill(0xff);
+    std::fs::write(&best, &damaged).unwrap();
+    expect(&error(&mut evaluate(), 1), &["actor.safetensors", "NaN", "damaged"]);
+    let mut foreign = weights.clone();
+    let last = foreign.len() - 4;
+    foreign[last..].copy_from_slice(&0.5f32.to_le_bytes());
+    std::fs::write(&best, &foreign).unwrap();
+    expect(&error(&mut evaluate(), 1), &["actor.safetensors", "not the policy"]);
+    std::fs::write(&best, &weights).unwrap();
+    evaluate().assert().success();
+}
+
+/// A folder whose name is no Unicode is one like any other.
+#[cfg(unix)]
+#[test]
+fn a_name_that_is_no_unicode_is_taken() {
+    use std::os::unix::ffi::OsStrExt;
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join(std::ffi::OsStr::from_bytes(b"runs\xff"));
+    train_for(600, &out).assert().success();
+    assert!(run_folder(&out).join("DONE").exists());
+}
+
+#[test]
+fn output_may_be_cut_short() {
+    let list = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/study/table-1.toml");
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("sweep"));
+    let output = command.args([list, "--list"]).stdout(writer).stderr(std::process::Stdio::piped()).spawn();
+    assert!(output.unwrap().wait_with_output().unwrap().stderr.is_empty());
+}

@@ -1,0 +1,153 @@
+//! Runs that are stopped, killed or left alone: nothing is lost, and what goes on comes to the same bytes.
+
+mod common;
+
+use std::time::{Duration, Instant};
+
+use common::{
+    assert_same, error, expect, few, last_step, note, program, run_folder, start, start_unheard, states, train,
+    train_for,
+};
+use experiments::config::RunConfig;
+use experiments::run::folder::RunFolder;
+use rustix::process::Signal;
+
+/// Killed long after its last checkpoint: what it did since then is undone and done again. With all that a preset switches on: pink
+/// noise, an actor that learns at every second update, a script's episodes, and layer norm.
+#[test]
+fn a_killed_run_goes_on_to_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let (whole, killed) = (folder.path().join("whole"), folder.path().join("killed"));
+    let often = ["--set", "evaluate_every=200", "--set", "checkpoint_every=1000"];
+    let learner = ["--preset", "swift-prior", "--set", "learner.prior_episodes=2", "--set", "learner.layer_norm=true"];
+    let settings = [often.as_slice(), &learner].concat();
+    train(&whole).args(&settings).assert().success();
+
+    let run = run_folder(&killed);
+    let (last, tables) = (run.join("checkpoints/last"), ["episodes.csv", "eval.csv"].map(|name| run.join(name)));
+    let saved = || note(&last).and_then(|note| note["step"].as_f64());
+    let far = || saved().is_some() && last_step(&tables[0]) >= Some(1300.0);
+    let kill = || {
+        let _ = std::fs::remove_dir_all(&killed);
+        let mut child = start(train(&killed).args(&settings));
+        child.wait_until("an episode long after a checkpoint", far);
+        child.kill();
+        saved().is_some_and(|saved| tables.iter().all(|table| last_step(table) > Some(saved)))
+    };
+    // A kill that comes too late leaves nothing to undo: then once more.
+    assert!((0..5).any(|_| kill()));
+    assert!(note(&last).unwrap()["best_return"].is_f64(), "there is an evaluation to be remembered");
+    assert!(!run.join("DONE").exists(), "killed before its end");
+
+    let again = || {
+        let mut command = train(&killed);
+        command.args(&settings);
+        command
+    };
+    expect(&error(&mut again(), 1), &["already holds a run", "--resume"]);
+    expect(&error(again().args(["--resume", "--set", "learner.gamma=0.5"]), 1), &["another configuration", "gamma"]);
+    again().arg("--resume").assert().success();
+    let manifest = std::fs::read_to_string(run.join("manifest.json")).unwrap();
+    assert!(manifest.contains("continued") && manifest.contains("--resume"), "{manifest}");
+    expect(&error(train_for(1500, &killed).args(&settings).arg("--resume"), 1), &["2000", "not to 1500"]);
+
+    assert_same(&run_folder(&whole), &run, &["config.toml", "episodes.csv", "eval.csv"]);
+    let networks = ["actor", "online_actor", "critic", "target", "optimizer"].map(|n| format!("{n}.safetensors"));
+    for checkpoint in ["checkpoints/last", "checkpoints/best"] {
+        let [whole, killed] = [&run_folder(&whole), &run].map(|run| run.join(checkpoint));
+        assert_same(&whole, &killed, &networks.each_ref().map(String::as_str));
+    }
+    assert_same(&run_folder(&whole), &run, &["checkpoints/last/replay.bin", "checkpoints/best/state.json"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn sigterm_saves_and_exits_with_75() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut child = start(&train_for(1_000_000, folder.path()));
+    let run = run_folder(folder.path());
+    child.wait_for_a_row(&run.join("episodes.csv"));
+    assert_eq!(child.stop(), Some(75));
+    assert!(run.join("checkpoints/last/replay.bin").exists());
+    assert!(!run.join("DONE").exists());
+    assert_eq!(RunFolder::open(&run).unwrap().manifest().unwrap().status, "stopped");
+}
+
+/// Between two ends of episodes that lie further apart than it may lose.
+#[test]
+fn a_slow_run_saves_itself_by_the_clock() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = train_for(1_000_000, folder.path());
+    command.args(["--set", "checkpoint_every=1000000", "--set", "checkpoint_minutes=0.01"]);
+    let last = run_folder(folder.path()).join("checkpoints/last");
+    let mut child = start(&command);
+    let saved = || note(&last).and_then(|note| note["step"].as_u64());
+    child.wait_until("a checkpoint", || saved().is_some());
+    child.kill();
+    expect(&error(train(folder.path()).arg("--resume"), 1), &["holds a run of 1000000 steps"]);
+    // When it saves itself is no part of what it is.
+    let config = RunConfig::resolve(Some(&run_folder(folder.path()).join("config.toml")), &[]).unwrap();
+    let other = RunConfig { checkpoint_every: 7, checkpoint_minutes: 5.0, ..config.clone() };
+    assert_eq!((config.hash(), config.difference(&other)), (other.hash(), None));
+}
+
+/// As a terminal that goes away does; what `nohup` started stays.
+#[test]
+fn a_hang_up_is_asked_to_stop() {
+    let folder = tempfile::tempdir().unwrap();
+    let episodes = run_folder(folder.path()).join("episodes.csv");
+    let mut child = start(&train_for(1_000_000, folder.path()));
+    child.wait_for_a_row(&episodes);
+    assert_eq!(child.hang_up(), Some(75));
+    // Its reader goes with it, as the `tee` behind a pipe does.
+    let mut unheard = train_for(1_000_000, folder.path());
+    let mut child = start_unheard(unheard.arg("--resume"));
+    let before = last_step(&episodes);
+    child.wait_until("a row", || last_step(&episodes) > before);
+    assert_eq!(child.hang_up(), Some(75));
+
+    let ours = train_for(1_000_000, folder.path());
+    let mut deaf = assert_cmd::Command::new("sh");
+    deaf.args(["-c", "trap '' HUP; exec \"$0\" \"$@\" --resume"]).arg(ours.get_program()).args(ours.get_args());
+    let mut child = start(&deaf);
+    let before = last_step(&episodes);
+    child.wait_until("a row", || last_step(&episodes) > before);
+    child.signal(Signal::HUP);
+    let before = last_step(&episodes);
+    child.wait_until("two more rows", || last_step(&episodes) > before.map(|step| step + 100.0));
+    assert_eq!(child.stop(), Some(75));
+}
+
+/// Nobody would look after its runs: they save themselves.
+#[test]
+fn the_runs_of_a_killed_sweep_stop() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, out) = (folder.path().join("few.toml"), folder.path().join("out"));
+    std::fs::write(&file, few(1_000_000)).unwrap();
+    let run = out.join("lift/aforce/seed_1");
+    let mut sweep = start(program("sweep").arg(&file).arg("--out").arg(&out).args(["--jobs", "1"]));
+    sweep.wait_for_a_row(&run.join("episodes.csv"));
+    // Left to the process that is at work, as by a sweep of all.
+    let mut second = program("sweep");
+    second.arg(&file).arg("--out").arg(&out).args(["--index", "0"]);
+    assert!(String::from_utf8(second.assert().code(75).get_output().stderr.clone()).unwrap().contains("at work there"));
+    sweep.kill();
+    let deadline = Instant::now() + Duration::from_secs(60);
+    while states(&file, &out)[0] != "begun" {
+        assert!(Instant::now() < deadline, "the run goes on");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    assert_eq!(RunFolder::open(&run).unwrap().manifest().unwrap().status, "stopped");
+    assert!(run.join("checkpoints/last/replay.bin").exists());
+}
+
+/// Two processes in one folder would mix their rows.
+#[test]
+fn a_folder_belongs_to_one_process() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut first = start(&train(folder.path()));
+    first.wait_for_a_row(&run_folder(folder.path()).join("episodes.csv"));
+    expect(&error(train(folder.path()).arg("--resume"), 1), &["another process is at work"]);
+    first.kill();
+    train(folder.path()).arg("--resume").assert().success();
+}
