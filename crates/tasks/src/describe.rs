@@ -7,7 +7,8 @@ use physics::panda::HOME;
 use serde::Serialize;
 
 use crate::component::Component;
-use crate::env::{Env, EnvConfig};
+use crate::env::Env;
+use crate::env_config::EnvConfig;
 use crate::observation::CLIP;
 
 /// What an environment consists of.

@@ -1,103 +1,26 @@
 //! The environment: the one loop from an action to torques, and back to a reward.
 
-use aforce::{ActionEntry, ActionSpace, ConfigError, Controller, ControllerConfig, Measurement, within};
-use physics::panda::{HOME, ParameterSet, RANGE};
-use physics::{Plant, Simulation, SimulationConfig};
+use aforce::{ActionEntry, ConfigError, Controller, Measurement};
+use physics::panda::{HOME, RANGE};
+use physics::{Plant, Simulation};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
 
 use crate::component::Component;
 use crate::controller_state::{controller_components, observe_controller};
-use crate::disturbance::Disturbance;
 use crate::drawn::Drawn;
+use crate::env_config::EnvConfig;
 use crate::expert;
 use crate::interval::Interval;
 use crate::normal::standard_normal;
 use crate::observation::{observe_robot, proprioception_components};
-use crate::observation_options::ObservationOptions;
-use crate::penalty::ForcePenalty;
 use crate::task::{HELD, REWARD_TERMS, Reward, Task};
-use crate::task_name::TaskName;
 
 /// Overlap at which the engine would throw the arm off instead of starting an episode (m).
 const LARGEST_OVERLAP: f64 = 1e-3;
 
 /// Starts that are drawn before a scene counts as one without room for the arm.
 const MOST_STARTS: u32 = 1000;
-
-/// Everything that defines an environment.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct EnvConfig {
-    /// The task.
-    pub task: TaskName,
-    /// The action space.
-    pub space: ActionSpace,
-    /// The arm's numbers.
-    pub robot: ParameterSet,
-    /// Actions until an episode is truncated. Door's penalty and all of Wipe's reward are scaled with it.
-    pub horizon: u32,
-    /// Standard deviation of the joint angles around the home pose at reset (rad). Angles out of range, and those with which
-    /// the arm would overlap its surroundings by a millimetre, are drawn anew.
-    pub initial_noise: f64,
-    /// Reward lost per joule of sum |tau qd| dt, in every task; 0: motion is free.
-    pub motion_price: f64,
-    /// Whether an episode ends once the task has stood fulfilled for a second. To the learner it is cut short there: its
-    /// value goes on.
-    pub ends_on_success: bool,
-    /// What the policy sees beyond robosuite's observation.
-    pub observation: ObservationOptions,
-    /// Force limit and penalty.
-    pub force_penalty: ForcePenalty,
-    /// What differs from what controller and policy know.
-    pub disturbance: Disturbance,
-    /// Engine settings.
-    pub simulation: SimulationConfig,
-    /// The controller.
-    pub controller: ControllerConfig,
-}
-
-impl EnvConfig {
-    /// Checks every value.
-    ///
-    /// # Errors
-    /// The first value that is not allowed, with its field and range.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        let ForcePenalty { limit, weight, .. } = self.force_penalty;
-        within("env.horizon", f64::from(self.horizon), 1.0..=1e6)?;
-        within("env.initial_noise", self.initial_noise, 0.0..=0.5)?;
-        within("env.force_penalty.limit", limit, 0.0..=1e6)?;
-        within("env.force_penalty.weight", weight, 0.0..=1e3)?;
-        within("env.motion_price", self.motion_price, 0.0..=1e3)?;
-        self.disturbance.validate(self.task).map_err(|error| error.below("env"))?;
-        // A faster one would look like another, or like a constant.
-        let push_hz = self.disturbance.push_hz.map_or(0.0, |draw| draw.ends()[1]);
-        within("env.disturbance.push_hz", push_hz, 0.0..=f64::from(self.controller.control_hz) / 2.0)?;
-        self.simulation.validate().map_err(|error| error.below("env"))?;
-        self.controller.validate().map_err(|error| error.below("env.controller"))?;
-        self.space.validate(self.controller.control_hz).map_err(|error| error.below("env"))
-    }
-}
-
-impl Default for EnvConfig {
-    fn default() -> Self {
-        EnvConfig {
-            task: TaskName::default(),
-            space: "aforce".parse().expect("a built-in space"),
-            robot: ParameterSet::default(),
-            horizon: 500,
-            initial_noise: 0.02,
-            motion_price: 0.0,
-            ends_on_success: false,
-            observation: ObservationOptions::default(),
-            force_penalty: ForcePenalty::default(),
-            disturbance: Disturbance::default(),
-            simulation: SimulationConfig::default(),
-            controller: ControllerConfig::default(),
-        }
-    }
-}
 
 /// A task, an arm and an action space.
 ///

@@ -1,6 +1,6 @@
 use super::*;
 use crate::interval::ForceRecord;
-use crate::penalty::Sensor;
+use crate::penalty::{ForcePenalty, Sensor};
 
 /// A load that no joint can bear ends the episode, even where its horizon would have.
 #[test]
