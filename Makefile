@@ -32,7 +32,7 @@ ZIG = $(shell { $(VENV)/bin/python -c 'import ziglang' || command -v zig; } >/de
 STUDY = experiments/configs/study
 HYPOTHESES = $(wildcard results/study/hypotheses*.toml)
 # Whose policies are disturbed: seeds 11 to 15 of a sweep, each with the folder of its runs.
-STUDIED = { for sweep in table-1:table-1 prior:prior prior-parts:prior parts:table-1 hidden:hidden tuned:tuned; do \
+STUDIED = { for sweep in table-1:table-1 prior:prior prior-parts:prior parts:table-1 hidden:hidden tuned:tuned same-steps:same-steps; do \
 	$(RUN) sweep -- $(STUDY)/$${sweep%:*}.toml --out runs/study/$${sweep\#*:} --list; done; } \
 	| awk '$$1 ~ /^[0-9]+$$/ && $$4 <= 15 { print $$6 }'
 
@@ -107,7 +107,7 @@ reproduce: setup $(BASELINES) $(BOUNDS)
 	$(MAKE) study
 
 # The study of results/study, once more below runs/study: its learner's tournament (62 runs), its stages in the order of what they decide
-# (382 runs, of which a search stops half early), the policies of all but the search under every
+# (387 runs, of which a search stops half early), the policies of all but the search under every
 # disturbance. About 47 core-hours on an AMD EPYC, a fifth of it the tournament; what is done is not done again.
 study: setup
 	$(RUN) sweep -- experiments/configs/tournament.toml
@@ -119,6 +119,7 @@ study: setup
 	$(RUN) sweep -- $(STUDY)/parts.toml --out runs/study/table-1
 	$(RUN) sweep -- $(STUDY)/search.toml --out runs/study/search
 	$(RUN) sweep -- $(STUDY)/tuned.toml --out runs/study/tuned
+	$(RUN) sweep -- $(STUDY)/same-steps.toml --out runs/study/same-steps
 	$(RUN) sweep -- $(STUDY)/hidden.toml --out runs/study/hidden
 	for run in $$($(STUDIED)); do test -e $$run/disturbed.csv || $(RUN) evaluate -- --run $$run --episodes 5 \
 		--disturb experiments/configs/disturbances.toml --csv $$run/disturbed.csv || exit 1; done

@@ -17,7 +17,7 @@ use experiments::run::folder::RunFolder;
 use experiments::run::rollout::evaluate;
 use experiments::run::seeds::{sub_seed, training_evaluation_seed};
 use experiments::run::source::{Player, SourceArgs, Which};
-use tasks::{Disturbance, Env, Outcome, TaskName};
+use tasks::{Disturbance, Env, EnvConfig, Outcome, TaskName};
 
 fn scaled(env: &Env) -> Vec<f32> {
     let mut observation = env.observation().to_vec();
@@ -372,8 +372,8 @@ fn tuned_spaces_are_the_winners_of_the_search() {
     let untuned = [shipped_sweep("study/prior.toml").runs, shipped_sweep("study/table-1.toml").runs].concat();
     let tuned = shipped_sweep("study/tuned.toml").runs;
     assert_eq!(tuned.len(), 45);
-    for run in tuned {
-        let id = RunId::of(&run);
+    for run in &tuned {
+        let id = RunId::of(run);
         let won =
             |at: &usize| (tasks[*at], spaces[*at], actions[*at], ranks[*at]) == (&id.task, &id.space, "150000", "1");
         let winner = variants[(0..tasks.len()).find(won).unwrap()];
@@ -386,6 +386,15 @@ fn tuned_spaces_are_the_winners_of_the_search() {
         assert_eq!(id.variant, winner);
         let like = untuned.iter().find(|like| like.env.task == run.env.task).unwrap();
         assert_eq!((run.steps, run.evaluate_every), (like.steps, like.evaluate_every), "{id}");
+    }
+    // Beside them `variable` with AFORCE's action steps, a candidate too.
+    for run in shipped_sweep("study/same-steps.toml").runs {
+        let candidate = |other: &RunConfig| other.variant == run.variant && other.env == run.env;
+        assert!(candidates.iter().any(candidate));
+        let aforce = tuned.iter().find(|other| (other.env.task, other.seed) == (run.env.task, run.seed)).unwrap();
+        let like =
+            RunConfig { env: EnvConfig { space: run.env.space.clone(), ..aforce.env.clone() }, ..aforce.clone() };
+        assert_eq!(run, like);
     }
 }
 
