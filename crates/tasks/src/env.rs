@@ -168,7 +168,7 @@ impl Env {
     }
 
     /// Applies one action in [-1, 1]^n for one policy interval: the entries of the action space
-    /// ([`ActionSpace::entries`]), then, where there is a gripper, one whose sign counts: -1 opens, +1 closes.
+    /// ([`aforce::ActionSpace::entries`]), then, where there is a gripper, one whose sign counts: -1 opens, +1 closes.
     ///
     /// # Panics
     /// If `action` has not [`Env::action_dim`] entries.
