@@ -94,6 +94,8 @@ fn a_slow_run_saves_itself_by_the_clock() {
 /// As a terminal that goes away does; what `nohup` started stays.
 #[test]
 fn a_hang_up_is_asked_to_stop() {
+    // `nohup cargo test` ignores SIGHUP, and children inherit that. What is handled they do not inherit.
+    signal_hook::flag::register(Signal::HUP.as_raw(), std::sync::Arc::default()).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let episodes = run_folder(folder.path()).join("episodes.csv");
     let mut child = start(&train_for(1_000_000, folder.path()));
