@@ -10,7 +10,7 @@ if [ $# -lt 2 ]; then
 fi
 sweep=$1 out=$2
 shift 2
-if grep -q '^halving' "$sweep"; then
+if target/release/sweep "$sweep" --list 2>&1 > /dev/null | grep -q 'a search'; then
     echo "$sweep is a search: its rounds follow from each other; sweep FILE on one machine does them" >&2
     exit 2
 fi

@@ -164,8 +164,15 @@ impl Config {
         let bins = self.value_bins;
         check(bins == 0 || (2..=1001).contains(&bins), "value_bins", &bins, "0 (none), or 2 to 1001")?;
         let [low, high] = self.value_range;
+        // As the network has them.
+        let (low, high) = (low as f32, high as f32);
         let range = low < high && low.is_finite() && high.is_finite();
-        check(range, "value_range", &format!("{:?}", self.value_range), "two finite numbers, the smaller first")?;
+        check(
+            range,
+            "value_range",
+            &format!("{:?}", self.value_range),
+            "two finite numbers of 32 bits, the smaller first",
+        )?;
         let temperature = self.initial_temperature;
         check(temperature > 0.0 && temperature.is_finite(), "initial_temperature", &temperature, "above 0, finite")?;
         let floor = self.min_temperature;

@@ -191,7 +191,7 @@ impl Pictures<'_> {
             }
             self.film.as_mut().expect("just started").push(&picture())?;
         }
-        if sheet.is_some() && (sheet::shows(actions, last) || step.terminated) {
+        if sheet.is_some() && (sheet::shows(actions, last) || step.terminated || step.truncated) {
             self.tiles.push(picture());
         }
         if let Some(path) = png.as_ref().filter(|_| step.terminated || step.truncated || actions == last) {

@@ -17,7 +17,7 @@ use experiments::report::scatter;
 use experiments::report::summary::{RunSummary, find_runs};
 use experiments::report::text;
 use experiments::report::tournament::TournamentRow;
-use experiments::report::verdicts::judge;
+use experiments::report::verdicts::{NO_RUNS, judge};
 use output::{file, plot, program};
 use serde::Serialize;
 
@@ -50,7 +50,11 @@ fn main() -> ExitCode {
 
 fn run(arguments: &Arguments) -> Result<ExitCode> {
     let folders = find_runs(&arguments.runs)?;
-    ensure!(!folders.is_empty(), "{}: no run folder below it", arguments.runs.display());
+    ensure!(
+        !folders.is_empty(),
+        "{}: no run folder below it that is not a search's (search.csv)",
+        arguments.runs.display()
+    );
     let out = arguments.out.as_ref().unwrap_or(&arguments.runs);
     fs_err::create_dir_all(out)?;
 
@@ -104,6 +108,10 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         ensure!(!hypotheses[..at].contains(file), "{}: its hypotheses are named twice", file.display());
     }
     let verdicts = arguments.hypotheses.iter().map(|file| judge(file, &rows)).collect::<Result<Vec<_>>>()?.concat();
+    for row in verdicts.iter().filter(|row| row.verdict == NO_RUNS) {
+        let (name, task, space, against) = (&row.hypothesis, &row.task, &row.space, &row.against);
+        program::tell(format_args!("no runs yet of {name:?}: {} {task}, {space} against {against}", row.experiment));
+    }
     let tables = ["runs.csv", "summary.csv", "comparison.csv", "tournament.csv", "robustness.csv", "verdicts.csv"];
     let tables = tables.map(|name| out.join(name));
     tables.iter().try_for_each(|table| is_ours(table))?;

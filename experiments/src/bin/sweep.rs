@@ -62,6 +62,9 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     let Sweep { name, mut runs, halving } = sweep::read(&arguments.file)?;
     let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(name));
     if arguments.list {
+        if !halving.is_empty() {
+            program::tell(format_args!("a search: half of the candidates end after {halving:?} actions"));
+        }
         return list(&runs, &out);
     }
     if arguments.index.is_some() && arguments.steps.is_none() && !halving.is_empty() {
@@ -189,13 +192,11 @@ fn train_all(arguments: &Arguments, runs: &[(usize, RunConfig)], out: &Path) -> 
     for job in &failed {
         program::tell(format_args!("failed: {}: {} ({})", job.name, job.words, job.log.display()));
     }
-    Ok(if stop.requested() {
+    // Somebody may have stopped a run, not the sweep, or is still at work: what failed is not all that is missing.
+    Ok(if stop.requested() || elsewhere > 0 || ended.iter().any(stopped) {
         ExitCode::from(cli::STOPPED)
     } else if !failed.is_empty() {
         ExitCode::from(cli::SOME_FAILED)
-    } else if elsewhere > 0 || ended.iter().any(stopped) {
-        // Somebody stopped a run, not the sweep, or is still at work.
-        ExitCode::from(cli::STOPPED)
     } else {
         ExitCode::SUCCESS
     })

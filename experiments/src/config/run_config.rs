@@ -4,7 +4,6 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use aforce::overlay;
 use anyhow::{Context, Result, ensure};
 use output::program::bad;
 use serde::{Deserialize, Serialize};
@@ -73,9 +72,10 @@ impl RunConfig {
         }
         let mut flags = Table::new();
         for (key, value) in overrides {
-            overlay(&mut flags, nested(key, value.clone()));
+            let mut flag = nested(key, value.clone());
             // At once: a later key may change the space that is named here.
-            spaces::work_out(&mut flags, Path::new("")).map_err(|problem| bad(format!("command line: {problem:#}")))?;
+            spaces::work_out(&mut flag, Path::new("")).map_err(|problem| bad(format!("command line: {problem:#}")))?;
+            spaces::lay_over(&mut flags, flag);
         }
         layers.push((Source::named("command line"), flags));
         Self::from_layers(layers)
@@ -126,6 +126,8 @@ impl RunConfig {
         ensure!(minutes > 0.0, "checkpoint_minutes = {minutes}: must be above 0");
         let fits = self.variant.chars().all(|c| c == ',' || is_name_character(c));
         ensure!(fits, "variant = {:?}: {NAME_CHARACTERS}, and commas between parts", self.variant);
+        let is_number = self.variant.parse::<f64>().is_ok();
+        ensure!(!is_number, "variant = {:?}: reads as a number, which tables would round", self.variant);
         self.env.validate()?;
         self.learner.validate().map_err(|error| bad(format!("learner.{error}")))?;
         Ok(())
@@ -298,6 +300,17 @@ mod tests {
         let unstable = error("env.space.stiffness.adaptive.alpha=1e5");
         assert!(unstable.contains("unstable") && unstable.contains("the limit is"), "{unstable}");
         assert!(error("env.space=aforze").contains("did you mean `aforce`"));
+    }
+
+    #[test]
+    fn of_two_spaces_on_the_command_line_the_last_is_meant() {
+        let space = |sets: &[&str]| {
+            RunConfig::resolve(None, &sets.iter().map(|s| set(s)).collect::<Vec<_>>()).unwrap().env.space
+        };
+        let mine = "env.space={ name = 'mine', extends = 'aforce' }";
+        assert_eq!(space(&["env.space=low", mine]), space(&[mine]));
+        assert_eq!(space(&[mine, "env.space=low"]), space(&["env.space=low"]));
+        assert_eq!(space(&["env.space=low", "env.space.name=soft"]).goal, space(&["env.space=low"]).goal);
     }
 
     #[test]

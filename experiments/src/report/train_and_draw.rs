@@ -19,6 +19,10 @@ use crate::run::train::{self, Ending, RunOptions};
 pub fn train_and_draw(config: &RunConfig, out: &Path, options: RunOptions) -> Result<ExitCode> {
     let folder = RunFolder::below(out, config);
     let draw = || {
+        // A run that is stopped while its script plays has none yet.
+        if !folder.episodes().exists() {
+            return;
+        }
         if let (Err(error), false) = (curves::draw(&folder), options.quiet) {
             // The run goes on all the same: its exit code says how it ended.
             program::tell(format_args!("learning curves could not be drawn: {error:#}"));

@@ -18,6 +18,9 @@ use crate::report::summary::RunSummary;
 /// Probability of calling one difference of a task real though there is none, over all hypotheses of a file.
 const LEVEL: f64 = 0.05;
 
+/// The verdict on a hypothesis one of whose sides has no run that is done.
+pub const NO_RUNS: &str = "no runs";
+
 /// The file: written, and committed, before the first run that it is about.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -35,7 +38,7 @@ struct Hypothesis {
     tasks: Vec<TaskName>,
     /// Folder of the experiment whose runs are meant, if several have these groups.
     experiment: Option<String>,
-    /// A column of `runs.csv`. A run without it, that never succeeded for example, has the worst of all values.
+    /// A column of `runs.csv`. A run without it that never succeeded has the worst of all values.
     metric: String,
     /// Whether the space is expected above or below the other.
     expected: Expected,
@@ -86,7 +89,7 @@ pub struct VerdictRow {
 /// their means lies within the margin and each has five runs, and `not decided` if not.
 ///
 /// # Errors
-/// If the file is not one of hypotheses, or names a metric that runs do not have.
+/// If the file is not one of hypotheses, names a metric that runs do not have, or means runs of several groups as one.
 pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
     let wrong = |problem: String| bad(format!("{}: {problem}", file.display()));
     let File { hypothesis: hypotheses } = parse(&fs_err::read_to_string(file)?).map_err(wrong)?;
@@ -113,37 +116,41 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
             return Err(wrong(format!("{name:?}: names the task {} twice", task.as_str())));
         }
         for task in tasks {
-            let is_meant = |run: &RunSummary| {
+            let is_meant = |run: &&RunSummary| {
                 let named = hypothesis.experiment.as_ref().is_none_or(|named| *named == run.experiment);
                 named && run.task == task.as_str()
             };
-            let is_named = |run: &RunSummary, space: &str| label(&run.space, &run.variant) == space;
-            let is_of = |run: &RunSummary, space: &str| {
-                // A space that has one variant, and is nowhere without, needs no second name.
-                let alone = || !runs.iter().any(|other| is_meant(other) && is_named(other, space));
-                is_meant(run) && (is_named(run, space) || (run.space == space && alone()))
-            };
-            let sides = [hypothesis.space.as_str(), hypothesis.against.as_str()];
-            let of = |run: &RunSummary| sides.into_iter().find(|space| is_of(run, space));
+            let meant: Vec<&RunSummary> = runs.iter().filter(is_meant).collect();
+            let of_hypothesis = |problem: String| wrong(format!("{name:?}: {problem}"));
+            let sides = [&hypothesis.space, &hypothesis.against].map(|space| label_of(space, &meant));
+            let [space, against] = sides.map(|side| side.map_err(of_hypothesis));
+            let sides = [space?, against?];
+            if sides[0] == sides[1] {
+                return Err(of_hypothesis(format!("space and against are the same runs, {}", sides[0])));
+            }
             let (mut seeds, mut presets, mut experiments) = (HashSet::new(), BTreeSet::new(), BTreeSet::new());
-            for (run, space) in done.iter().filter_map(|(run, _)| Some((run, of(run)?))) {
+            let mut values = [vec![], vec![]];
+            for (run, numbers) in done.iter().filter(|(run, _)| is_meant(run)) {
+                let label = label(&run.space, &run.variant);
+                let Some(side) = sides.iter().position(|side| *side == label) else { continue };
                 experiments.insert(run.experiment.as_str());
                 presets.insert(run.preset.as_str());
-                if !seeds.insert((space, run.seed)) {
-                    let (name, task, seed) = (&hypothesis.name, task.as_str(), run.seed);
-                    return Err(wrong(format!("{name:?}: two runs of {task} {space} {seed}: name the experiment")));
+                let id = format!("{} {label} {}", run.task, run.seed);
+                let Some(value) = numbers[metric].as_f64().or(worst(metric)) else {
+                    return Err(of_hypothesis(format!("{id} has no {metric}: the tables of that run are too old")));
+                };
+                values[side].push(value);
+                if !seeds.insert((side, run.seed)) {
+                    return Err(of_hypothesis(format!("two runs of {id}: name the experiment")));
                 }
             }
             for (several, problem) in [(&presets, "trained with"), (&experiments, "of experiments")] {
                 if several.len() > 1 {
                     let several = several.iter().copied().collect::<Vec<_>>().join(" and ");
-                    return Err(wrong(format!("{:?}: runs {problem} {several}", hypothesis.name)));
+                    return Err(of_hypothesis(format!("runs {problem} {several}")));
                 }
             }
-            let [a, b] = sides.map(|space| -> Vec<f64> {
-                let of_side = done.iter().filter(|(run, _)| is_of(run, space));
-                of_side.map(|(_, numbers)| numbers[metric].as_f64().unwrap_or(worst(metric))).collect()
-            });
+            let [a, b] = values;
             rows.push(row(hypothesis, task.as_str(), &a, &b));
             samples.push([a, b]);
         }
@@ -165,9 +172,28 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
     Ok(rows)
 }
 
-/// What counts for a run that lacks a metric, as it never came so far: what a task took, in time, energy or force, was endless.
-fn worst(metric: &str) -> f64 {
-    if ["_to_success_", "_to_450"].iter().any(|part| metric.contains(part)) { f64::INFINITY } else { f64::NEG_INFINITY }
+/// The group that a hypothesis names: a space that has one variant, and is nowhere without, needs no second name.
+fn label_of(space: &str, meant: &[&RunSummary]) -> Result<String, String> {
+    let labels = |of: &dyn Fn(&RunSummary) -> bool| -> BTreeSet<String> {
+        meant.iter().filter(|run| of(run)).map(|run| label(&run.space, &run.variant)).collect()
+    };
+    if labels(&|_| true).contains(space) {
+        return Ok(space.into());
+    }
+    let variants: Vec<String> = labels(&|run| run.space == space).into_iter().collect();
+    match variants.as_slice() {
+        [] => Ok(space.into()),
+        [only] => Ok(only.clone()),
+        several => Err(format!("{space} has variants: name one of {}", several.join(" and "))),
+    }
+}
+
+/// What counts for a run that lacks a metric, as it never came so far: what a task took, in time, energy or force, was endless, and so is what
+/// it takes to hold it there. `None`: every run has it.
+fn worst(metric: &str) -> Option<f64> {
+    let endless = ["_to_success_", "_to_450", "_fulfilled_"].iter().any(|part| metric.contains(part));
+    let share = metric.ends_with("_to_success");
+    endless.then_some(f64::INFINITY).or(share.then_some(f64::NEG_INFINITY))
 }
 
 /// That can be between two means of a metric: a share lies between 0 and 1.
@@ -210,7 +236,7 @@ fn row(hypothesis: &Hypothesis, task: &str, a: &[f64], b: &[f64]) -> VerdictRow 
 }
 
 fn verdict(row: &VerdictRow, expected: Expected) -> &'static str {
-    let Some(p) = row.p_holm else { return "no runs" };
+    let Some(p) = row.p_holm else { return NO_RUNS };
     if p < LEVEL {
         // By ranks, as p: a mean may be infinite.
         let above = row.above.is_some_and(|share| share > 0.5);
@@ -314,6 +340,37 @@ mod tests {
         all[4].experiment = "parts".into();
         let error = judged(&hypothesis("sampled_return", "above", "osc", ""), &all).unwrap_err().to_string();
         assert!(error.contains("runs of experiments  and parts"), "{error}");
+    }
+
+    #[test]
+    fn a_variant_may_go_without_its_name_where_it_is_the_only_one() {
+        let of = |space: &str, variant: &str, at: f64| {
+            let mut runs = runs(space, &[at, at + 1.0], &[None; 2]);
+            runs.iter_mut().for_each(|run| run.variant = variant.into());
+            runs
+        };
+        let judged =
+            |against: &str, all: &[RunSummary]| judged(&hypothesis("sampled_return", "above", against, ""), all);
+        let mut all = [of("aforce", "", 3.0), of("osc", "draw-1", 1.0)].concat();
+        assert_eq!(judged("osc", &all).unwrap()[0].mean_against, Some(1.5));
+        all.extend(of("osc", "draw-4", 5.0));
+        let error = judged("osc", &all).unwrap_err().to_string();
+        assert!(error.contains("osc has variants: name one of osc,draw-1 and osc,draw-4"), "{error}");
+        assert_eq!(judged("osc,draw-4", &all).unwrap()[0].mean_against, Some(5.5));
+        let only = of("aforce", "draw-1", 1.0);
+        let error = judged("aforce,draw-1", &only).unwrap_err().to_string();
+        assert!(error.contains("the same runs, aforce,draw-1"), "{error}");
+    }
+
+    #[test]
+    fn who_never_came_there_has_the_worst_of_it() {
+        let judged = |metric: &str, all: &[RunSummary]| judged(&hypothesis(metric, "below", "osc", ""), all);
+        let mut all = [runs("aforce", &[0.0; 5], &[None; 5]), runs("osc", &[0.0; 5], &[None; 5])].concat();
+        all[5..].iter_mut().for_each(|run| run.sampled_fulfilled_power_w = Some(9.0));
+        let row = judged("sampled_fulfilled_power_w", &all).unwrap().remove(0);
+        assert_eq!((row.verdict, row.above), ("the other way round", Some(1.0)), "it never stood fulfilled");
+        let error = judged("cpu_s", &all).unwrap_err().to_string();
+        assert!(error.contains("lift aforce 11 has no cpu_s"), "{error}");
     }
 
     #[test]

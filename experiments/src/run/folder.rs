@@ -158,7 +158,8 @@ impl RunFolder {
     pub fn has_come_past(&self, config: &RunConfig) -> bool {
         let stored = RunConfig::resolve(Some(&self.config()), &[]);
         stored.is_ok_and(|stored| stored.steps > config.steps && stored.hash() == config.hash())
-            && last_step(&self.eval()).is_ok_and(|step| step + config.evaluate_every > config.steps)
+            // An episode's row comes after the evaluations within it.
+            && last_step(&self.episodes()).is_ok_and(|step| step >= config.steps)
     }
 
     /// A run is taken on from its checkpoint. Without one it would begin anew and cut off its tables: only what was killed

@@ -26,7 +26,7 @@ use crate::run::stop::Stop;
 use crate::run::tables::Tables;
 use crate::run::tensorboard::TensorBoard;
 
-/// Actions between rows of `progress.csv`.
+/// Actions between rows of `progress.csv`; every evaluation has one too.
 const LOG_EVERY: u64 = 2_000;
 
 /// What a run does besides learning.
@@ -256,10 +256,12 @@ impl<'a> Run<'a> {
                     ensure!(losses.is_finite(), "the learner diverged at action {}: {losses:?}", self.counters.step);
                     self.log.add(&losses);
                 }
-                if self.counters.step.is_multiple_of(LOG_EVERY) {
+                let evaluates = self.counters.step.is_multiple_of(config.evaluate_every);
+                // Its time is that of the row.
+                if evaluates || self.counters.step.is_multiple_of(LOG_EVERY) {
                     self.write_progress()?;
                 }
-                if self.counters.step.is_multiple_of(config.evaluate_every) {
+                if evaluates {
                     self.evaluate(progress)?;
                 }
                 progress.step(self.counters.step);
