@@ -107,7 +107,7 @@ reproduce: setup $(BASELINES) $(BOUNDS)
 	$(MAKE) study
 
 # The study of results/study, once more below runs/study: its learner's tournament (62 runs), its stages in the order of what they decide
-# (387 runs, of which a search stops half early), the policies of all but the search under every
+# (392 runs, of which a search stops half early), the policies of all but the search under every
 # disturbance. About 50 core-hours on an AMD EPYC, a fifth of it the tournament; what is done is not done again.
 study: setup
 	$(RUN) sweep -- experiments/configs/tournament.toml

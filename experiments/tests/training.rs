@@ -387,14 +387,14 @@ fn tuned_spaces_are_the_winners_of_the_search() {
         let like = untuned.iter().find(|like| like.env.task == run.env.task).unwrap();
         assert_eq!((run.steps, run.evaluate_every), (like.steps, like.evaluate_every), "{id}");
     }
-    // Beside them `variable` with AFORCE's action steps, a candidate too.
+    // Beside them `variable` with AFORCE's action steps: a candidate, and its winner with no other change.
     for run in shipped_sweep("study/same-steps.toml").runs {
         let candidate = |other: &RunConfig| other.variant == run.variant && other.env == run.env;
-        assert!(candidates.iter().any(candidate));
+        let won = |other: &RunConfig| run.variant == "only-steps" && other.env.space == run.env.space;
+        assert!(candidates.iter().any(candidate) || tuned.iter().any(won));
         let aforce = tuned.iter().find(|other| (other.env.task, other.seed) == (run.env.task, run.seed)).unwrap();
-        let like =
-            RunConfig { env: EnvConfig { space: run.env.space.clone(), ..aforce.env.clone() }, ..aforce.clone() };
-        assert_eq!(run, like);
+        let (env, variant) = (EnvConfig { space: run.env.space.clone(), ..aforce.env.clone() }, run.variant.clone());
+        assert_eq!(run, RunConfig { env, variant, ..aforce.clone() });
     }
 }
 
