@@ -1,23 +1,19 @@
-//! What training remembers and leaves behind, how a run and a sweep are taken on, and the shipped configurations.
+//! What training remembers and leaves behind, and how a run and a sweep are taken on.
 
 mod common;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use common::{assert_same, error, expect, few, note, program, run_folder, start, states, stored, train, train_for};
 use experiments::config::cli::EnvArgs;
-use experiments::config::sweep::{self, Sweep};
 use experiments::config::{RunConfig, RunId};
 use experiments::report::columns::Columns;
-use experiments::report::summary::find_runs;
-use experiments::run::csv_table::CsvTable;
 use experiments::run::csv_writer::CsvWriter;
-use experiments::run::disturbances;
 use experiments::run::folder::RunFolder;
 use experiments::run::rollout::evaluate;
 use experiments::run::seeds::{sub_seed, training_evaluation_seed};
 use experiments::run::source::{Player, SourceArgs, Which};
-use tasks::{Disturbance, Env, EnvConfig, Outcome, TaskName};
+use tasks::{Env, Outcome};
 
 fn scaled(env: &Env) -> Vec<f32> {
     let mut observation = env.observation().to_vec();
@@ -314,167 +310,4 @@ fn a_failed_run_says_so_in_its_manifest() {
     );
     expect(&error, &["seed_7", "the learner diverged at action"]);
     assert_eq!(RunFolder::open(&run_folder(folder.path())).unwrap().manifest().unwrap().status, "failed");
-}
-
-fn shipped(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("configs").join(name)
-}
-
-fn shipped_sweep(name: &str) -> Sweep {
-    sweep::read(&shipped(name)).unwrap()
-}
-
-#[test]
-fn the_shipped_table_has_the_papers_steps_and_units() {
-    let Sweep { name, runs, .. } = shipped_sweep("study/table-1.toml");
-    let wipe = |run: &&RunConfig| run.env.task == TaskName::Wipe;
-    assert_eq!((name.as_str(), runs.len(), runs.iter().filter(wipe).count()), ("table-1", 100, 40));
-    for RunConfig { env, .. } in &runs {
-        assert_eq!((env.controller.position_step, env.controller.rotation_step), (0.05, 0.5));
-        assert_eq!(env.space, env.space.name.parse().unwrap(), "built in");
-    }
-}
-
-/// Every committed run is one of a shipped sweep, there perhaps under another name of its space.
-#[test]
-fn committed_runs_are_those_of_the_shipped_sweeps() {
-    let first = ["table-1", "small-steps", "reference", "tolerance", "leash", "soft-lift", "soft-wipe"];
-    let study = ["table-1", "parts", "hidden", "prior", "prior-parts", "tuned", "same-steps"];
-    let nameless = |mut run: RunConfig| {
-        (run.env.space.name, run.variant, run.checkpoint_every) = ("any".into(), String::new(), 1);
-        run
-    };
-    let shipped: Vec<RunConfig> = first
-        .map(|name| format!("first-tables/{name}.toml"))
-        .into_iter()
-        .chain(study.map(|name| format!("study/{name}.toml")))
-        .flat_map(|name| shipped_sweep(&name).runs)
-        .map(nameless)
-        .collect();
-    let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("../results");
-    let folders = find_runs(&results).unwrap();
-    assert!(folders.len() >= 100, "{}", folders.len());
-    for folder in folders {
-        let run = RunConfig::resolve(Some(&folder.config()), &[]).unwrap();
-        assert!(shipped.contains(&nameless(run)), "{}", folder.path().display());
-        assert!(folder.done().exists());
-    }
-}
-
-/// The stage of tuned spaces has what the committed search chose, in runs like those of the stage that was not tuned.
-#[test]
-fn tuned_spaces_are_the_winners_of_the_search() {
-    let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("../results/study/search/search.csv");
-    let table = CsvTable::read(&results).unwrap();
-    let [tasks, spaces, variants, actions, ranks] =
-        ["task", "space", "variant", "actions", "rank"].map(|column| table.column(column).unwrap());
-    let candidates = shipped_sweep("study/search.toml").runs;
-    let untuned = [shipped_sweep("study/prior.toml").runs, shipped_sweep("study/table-1.toml").runs].concat();
-    let tuned = shipped_sweep("study/tuned.toml").runs;
-    assert_eq!(tuned.len(), 45);
-    for run in &tuned {
-        let id = RunId::of(run);
-        let won =
-            |at: &usize| (tasks[*at], spaces[*at], actions[*at], ranks[*at]) == (&id.task, &id.space, "150000", "1");
-        let winner = variants[(0..tasks.len()).find(won).unwrap()];
-        let is_it = |other: &&RunConfig| {
-            let other = RunId::of(other);
-            (&other.task, &other.space, other.variant.as_str()) == (&id.task, &id.space, winner)
-        };
-        let candidate = candidates.iter().find(is_it).unwrap();
-        assert_eq!((&run.env, &run.learner), (&candidate.env, &candidate.learner), "{id}");
-        assert_eq!(id.variant, winner);
-        let like = untuned.iter().find(|like| like.env.task == run.env.task).unwrap();
-        assert_eq!((run.steps, run.evaluate_every), (like.steps, like.evaluate_every), "{id}");
-    }
-    // Beside them `variable` with AFORCE's action steps: a candidate, and its winner with no other change.
-    for run in shipped_sweep("study/same-steps.toml").runs {
-        let candidate = |other: &RunConfig| other.variant == run.variant && other.env == run.env;
-        let won = |other: &RunConfig| run.variant == "only-steps" && other.env.space == run.env.space;
-        assert!(candidates.iter().any(candidate) || tuned.iter().any(won));
-        let aforce = tuned.iter().find(|other| (other.env.task, other.seed) == (run.env.task, run.seed)).unwrap();
-        let (env, variant) = (EnvConfig { space: run.env.space.clone(), ..aforce.env.clone() }, run.variant.clone());
-        assert_eq!(run, RunConfig { env, variant, ..aforce.clone() });
-    }
-}
-
-/// A new file is to be named here.
-#[test]
-fn shipped_configurations_are_read() {
-    let read = |name| RunConfig::resolve(Some(&shipped(name)), &[]).unwrap();
-    let demo = read("demo.toml");
-    assert_eq!(
-        (demo.steps, RunFolder::below(Path::new("."), &demo).path()),
-        (100_000, Path::new("./lift/aforce/seed_1"))
-    );
-    let mut all: Vec<_> = std::fs::read_dir(shipped("")).unwrap().map(|file| file.unwrap().file_name()).collect();
-    all.sort();
-    assert_eq!(shipped_sweep("observation.toml").runs.len(), 8);
-    assert_eq!(shipped_sweep("noise.toml").runs.len(), 54);
-    let table = shipped_sweep("study/table-1.toml").runs;
-    let prior = shipped_sweep("study/prior.toml").runs;
-    for (stage, count, seeds) in
-        [("table-1", 100, 11..=20), ("search", 72, 211..=211), ("parts", 50, 11..=15), ("hidden", 60, 11..=15)]
-    {
-        let runs = shipped_sweep(&format!("study/{stage}.toml")).runs;
-        assert_eq!(runs.len(), count, "{stage}");
-        for run in runs {
-            let id = RunId::of(&run);
-            assert!(seeds.contains(&run.seed) && run.preset == sac::Preset::SWIFT, "{stage}: {id}");
-            // The table's learner, task and length, and in Door of later stages the script's; a search has candidates, and stops earlier.
-            let base = if stage == "table-1" { &[][..] } else { &prior };
-            let like = base.iter().chain(&table).find(|like| like.env.task == run.env.task).unwrap();
-            let mut same = RunConfig { seed: like.seed, preset: like.preset, ..run };
-            same.env.space = like.env.space.clone();
-            if stage == "hidden" {
-                assert!(same.env.disturbance != Disturbance::default(), "{id}");
-                same.env.disturbance = Disturbance::default();
-            }
-            if stage == "search" {
-                let RunConfig { variant, steps, evaluate_every, .. } = like.clone();
-                same = RunConfig { variant, steps, evaluate_every, ..same };
-                same.env.controller = like.env.controller;
-            }
-            assert_eq!(same, *like, "{stage}: {id}");
-        }
-    }
-    // The tournament's learner with the script's episodes, longer or shorter.
-    let tuned = shipped_sweep("tournament.toml").runs.into_iter().find(|run| run.variant == "prior").unwrap();
-    let parts = shipped_sweep("study/prior-parts.toml").runs;
-    assert_eq!((prior.len(), parts.len()), (30, 25));
-    for run in parts {
-        let mut same = RunConfig { seed: prior[0].seed, ..run };
-        same.env.space = prior[0].env.space.clone();
-        assert_eq!(same, prior[0]);
-    }
-    assert!(prior.iter().all(|run| run.learner == tuned.learner && run.env.task == TaskName::Door));
-    let first_round = shipped_sweep("tournament.toml").runs;
-    let second_round = shipped_sweep("tournament-confirm.toml").runs;
-    assert_eq!((first_round.len(), second_round.len()), (42, 20));
-    // Like a run of the first round but for space, seed, noise and critics.
-    for run in second_round {
-        let base = first_round.iter().find(|base| base.variant == "base" && base.env.task == run.env.task).unwrap();
-        let mut same = RunConfig { seed: 201, variant: "base".into(), ..run.clone() };
-        same.env.space = base.env.space.clone();
-        assert_eq!((run.learner.pink_noise, run.learner.layer_norm), (0.5, run.variant == "half-pink-norm"));
-        (same.learner.pink_noise, same.learner.layer_norm) = (1.0, false);
-        assert_eq!(same, *base);
-    }
-    for task in TaskName::ALL {
-        let cases = disturbances::read(&shipped("disturbances.toml"), task).unwrap();
-        assert!(cases.len() > 12 && cases[0].disturbance == Disturbance::default());
-    }
-    assert_eq!(
-        all,
-        [
-            "demo.toml",
-            "disturbances.toml",
-            "first-tables",
-            "noise.toml",
-            "observation.toml",
-            "study",
-            "tournament-confirm.toml",
-            "tournament.toml"
-        ]
-    );
 }
