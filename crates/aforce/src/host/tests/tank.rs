@@ -1,0 +1,66 @@
+//! The energy tank pays for what stiffness gains.
+
+use super::*;
+
+/// The environment takes energy out of the arm wherever K grows at one end of a motion and falls at the other. The tank
+/// pays until it is empty, and no longer.
+#[test]
+fn the_tank_bounds_what_growing_stiffness_pays() {
+    let paid = |initial: f64| {
+        let tank = TankConfig { initial, capacity: initial.max(1e-9), low: 0.1 };
+        let limits = HostLimits { tank, ..endless() };
+        let mut plant = Plant::new(&HostSetup { limits, ..setup("aforce") });
+        let mut growth = 0.0;
+        let mut level = initial;
+        for _ in 0..4000 {
+            // A hand holds the tool 4 cm aside of where the law wants it. The damper rests: nothing fills the tank.
+            plant.y.pose.translation.vector = Vector3::from(HOME) + Vector3::x() * 0.04;
+            let before = plant.host.acting_stiffness()[0];
+            let e = plant.host.controller().error()[0];
+            plant.host.update(&state(&plant.y, &plant.tau), DT);
+            growth += 0.5 * e * e * (plant.host.acting_stiffness()[0] - before);
+            assert!(plant.host.tank() >= 0.0 && plant.host.tank() <= level + 1e-9);
+            level = plant.host.tank();
+        }
+        growth
+    };
+    let (rich, poor) = (paid(f64::INFINITY), paid(0.3));
+    assert!(rich > 0.5, "{rich}");
+    assert!(poor <= 0.3 && poor > 0.2, "{poor}");
+}
+
+/// A set-point that leaves a held tool behind gets nothing out of the arm, however hard the damper pulls.
+#[test]
+fn a_held_tool_fills_no_tank() {
+    let mut setup = setup("high");
+    setup.space.rate = RateRule::SetPoint;
+    setup.space.goal = GoalRule::Continued { leash_position: 0.1, leash_rotation: 0.5 };
+    setup.limits = HostLimits { tank: TankConfig { initial: 1.0, capacity: 5.0, low: 0.5 }, ..endless() };
+    let mut plant = Plant::new(&setup);
+    let mut strongest = 0.0f64;
+    for cycle in 0..500 {
+        if cycle % 50 == 0 {
+            plant.host.set_goal(&[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]).unwrap();
+        }
+        plant.host.update(&state(&plant.y, &plant.tau), DT);
+        strongest = strongest.max(plant.host.controller().wrench()[0]);
+        assert_eq!(plant.host.tank(), 1.0);
+    }
+    assert!(strongest > 20.0, "it pulls: {strongest} N");
+}
+
+/// A hand drags the tool by 10 cm against a cap of 5 N: that takes half a joule out of it, whatever the damper wants.
+#[test]
+fn a_damper_that_is_cut_fills_the_tank_with_what_is_left_of_it() {
+    let tank = TankConfig { initial: 0.0, capacity: 100.0, low: 0.0 };
+    let limits = HostLimits { wrench_max: [5.0, f64::INFINITY], tank, ..endless() };
+    let mut plant = Plant::new(&HostSetup { limits, ..setup("high") });
+    plant.y.qd[0] = 0.2;
+    plant.y.twist[0] = 0.2;
+    for _ in 0..500 {
+        plant.y.pose.translation.vector.x += 0.2 * DT;
+        plant.host.update(&state(&plant.y, &plant.tau), DT);
+    }
+    let filled = plant.host.tank();
+    assert!(filled > 0.1 && filled <= 0.5, "{filled} J");
+}
