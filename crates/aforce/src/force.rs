@@ -226,9 +226,10 @@ impl ForceControl {
         }
     }
 
-    /// How much of the last F_cmd does not act (N along n), as a limit stands between it and the arm: until told otherwise it stays.
+    /// How much a limit between it and the arm cuts off the last wrench (N along n): of F_cmd no more than it is. Until told otherwise it
+    /// stays.
     pub fn withhold(&mut self, force: f64) {
-        self.withheld = force;
+        self.withheld = force.clamp(self.command.min(0.0), self.command.max(0.0));
     }
 
     /// Moves the command towards `wanted` within its bound and its rate.

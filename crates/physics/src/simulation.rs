@@ -102,6 +102,7 @@ pub struct Snapshot {
     engine: EngineState,
     gripper: Option<Gripper>,
     contact: ContactReading,
+    contacts: Vec<ContactReading>,
     loads: Vec<f64>,
     push: Vector3,
 }
@@ -172,6 +173,7 @@ impl Simulation {
             gripper.reset();
         }
         self.contact = ContactReading::default();
+        self.contacts.fill(self.contact);
         self.loads.fill(0.0);
         self.push = Vector3::zeros();
     }
@@ -336,6 +338,7 @@ impl Simulation {
             engine: self.engine.snapshot(),
             gripper: self.gripper,
             contact: self.contact,
+            contacts: self.contacts.clone(),
             loads: self.loads.clone(),
             push: self.push,
         }
@@ -346,6 +349,7 @@ impl Simulation {
         self.engine.restore(&snapshot.engine);
         self.gripper = snapshot.gripper;
         self.contact = snapshot.contact;
+        self.contacts.clone_from(&snapshot.contacts);
         self.loads.clone_from(&snapshot.loads);
         self.push = snapshot.push;
     }

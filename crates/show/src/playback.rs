@@ -134,9 +134,10 @@ fn story(achievement: &str, outcome: &Outcome, time: f64, limit: f64) -> String 
                 Some(_) => " with hand and forearm",
             };
             let lasts = if outcome.success { "and it stays so" } else { "but not at the end" };
-            let first_letter = achievement[..1].to_uppercase();
+            let mut rest = achievement.chars();
+            let first_letter = rest.next().map(|letter| letter.to_uppercase().to_string()).unwrap_or_default();
             let cost = format!("for {energy:.0} J and with at most {force:.0} N");
-            format!("{first_letter}{} at {first:.2} s{with}, {cost}, {lasts}.", &achievement[1..])
+            format!("{first_letter}{} at {first:.2} s{with}, {cost}, {lasts}.", rest.as_str())
         }
         _ => format!("Never {achievement} in {time:.1} s."),
     };

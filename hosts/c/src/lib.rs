@@ -97,7 +97,7 @@ pub struct AforceCommand {
     /// What the host is at.
     pub status: AforceStatus,
     /// What was cut: bit 0 a torque or its rate, 1 the wrench or its rate, 2 the error, 3 the goal, 4 a joint near its end,
-    /// 5 energy, 6 F_d after lost contact.
+    /// 5 energy, 6 F_cmd after lost contact.
     pub limited: u32,
     /// Why the law gave up, or 0: see `aforce_fault_text`.
     pub fault: u32,

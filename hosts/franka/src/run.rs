@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use aforce::host::{ArmState, CompensatedBy, Host, HostSetup, NotTaken, Status, WrenchAxes, WrenchSource};
+use aforce::host::{ArmState, CompensatedBy, Host, HostSetup, InertiaSide, NotTaken, Status, WrenchAxes, WrenchSource};
 use aforce::{Arm, EnergyLedger, JointVector, Vector3};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use franka::{FciVersion, Model, RealtimeConfig, Robot, RobotMode, RobotState, Torques, motion_finished};
@@ -106,10 +106,8 @@ pub fn run(args: &Args) -> Result<()> {
     let mut act =
         Act { setup: &setup, contact_axis, host, source, first, log, stop, duration: args.duration, refused: None };
     let outcome = act.control(&robot, &model, &read);
-    if let Some(log) = act.log.take() {
-        log.finish()?;
-    }
-    outcome
+    let written = act.log.take().map_or(Ok(()), Log::finish);
+    outcome.and(written)
 }
 
 fn read_setup(args: &Args) -> Result<HostSetup> {
@@ -122,6 +120,15 @@ fn read_setup(args: &Args) -> Result<HostSetup> {
     };
     let mut setup = HostSetup::from_toml(&text).map_err(|error| anyhow!("{name}: {error}"))?;
     ensure!(setup.controller.control_hz == 1000, "{name}: controller.control_hz must be 1000, the arm's rate");
+    ensure!(
+        setup.interface.gravity == CompensatedBy::Arm,
+        "{name}: interface.gravity is \"law\": a Franka compensates gravity itself, twice would throw it up; \
+         interface = \"franka\", or {{ extends = \"franka\", .. }}"
+    );
+    ensure!(
+        setup.interface.inertia == InertiaSide::Link,
+        "{name}: interface.inertia is \"motor\": a Franka reports that of its links"
+    );
     for (max, unit) in setup.limits.external_max.into_iter().zip(["N", "Nm"]) {
         ensure!(
             max < COLLISION_MAX,

@@ -15,6 +15,9 @@ use crate::spatial::{JointVector, Measurement, Pose, Vector6, Wrench, all_finite
 /// Cycles of no length in a row that are believed: an interface's first, a state handed over. More are a broken clock.
 const EMPTY_CYCLES: u32 = 5;
 
+/// Share of the nominal period below which a cycle is of no length: a watchdog that adds up less would never bark.
+const SHORTEST: f64 = 0.01;
+
 /// A [`Controller`] under the bounds of [`HostLimits`], with a latch for faults and a hold for when it does not act.
 #[derive(Debug, Clone)]
 pub struct Host {
@@ -118,9 +121,11 @@ impl Host {
         Ok(())
     }
 
-    /// One cycle: the torque for `state`, `dt` seconds after the last cycle. A `dt` of 0 (an interface's first cycle) reads the
-    /// state and repeats the last torque; only a few in a row are believed. Never panics, never allocates.
+    /// One cycle: the torque for `state`, `dt` seconds after the last cycle. A `dt` of 0 (an interface's first cycle), or of less than
+    /// a hundredth of a cycle, reads the state and repeats the last torque; only a few in a row are believed. Never panics, never
+    /// allocates.
     pub fn update(&mut self, state: &ArmState, dt: f64) -> Command {
+        let dt = if (0.0..SHORTEST * self.period).contains(&dt) { 0.0 } else { dt };
         self.empty = if dt == 0.0 { self.empty.saturating_add(1) } else { 0 };
         // A hold goes on whatever the interface's clock says.
         let step = if self.is_period(dt) { dt } else { self.period };

@@ -52,22 +52,26 @@ impl Tank {
 
     /// The share in which parts may act that cost `costs` joules in this sample, each positive or a gain.
     pub(crate) fn share(&self, costs: &[f64]) -> f64 {
-        let cost: f64 = costs.iter().map(|cost| cost.max(0.0)).sum();
+        let cost = expense(costs);
         // A full share as long as the level is not low; one that costs more than there is, what there is.
         let valve = if self.level >= self.config.low { 1.0 } else { self.level / self.config.low };
         if cost > self.level { valve * self.level / cost } else { valve }
     }
 
-    /// Pays for parts that acted in `share`, and takes what they gave back.
+    /// Pays for parts that acted in `share`. A gain is no payment: what really comes back is filled in.
     pub(crate) fn pay(&mut self, costs: &[f64], share: f64) {
-        let cost: f64 = costs.iter().sum();
-        self.fill(-share * cost);
+        self.fill(-share * expense(costs));
     }
 
-    /// Energy that the damper has taken from the arm (J); less than zero drains.
+    /// Energy that has been taken from the arm (J); less than zero drains.
     pub(crate) fn fill(&mut self, energy: f64) {
         self.level = (self.level + energy).max(0.0).min(self.config.capacity);
     }
+}
+
+/// What these costs add up to without the gains among them (J).
+fn expense(costs: &[f64]) -> f64 {
+    costs.iter().map(|cost| cost.max(0.0)).sum()
 }
 
 #[cfg(test)]
@@ -85,8 +89,8 @@ mod tests {
         let costs = [0.3, -0.1];
         assert_eq!(tank.share(&costs), 1.0);
         tank.pay(&costs, 1.0);
-        assert!((tank.level() - 0.8).abs() < 1e-12);
-        tank.pay(&[0.6], 1.0);
+        assert!((tank.level() - 0.7).abs() < 1e-12);
+        tank.pay(&[0.5], 1.0);
         assert!((tank.share(&[0.0]) - 0.4).abs() < 1e-12, "0.2 of 0.5 J are left");
         assert!((tank.share(&[0.8]) - 0.4 * 0.25).abs() < 1e-12, "and 0.8 J are four times what there is");
         tank.fill(7.0);
@@ -112,10 +116,10 @@ mod tests {
                 prop_assert!((0.0..=1.0).contains(&share));
                 let before = tank.level();
                 tank.pay(&cost, share);
-                net -= share * cost.iter().sum::<f64>();
+                net -= share * expense(&cost);
                 prop_assert!(tank.level() >= 0.0 && tank.level() <= 2.0);
                 // The level never exceeds what is owned, and paying takes exactly what was spent.
-                prop_assert!(tank.level() <= before - share * cost.iter().sum::<f64>() + 1e-12);
+                prop_assert!(tank.level() <= before - share * expense(&cost) + 1e-12);
                 prop_assert!(tank.level() <= net.max(0.0) + 1e-9);
             }
         }

@@ -16,6 +16,10 @@ pub(crate) struct TaskGuard {
     /// Force below which contact counts as lost (N).
     contact_off: f64,
     tank: Tank,
+    /// What growth of K has been paid for and not given back (J).
+    paid: f64,
+    /// Of F_ff and F_cmd the parts against which the environment works (N, Nm).
+    driven: Wrench,
     /// K that acted last, in the space's unit.
     stiffness: Vector6,
     /// The wrench of the last sample (N, Nm), and what was cut off it.
@@ -35,6 +39,8 @@ impl TaskGuard {
             range: arm.range,
             contact_off,
             tank: Tank::new(limits.tank),
+            paid: 0.0,
+            driven: Wrench::zeros(),
             stiffness: Vector6::zeros(),
             wrench: Wrench::zeros(),
             cut: Wrench::zeros(),
@@ -47,6 +53,7 @@ impl TaskGuard {
     /// At the start of the law, with K(0).
     pub(crate) fn reset(&mut self, stiffness: &Vector6) {
         self.tank = Tank::new(self.limits.tank);
+        (self.paid, self.driven) = (0.0, Wrench::zeros());
         self.stiffness = *stiffness;
         (self.wrench, self.cut, self.contact) = (Wrench::zeros(), Wrench::zeros(), None);
         (self.limited, self.goal_limited) = (Limited::default(), false);
@@ -107,7 +114,13 @@ impl Guard for TaskGuard {
         let costs = [spring(up), work(&feedforward), work(&force)];
         let share = self.tank.share(&costs);
         self.tank.pay(&costs, share);
-        self.tank.fill(-spring(down)); // A spring that softens gives back what was paid for it.
+        // A spring that softens gives back what was paid for it; what moved the set-point was not paid from here.
+        self.paid += share * costs[0].max(0.0);
+        let back = (-spring(down)).clamp(0.0, self.paid);
+        self.paid -= back;
+        self.tank.fill(back);
+        let driven = |f: Wrench, cost: f64| if cost < 0.0 { share * f } else { Wrench::zeros() };
+        self.driven = driven(feedforward, costs[1]) + driven(force, costs[2]);
         self.stiffness = if share < 1.0 { self.stiffness + share * up + down } else { wanted.stiffness };
         self.limited.insert(Limited::ENERGY, share < 1.0);
         self.limited.insert(Limited::CONTACT_LOSS, contact < 1.0 && wanted.force != Wrench::zeros());
@@ -121,9 +134,11 @@ impl Guard for TaskGuard {
         let allowed = capped(&jump, &step);
         let wrench = if allowed == jump { bounded } else { self.wrench + allowed };
         self.cut = wanted - wrench;
-        // What the damper takes out of the arm, as far as it acts: on the arm's own motion, whatever the set-point does.
+        // What the damper, and who moves the arm against F_ff and F_cmd, take out of it, as far as these act: on the arm's own
+        // motion, whatever the set-point does.
+        let taken = viscous + self.driven;
         let power = |part: fn(&Vector6) -> Vector3| {
-            share(&part(&wrench), &part(&wanted)) * part(viscous).dot(&part(&sample.y.twist)) // W
+            share(&part(&wrench), &part(&wanted)) * part(&taken).dot(&part(&sample.y.twist)) // W
         };
         self.tank.fill((power(linear) + power(rotational)) * sample.dt);
         self.limited.insert(Limited::WRENCH, wrench != wanted);

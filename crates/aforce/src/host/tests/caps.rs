@@ -66,7 +66,6 @@ fn stiffness_does_not_wind_up_against_a_cap() {
     assert!(capped < k_0 + 5.0, "{capped}");
 }
 
-/// A tool that presses on a table: the table vanishes.
 /// A rigid table answers with what acts. When a smaller force is asked for than the cap lets through, it comes with the ramp.
 #[test]
 fn a_force_that_is_capped_does_not_wind_up() {

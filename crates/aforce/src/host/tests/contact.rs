@@ -2,6 +2,7 @@
 
 use super::*;
 
+/// A tool presses on a table: the table vanishes.
 #[test]
 fn after_contact_is_lost_the_tool_does_not_run_after_it() {
     let travel = |contact_loss: f64| {

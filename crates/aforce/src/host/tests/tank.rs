@@ -64,3 +64,47 @@ fn a_damper_that_is_cut_fills_the_tank_with_what_is_left_of_it() {
     let filled = plant.host.tank();
     assert!(filled > 0.1 && filled <= 0.5, "{filled} J");
 }
+
+/// A hand holds the tool while K grows without an error, the set-point leaves, and K falls again: nobody has put energy into the arm.
+#[test]
+fn softening_gives_back_no_more_than_growing_took() {
+    let mut setup = setup("variable");
+    setup.limits = HostLimits { tank: TankConfig { initial: 1.0, capacity: 5.0, low: 0.5 }, ..endless() };
+    let mut plant = Plant::new(&setup);
+    let (hard, soft) = ([1.0; 6], [-1.0; 6]);
+    for (stiffness, along_x) in [(hard, 0.0), (hard, 1.0), (soft, 1.0)] {
+        let action = [stiffness.as_slice(), &[along_x, 0.0, 0.0, 0.0, 0.0, 0.0]].concat();
+        plant.host.set_goal(&action).unwrap();
+        for _ in 0..200 {
+            plant.host.update(&state(&plant.y, &plant.tau), DT);
+            assert!(plant.host.tank() <= 1.0, "{} J", plant.host.tank());
+        }
+    }
+    assert!(
+        plant.host.controller().error()[0] < -0.02,
+        "the set-point has left: {}",
+        plant.host.controller().error()[0]
+    );
+}
+
+/// A hand drags the tool by 10 cm against F_ff under a cap of 5 N, which gives half a joule, whatever F_ff would be.
+#[test]
+fn a_feedforward_that_is_cut_gives_back_what_acted() {
+    let tank = TankConfig { initial: 100.0, capacity: 1000.0, low: 0.0 };
+    let limits = HostLimits { wrench_max: [5.0, f64::INFINITY], tank, ..endless() };
+    let mut plant = Plant::new(&HostSetup { limits, ..setup("aforce") });
+    plant.y.pose.translation.vector.x += 0.1;
+    for _ in 0..2000 {
+        plant.host.update(&state(&plant.y, &plant.tau), DT);
+    }
+    assert!(plant.host.controller().feedforward()[0] > 8.0, "{}", plant.host.controller().feedforward());
+    let before = plant.host.tank();
+    plant.y.qd[0] = 0.2;
+    plant.y.twist[0] = 0.2;
+    for _ in 0..500 {
+        plant.y.pose.translation.vector.x += 0.2 * DT;
+        plant.host.update(&state(&plant.y, &plant.tau), DT);
+    }
+    let gained = plant.host.tank() - before;
+    assert!(gained <= 0.5 + 1e-9, "{gained} J");
+}
