@@ -32,11 +32,26 @@ def linked():
 
 
 def texts(package):
+    """What lies beside the package, or else, as some leave it out, the licence's own text with the package's authors."""
     folder = Path(package["manifest_path"]).parent
     files = sorted(file for file in folder.iterdir() if file.is_file() and file.name.upper().startswith(NAMES))
     # Where MIT's may be chosen, it is.
     chosen = [file for file in files if "MIT" in file.name.upper()] or files
+    if not chosen:
+        return [standard(package)]
     return [file.read_text(errors="replace").strip() for file in chosen]
+
+
+def standard(package):
+    licence = package["license"] or ""
+    if "MIT" in licence:
+        text = (HERE.parent / "LICENSE-MIT").read_text().strip()
+        ours = next(line for line in text.splitlines() if line.startswith("Copyright"))
+        authors = ", ".join(package["authors"]) or f"the authors of {package['name']}"
+        return text.replace(ours, f"Copyright (c) {authors}")
+    if "Apache-2.0" in licence:
+        return (HERE.parent / "LICENSE-APACHE").read_text().strip()
+    sys.exit(f"{package['name']}: no text of its licence ({licence}) lies beside it")
 
 
 def main():

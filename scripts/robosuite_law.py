@@ -133,6 +133,8 @@ def main():
         kind.add_argument("--setup", choices=STEPS, default="paper-steps")
         kind.add_argument("--out", type=Path, required=True)
     arguments = parser.parse_args()
+    if arguments.kind == "learn" and arguments.every > arguments.steps:
+        parser.error(f"--every {arguments.every}: no evaluation in {arguments.steps} steps")
     policy = arguments.out.with_suffix(".zip")
     if policy == arguments.out:
         parser.error(f"{policy}: a policy's name; --out is a table or a picture")

@@ -59,6 +59,8 @@ def main():
     else:
         settings = {"space": arguments.space or "aforce", "setup": "small-steps"}
         every, episodes = arguments.every or 10_000, arguments.episodes or 10
+        if every > arguments.steps:
+            parser.error(f"--every {every}: no evaluation in {arguments.steps} steps")
         starts = {step: range(step, step + episodes) for step in range(every, arguments.steps + 1, every)}
     make = lambda: gym.make("aforce/Lift-v0", scaled=True, **settings)
     print(f"aforce {aforce.__version__}, stable-baselines3 {stable_baselines3.__version__}, {aforce.SB3_SAC}")

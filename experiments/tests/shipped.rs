@@ -156,7 +156,7 @@ fn shipped_configurations_are_read() {
     }
     for task in TaskName::ALL {
         let cases = disturbances::read(&shipped("disturbances.toml"), task).unwrap();
-        assert!(cases.len() > 12 && cases[0].disturbance == Disturbance::default());
+        assert!(cases.len() > 11 && cases[0].disturbance == Disturbance::default());
     }
     assert_eq!(
         all,

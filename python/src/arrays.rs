@@ -14,8 +14,12 @@ pub fn numbers(value: &Bound<'_, PyAny>, name: &str, shape: &[usize]) -> PyResul
         check_shape(name, array.shape(), shape)?;
         return Ok(array.readonly().as_array().iter().map(|&v| f64::from(v)).collect());
     }
-    let array: PyArrayLikeDyn<'_, f64, AllowTypeChange> =
-        value.extract().map_err(|_| PyTypeError::new_err(format!("{name} must be an array of numbers")))?;
+    let no_numbers = |cause: PyErr| {
+        let error = PyTypeError::new_err(format!("{name} must be an array of numbers"));
+        error.set_cause(value.py(), Some(cause));
+        error
+    };
+    let array: PyArrayLikeDyn<'_, f64, AllowTypeChange> = value.extract().map_err(no_numbers)?;
     check_shape(name, array.shape(), shape)?;
     Ok(array.as_array().iter().copied().collect())
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use pyo3::exceptions::{PyOverflowError, PyTypeError};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple};
 use settings::{Source, spaces};
@@ -10,6 +10,9 @@ use tasks::{EnvConfig, TaskName};
 use toml::{Table, Value};
 
 use crate::value_error;
+
+/// How deep settings may lie in each other: a dictionary may hold itself.
+const DEEPEST: usize = 16;
 
 /// The name of this layer of settings in messages.
 const SOURCE: &str = "keywords";
@@ -29,7 +32,7 @@ pub fn env_config(task: &str, config: Option<PathBuf>, keywords: &Bound<'_, PyDi
         table.retain(|key, _| key == "env" || key == "setup");
         layers.push((source, table));
     }
-    let mut env = table(keywords)?;
+    let mut env = table(keywords, 0)?;
     let setup = env.remove("setup").map(|setup| ("setup".to_string(), setup));
     let mut layer = Table::from_iter([("env".to_string(), Value::Table(env))].into_iter().chain(setup));
     spaces::work_out(&mut layer, Path::new("")).map_err(value_error)?;
@@ -45,17 +48,20 @@ pub fn env_config(task: &str, config: Option<PathBuf>, keywords: &Bound<'_, PyDi
 }
 
 /// A dictionary as a table of settings.
-fn table(dict: &Bound<'_, PyDict>) -> PyResult<Table> {
+fn table(dict: &Bound<'_, PyDict>, depth: usize) -> PyResult<Table> {
     let entry = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
         let key: String =
             key.extract().map_err(|_| PyTypeError::new_err(format!("{key}: a setting's name is a string")))?;
-        let value = setting(&key, &value)?;
+        let value = setting(&key, &value, depth + 1)?;
         Ok((key, value))
     };
     dict.iter().map(entry).collect()
 }
 
-fn setting(key: &str, value: &Bound<'_, PyAny>) -> PyResult<Value> {
+fn setting(key: &str, value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value> {
+    if depth > DEEPEST {
+        return Err(value_error(format!("{key} lies {DEEPEST} settings deep: is a dict or a list part of itself?")));
+    }
     if value.is_instance_of::<PyBool>() {
         return Ok(Value::Boolean(value.extract()?));
     }
@@ -63,25 +69,25 @@ fn setting(key: &str, value: &Bound<'_, PyAny>) -> PyResult<Value> {
         return Ok(Value::String(value.extract()?));
     }
     if value.is_instance_of::<PyInt>() {
-        let too_large = || PyOverflowError::new_err(format!("{key} = {value} is too large"));
+        let too_large = || value_error(format!("{key} = {value} is too large"));
         return Ok(Value::Integer(value.extract().map_err(|_| too_large())?));
     }
     if value.is_instance_of::<PyFloat>() {
         return Ok(Value::Float(value.extract()?));
     }
     if let Ok(dict) = value.cast::<PyDict>() {
-        return Ok(Value::Table(table(dict)?));
+        return Ok(Value::Table(table(dict, depth)?));
     }
     if let Ok(mapping) = value.cast::<PyMapping>() {
         let dict = PyDict::new(value.py());
         dict.update(mapping)?;
-        return Ok(Value::Table(table(&dict)?));
+        return Ok(Value::Table(table(&dict, depth)?));
     }
     if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() || value.hasattr("tolist")? {
         // numpy's arrays and numbers become Python's.
         let plain = if value.hasattr("tolist")? { value.call_method0("tolist")? } else { value.clone() };
-        let Ok(items) = plain.try_iter() else { return setting(key, &plain) };
-        return items.map(|item| setting(key, &item?)).collect::<PyResult<_>>().map(Value::Array);
+        let Ok(items) = plain.try_iter() else { return setting(key, &plain, depth + 1) };
+        return items.map(|item| setting(key, &item?, depth + 1)).collect::<PyResult<_>>().map(Value::Array);
     }
     if let Ok(path) = value.extract::<PathBuf>() {
         return Ok(Value::String(path.to_string_lossy().into_owned()));

@@ -111,6 +111,16 @@ def test_bad_measurements_are_answered(kind, words, changes):
     assert words in str(error.value)
 
 
+def test_what_an_array_has_to_say_is_told():
+    class Gradient:
+        def __array__(self, *_, **__):
+            raise RuntimeError("detach it first")
+
+    with pytest.raises(TypeError) as error:
+        measurement(q=Gradient())
+    assert "detach it first" in str(error.value.__cause__)
+
+
 def test_bad_calls_are_answered():
     law = aforce.Controller()
     for early in (lambda: law.update(measurement()), lambda: law.set_goal(np.zeros(6), measurement())):

@@ -1,5 +1,8 @@
 """The native vector is what Gymnasium's vector of single environments is."""
 
+import copy
+import pickle
+
 import gymnasium as gym
 import numpy as np
 import pytest
@@ -59,6 +62,14 @@ def test_environment_i_plays_seed_plus_i():
         assert np.array_equal(observations[i], single.reset(seed=10 + i)[0])
     observations, _ = envs.reset(seed=[4, None, 4])
     assert np.array_equal(observations[0], observations[2]) and not np.array_equal(observations[0], observations[1])
+
+
+def test_it_is_copied_anew_and_tells_its_seed():
+    envs = vector(horizon=9)
+    for other in (copy.deepcopy(envs), pickle.loads(pickle.dumps(envs))):
+        assert np.array_equal(other.reset(seed=3)[0], envs.reset(seed=3)[0])
+        assert (other.num_envs, other.autoreset_mode) == (envs.num_envs, envs.autoreset_mode)
+    assert envs.np_random_seed == 3
 
 
 def test_wrappers_for_vectors_take_it():

@@ -21,9 +21,16 @@ if [ -z "$waiting" ]; then
 fi
 mkdir -p "$out"
 # The report is a job under the same account and in the same partition, but no array.
-options=()
-for option; do [[ $option == --array=* ]] || options+=("$option"); done
+options=() skip=
+for option; do
+    case $option in
+        --array=* | -a?*) ;;
+        --array | -a) skip=1 ;;
+        *) [ -n "$skip" ] || options+=("$option"); skip= ;;
+    esac
+done
 array=$(sbatch --parsable --array="$waiting" --output="$out/slurm-%A_%a.log" "$@" "$(dirname "$0")/sweep.sbatch" "$sweep" "$out")
+array=${array%%;*} # Of several clusters its name follows.
 echo "runs: job $array ($waiting), in $out"
 report=$(sbatch --parsable --dependency="afterany:$array" --output="$out/slurm-report-%j.log" "${options[@]}" \
     --wrap "target/release/report '$out'")

@@ -39,6 +39,9 @@ pub fn layered<T: DeserializeOwned>(mut base: Table, layers: Vec<(Source, Table)
             let name = setup.as_str().map_or_else(|| setup.to_string(), String::from);
             overlay(&mut base, setup::settings(&name).map_err(|error| anyhow!("{}: {error}", source.at("setup")))?);
         }
+        if let Some(key) = list_for_a_table(&base, &table, "") {
+            return Err(anyhow!("{}: {key} is a list; a table is wanted, name = value", source.at(&key)));
+        }
         spaces::lay_over(&mut base, table);
         let check: Result<T, _> = base.clone().try_into();
         check.map_err(|error| {
@@ -47,6 +50,18 @@ pub fn layered<T: DeserializeOwned>(mut base: Table, layers: Vec<(Source, Table)
         })?;
     }
     base.try_into().map_err(Error::from)
+}
+
+/// The key, if any, where `over` has a list and `base` a table, whose values a list would name by their places.
+fn list_for_a_table(base: &Table, over: &Table, above: &str) -> Option<String> {
+    over.iter().find_map(|(key, value)| {
+        let path = if above.is_empty() { key.clone() } else { format!("{above}.{key}") };
+        match (base.get(key)?, value) {
+            (Value::Table(_), Value::Array(_)) => Some(path),
+            (Value::Table(base), Value::Table(over)) => list_for_a_table(base, over, &path),
+            _ => None,
+        }
+    })
 }
 
 /// An environment's settings as they stand in a larger document.
@@ -107,6 +122,8 @@ mod tests {
                 "env.space.stiffness.adaptive.delta_sign = 3",
                 "env.space.stiffness.adaptive.delta_sign: a name in quotes is wanted",
             ),
+            ("env.disturbance = [0.5, 2.0]", "keys: env.disturbance is a list; a table is wanted"),
+            ("env.controller.force = [10.0]", "env.controller.force is a list; a table is wanted"),
             ("env.horizon = 0", "env.horizon = 0 is not allowed; allowed: 1 to 1000000"),
             ("env.space = 'aforze'", "did you mean `aforce`"),
             ("setup = 'tiny'", "known are paper-steps, small-steps"),

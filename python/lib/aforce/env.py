@@ -17,11 +17,23 @@ Floats: TypeAlias = NDArray[np.float32]
 Box: TypeAlias = "gym.spaces.Box[np.float32]"  # In quotes, as older releases of Gymnasium have no parameter here.
 
 
+# The longest side of a picture.
+LARGEST = 8192
+
+
 def spaces_of(description: dict[str, Any], scaled: bool) -> tuple[Box, Box]:
     """Spaces of observation and action: finite where observations are scaled."""
     limit = description["scaled_limit"] if scaled else np.inf
     observation = gym.spaces.Box(-limit, limit, (len(description["observation"]),), np.float32)
     return observation, gym.spaces.Box(-1.0, 1.0, (len(description["action"]),), np.float32)
+
+
+def absolute(config: File | None, settings: dict[str, Any]) -> tuple[str | None, dict[str, Any]]:
+    """The same with the paths of files as they are from everywhere: a copy may be made elsewhere."""
+    space = settings.get("space")
+    if isinstance(space, os.PathLike) or isinstance(space, str) and space.endswith(".toml"):
+        settings = {**settings, "space": os.path.abspath(space)}
+    return None if config is None else os.path.abspath(config), settings
 
 
 def checked_seed(seed: int | None, others: int = 0) -> int | None:
@@ -67,17 +79,18 @@ class Env(gym.Env[Floats, Floats], EzPickle):
         render_size: tuple[int, int] = (480, 360),
         **settings: Any,
     ) -> None:
-        settings = copy.deepcopy(settings)  # A pickle is of the settings as they are now.
+        config, settings = absolute(config, copy.deepcopy(settings))  # A pickle is of the settings as they are now.
         EzPickle.__init__(
             self, named, config=config, scaled=scaled, render_mode=render_mode, render_size=render_size, **settings
         )
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise ValueError(f'render_mode = {render_mode!r} is not allowed; allowed: None, "rgb_array"')
         self.task, self.scaled, self.render_mode = named, scaled, render_mode
-        self._width, self._height = (int(side) for side in render_size)
-        if min(self._width, self._height) < 1:
-            raise ValueError(f"render_size = {render_size!r} is not allowed; allowed: a width and a height, 1 or above")
-        self._native = Native(named, None if config is None else os.fspath(config), settings, bool(scaled))
+        sides = [int(side) for side in render_size]
+        if len(sides) != 2 or not all(1 <= side <= LARGEST for side in sides):
+            raise ValueError(f"render_size = {render_size!r} is not allowed; allowed: a width and a height, 1 to {LARGEST}")
+        self._width, self._height = sides
+        self._native = Native(named, config, settings, bool(scaled))
         description = self.describe()
         self.observation_space, self.action_space = spaces_of(description, scaled)
         self.metadata = {**self.metadata, "render_fps": description["env"]["controller"]["policy_hz"]}

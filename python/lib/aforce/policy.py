@@ -71,7 +71,7 @@ class Policy:
 
     def make(self, **keywords: Any) -> gym.Env[Floats, Floats]:
         """The environment in which it was trained; keywords change it."""
-        own: dict[str, Any] = {"config": self.config, "scaled": self.scaled}
+        own: dict[str, Any] = {"config": str(self.config), "scaled": self.scaled}
         return gym.make(f"aforce/{self.task.capitalize()}-v0", **own | keywords)
 
     def predict(

@@ -1,20 +1,22 @@
 """Several environments in one process, on several threads."""
 
+import copy
 import json
 import os
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from gymnasium.utils import EzPickle
 from gymnasium.vector import AutoresetMode, VectorEnv as Base
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
 from ._native import Vector as Native
-from .env import File, Floats, checked_seed, spaces_of
+from .env import File, Floats, absolute, checked_seed, spaces_of
 
 
-class VectorEnv(Base[Floats, Floats, NDArray[Any]]):
+class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
     """`num_envs` environments that take their actions at the same time; made by
     `gymnasium.make_vec("aforce/Lift-v0", num_envs=8, threads=2)`.
 
@@ -43,8 +45,11 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]]):
                 raise ValueError(f"{name} = {value!r} is not allowed; allowed: None, a vector draws no pictures")
         if num_envs < 1:
             raise ValueError(f"num_envs = {num_envs} is not allowed; allowed: 1 or above")
+        config, settings = absolute(config, copy.deepcopy(settings))
+        EzPickle.__init__(
+            self, named, num_envs, threads=threads, autoreset_mode=autoreset_mode, config=config, scaled=scaled, **settings
+        )
         threads = len(os.sched_getaffinity(0)) if threads is None else threads
-        config = None if config is None else os.fspath(config)
         self._native = Native(num_envs, threads, named, config, settings, bool(scaled))
         description = json.loads(self._native.describe())
         self.single_observation_space, self.single_action_space = spaces_of(description, scaled)
@@ -70,6 +75,7 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]]):
             seeds = list(seed)
         else:
             first = checked_seed(seed, self.num_envs - 1)
+            super().reset(seed=first)
             seeds = [None if first is None else first + i for i in range(self.num_envs)]
         if len(seeds) != self.num_envs:
             raise ValueError(f"{len(seeds)} seeds for {self.num_envs} environments")
@@ -111,4 +117,5 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]]):
         return info
 
     def close_extras(self, **kwargs: Any) -> None:
-        self._native.close()
+        if hasattr(self, "_native"):  # Closed in the end even if it could not be made.
+            self._native.close()
