@@ -282,6 +282,23 @@ fn a_start_outside_of_the_workspace_and_another_arm_are_refused() {
     assert!(text(&output).contains("arm.range of joint 1: -2.8973 to 2.8973 rad; the robot (fr3) goes from -2.7437"));
 }
 
+/// The arm compensates its own gravity: a law that does too would throw it up.
+#[test]
+fn an_interface_that_is_no_frankas_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let setup = folder.path().join("plain.toml");
+    let fr3 = include_str!("../configs/fr3.toml");
+    std::fs::write(&setup, fr3.replace("\"franka\"", "{ extends = \"plain\", wrench.observed.cutoff_hz = 25 }"))
+        .unwrap();
+    let output = host(&["--script", "hold", "--setup", setup.to_str().unwrap()]).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        text(&output).contains("interface.gravity is \"law\": a Franka compensates gravity itself"),
+        "{}",
+        text(&output)
+    );
+}
+
 #[test]
 fn a_table_that_is_not_below_is_refused() {
     let folder = tempfile::tempdir().unwrap();
