@@ -18,7 +18,7 @@ use crate::spaces::{AFORCE, spaces};
 pub struct Setup {
     /// The arm's numbers.
     pub robot: ParameterSet,
-    /// The joints without damping and the table with next to no friction (the tool's own, 0.001): what wiping costs then is the
+    /// The joints without damping and friction, no air, and the table with next to no friction (the tool's own, 0.001): what wiping costs then is the
     /// controller's own.
     pub lossless: bool,
     /// Force to press with (N).
@@ -120,6 +120,7 @@ impl Setup {
         if self.lossless {
             parameters.damping.fill(0.0);
             parameters.friction.fill(0.0);
+            parameters.air = None;
         }
         parameters
     }
