@@ -6,7 +6,7 @@
 //! ```text
 //! host.start(&state, &model_pose)?          // refused with the two numbers that disagree
 //! loop {
-//!     host.set_goal(&action)?               // when the policy has one, at 20 Hz
+//!     let _ = host.set_goal(&action)        // when the policy has one, at 20 Hz; refused after a fault, and the loop goes on
 //!     let command = host.update(&state, dt) // at each cycle
 //!     send(command.tau)                     // whatever command.status says
 //! }
