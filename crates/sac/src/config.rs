@@ -52,6 +52,10 @@ pub struct Config {
     /// the ends of its reach.
     #[serde(default)]
     pub pink_noise: f64,
+    /// Share of the episodes, each drawn at its start, in which now and then one entry of a sampled action keeps an end of its range for
+    /// two seconds, and the policy commands the others.
+    #[serde(default)]
+    pub nudges: f64,
     /// Weight of the entropy at the start, in units of reward.
     pub initial_temperature: f64,
     /// Below which the temperature does not fall.
@@ -161,6 +165,7 @@ impl Config {
         )?;
         let pink = self.pink_noise;
         check((0.0..=1.0).contains(&pink), "pink_noise", &pink, "0 (no episode) to 1 (every episode)")?;
+        check((0.0..=1.0).contains(&self.nudges), "nudges", &self.nudges, "0 (no episode) to 1 (every episode)")?;
         let bins = self.value_bins;
         check(bins == 0 || (2..=1001).contains(&bins), "value_bins", &bins, "0 (none), or 2 to 1001")?;
         let [low, high] = self.value_range;
@@ -285,6 +290,7 @@ mod tests {
             (|c| c.initial_temperature = 0.0, "initial_temperature"),
             (|c| c.min_temperature = 0.2, "min_temperature"),
             (|c| c.pink_noise = 1.1, "pink_noise"),
+            (|c| c.nudges = -0.1, "nudges"),
             (|c| c.value_bins = 1, "value_bins"),
             (|c| c.value_range = [1.0, 1.0], "value_range"),
             (|c| c.target_entropy = Some(f64::INFINITY), "target_entropy"),

@@ -42,6 +42,7 @@ mod losses;
 mod memory;
 mod n_step;
 mod network;
+mod nudge;
 mod pass;
 mod pink;
 mod preset;

@@ -74,6 +74,7 @@ fn paper() -> Config {
         value_bins: 0,
         value_range: value_range(),
         pink_noise: 0.0,
+        nudges: 0.0,
         initial_temperature: 0.1,
         min_temperature: 0.0,
         target_entropy: None,

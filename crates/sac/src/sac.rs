@@ -10,6 +10,7 @@ use crate::adam::Adam;
 use crate::losses::{ActorLosses, Losses, mean, norm};
 use crate::memory::Memory;
 use crate::network::Networks;
+use crate::nudge::Nudges;
 use crate::pink::Pink;
 use crate::replay::Replay;
 use crate::value::Value;
@@ -39,6 +40,8 @@ pub struct Sac {
     pub(crate) noise_rng: ChaCha8Rng,
     /// Noise of the present episode, if it is to be pink. Not saved: checkpoints to go on from lie between episodes.
     pink: Option<Pink>,
+    /// What the present episode tries, if anything. Not saved either.
+    nudges: Option<Nudges>,
     pub(crate) memory: Memory,
 }
 
@@ -92,6 +95,7 @@ impl Sac {
             batch_rng: rng.clone(),
             noise_rng: rng,
             pink: None,
+            nudges: None,
             memory: Memory::new(config, &actor, &critics),
             value,
             targets: critics.clone(),
@@ -107,6 +111,8 @@ impl Sac {
         let share = self.config.pink_noise;
         let pink = share > 0.0 && self.actor.rng.random_bool(share);
         self.pink = pink.then(|| Pink::new(self.actor.action_dim(), &mut self.actor.rng));
+        let share = self.config.nudges;
+        self.nudges = (share > 0.0 && self.actor.rng.random_bool(share)).then(Nudges::default);
     }
 
     /// Fresh weights, and optimisers without a past.
@@ -128,6 +134,9 @@ impl Sac {
         match &mut self.pink {
             Some(pink) => self.actor.act_with(observation, action, mode, |i, rng| pink.next(i, rng)),
             None => self.actor.act(observation, action, mode),
+        }
+        if let (Some(nudges), Act::Sample) = (&mut self.nudges, mode) {
+            nudges.apply(action, &mut self.actor.rng);
         }
     }
 

@@ -20,6 +20,7 @@ fn options() -> Config {
         layer_norm: true,
         value_bins: 11,
         pink_noise: 0.75,
+        nudges: 0.75,
         reset_period: 15,
         prior_episodes: 5,
         ..config()

@@ -1,0 +1,80 @@
+//! Nudges: now and then one entry of the action keeps an end of its range for a while, and the policy commands the others.
+//!
+//! Exploration that lasts (as in temporally extended epsilon-greedy, Dabney et al., 2021, ICLR), an entry at a time: what the policy does
+//! already, such as holding a handle, goes on while something is tried.
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+/// Actions of a nudge: two seconds at 20 Hz. A door's handle that a soft arm holds has to be pulled for one and a half.
+const LENGTH: u32 = 40;
+/// Probability with which an action without a nudge begins one: every 50 actions, on average.
+const RATE: f64 = 0.02;
+
+/// What an episode with nudges tries.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Nudges {
+    under_way: Option<Nudge>,
+}
+
+#[derive(Debug, Clone)]
+struct Nudge {
+    entry: usize,
+    value: f32,
+    left: u32,
+}
+
+impl Nudges {
+    /// Applies to `action` the nudge under way, or one that begins.
+    pub fn apply(&mut self, action: &mut [f32], rng: &mut ChaCha8Rng) {
+        if self.under_way.is_none() && rng.random_bool(RATE) {
+            let value = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
+            self.under_way = Some(Nudge { entry: rng.random_range(0..action.len()), value, left: LENGTH });
+        }
+        if let Some(Nudge { entry, value, left }) = &mut self.under_way {
+            action[*entry] = *value;
+            *left -= 1;
+            if *left == 0 {
+                self.under_way = None;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+
+    use super::*;
+
+    #[test]
+    fn one_entry_keeps_an_end_for_two_seconds_and_the_others_are_the_policys() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let (mut nudges, mut begun, mut nudged) = (Nudges::default(), vec![], 0);
+        for _ in 0..100_000 {
+            let fresh = nudges.under_way.is_none();
+            let mut action = [0.0; 3];
+            nudges.apply(&mut action, &mut rng);
+            let changed: Vec<(usize, f32)> =
+                (0..3).map(|i| (i, action[i])).filter(|(_, value)| *value != 0.0).collect();
+            nudged += changed.len();
+            match changed[..] {
+                [one] => {
+                    if fresh {
+                        begun.push(one);
+                    }
+                    assert_eq!(begun.last(), Some(&one));
+                }
+                _ => assert!(changed.is_empty() && nudges.under_way.is_none()),
+            }
+        }
+        // One in 50 - 1 + 40 actions, of 40 each.
+        assert!((1000..1250).contains(&begun.len()), "{}", begun.len());
+        assert!(nudged.abs_diff(begun.len() * LENGTH as usize) < LENGTH as usize);
+        for entry in 0..3 {
+            for end in [-1.0, 1.0] {
+                assert!((130..260).contains(&begun.iter().filter(|nudge| **nudge == (entry, end)).count()));
+            }
+        }
+    }
+}
