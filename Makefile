@@ -32,7 +32,7 @@ ZIG = $(shell { $(VENV)/bin/python -c 'import ziglang' || command -v zig; } >/de
 STUDY = experiments/configs/study
 HYPOTHESES = $(wildcard results/study/hypotheses*.toml)
 # Whose policies are disturbed: seeds 11 to 15 of a sweep, each with the folder of its runs.
-STUDIED = { for sweep in table-1:table-1 prior:prior prior-parts:prior parts:table-1 hidden:hidden tuned:tuned same-steps:same-steps; do \
+STUDIED = { for sweep in table-1:table-1 prior:prior prior-parts:prior parts:table-1 hidden:hidden tuned:tuned same-steps:same-steps nudges:nudges; do \
 	$(RUN) sweep -- $(STUDY)/$${sweep%:*}.toml --out runs/study/$${sweep\#*:} --list; done; } \
 	| awk '$$1 ~ /^[0-9]+$$/ && $$4 <= 15 { print $$6 }'
 
@@ -106,13 +106,15 @@ reproduce: setup $(BASELINES) $(BOUNDS)
 	$(RUN) report -- runs
 	$(MAKE) study
 
-# The study of results/study, once more below runs/study: its learner's tournament (62 runs), its stages in the order of what they decide
-# (392 runs, of which a search stops half early), the policies of all but the search under every
-# disturbance. About 50 core-hours on an AMD EPYC, a fifth of it the tournament; what is done is not done again.
+# The study of results/study, once more below runs/study: its learner's tournament (122 runs), its stages in the order of what they decide
+# (422 runs, of which a search stops half early), the policies of all but the search under every
+# disturbance. About 60 core-hours on an AMD EPYC, a fourth of it the tournament; what is done is not done again.
 study: setup
 	$(RUN) sweep -- experiments/configs/tournament.toml
 	$(RUN) sweep -- experiments/configs/tournament-confirm.toml
 	$(RUN) report -- runs/tournament
+	$(RUN) sweep -- experiments/configs/tournament-five.toml
+	$(RUN) report -- runs/tournament-five
 	$(RUN) sweep -- $(STUDY)/table-1.toml --out runs/study/table-1
 	$(RUN) sweep -- $(STUDY)/prior.toml --out runs/study/prior
 	$(RUN) sweep -- $(STUDY)/prior-parts.toml --out runs/study/prior
@@ -121,6 +123,7 @@ study: setup
 	$(RUN) sweep -- $(STUDY)/tuned.toml --out runs/study/tuned
 	$(RUN) sweep -- $(STUDY)/same-steps.toml --out runs/study/same-steps
 	$(RUN) sweep -- $(STUDY)/hidden.toml --out runs/study/hidden
+	$(RUN) sweep -- $(STUDY)/nudges.toml --out runs/study/nudges
 	for run in $$($(STUDIED)); do test -e $$run/disturbed.csv || $(RUN) evaluate -- --run $$run --episodes 5 \
 		--disturb experiments/configs/disturbances.toml --csv $$run/disturbed.csv || exit 1; done
 	$(RUN) report -- runs/study $(HYPOTHESES:%=--hypotheses %)

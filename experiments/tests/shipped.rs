@@ -154,6 +154,29 @@ fn shipped_configurations_are_read() {
         (same.learner.pink_noise, same.learner.layer_norm) = (1.0, false);
         assert_eq!(same, *base);
     }
+    // A preset, or `swift` with one thing changed.
+    let third_round = shipped_sweep("tournament-five.toml").runs;
+    assert_eq!(third_round.len(), 60);
+    for run in third_round {
+        let (is, swift) = (&run.learner, sac::Preset::SWIFT.settings());
+        let changed = [
+            is.layer_norm != swift.layer_norm,
+            is.hidden != swift.hidden,
+            is.actor_period != swift.actor_period,
+            is.pink_noise != swift.pink_noise,
+        ];
+        let changes = changed.iter().filter(|changed| **changed).count();
+        match run.variant.as_str() {
+            "desktop" => assert_eq!(*is, sac::Preset::DESKTOP.settings()),
+            variant => assert_eq!(changes, usize::from(variant != "swift"), "{}", RunId::of(&run)),
+        }
+    }
+    let nudged = shipped_sweep("study/nudges.toml").runs;
+    assert_eq!(nudged.len(), 30);
+    for mut run in nudged {
+        assert_eq!(std::mem::take(&mut run.learner.nudges), 0.5);
+        assert!(table.contains(&run), "{}", RunId::of(&run));
+    }
     for task in TaskName::ALL {
         let cases = disturbances::read(&shipped("disturbances.toml"), task).unwrap();
         assert!(cases.len() > 11 && cases[0].disturbance == Disturbance::default());
@@ -168,6 +191,7 @@ fn shipped_configurations_are_read() {
             "observation.toml",
             "study",
             "tournament-confirm.toml",
+            "tournament-five.toml",
             "tournament.toml"
         ]
     );
