@@ -106,13 +106,13 @@ impl Sac {
         }
     }
 
-    /// To be called at the start of each episode: draws the past of its noise, where noise has one.
+    /// To be called at the start of each episode: draws the past of its noise, where noise has one, and whether it has nudges.
     pub fn begin_episode(&mut self) {
-        let share = self.config.pink_noise;
-        let pink = share > 0.0 && self.actor.rng.random_bool(share);
-        self.pink = pink.then(|| Pink::new(self.actor.action_dim(), &mut self.actor.rng));
-        let share = self.config.nudges;
-        self.nudges = (share > 0.0 && self.actor.rng.random_bool(share)).then(Nudges::default);
+        // Nothing is drawn for what is off, so that a run without it keeps the bytes it had before there was any.
+        let in_this_one = |share: f64, rng: &mut ChaCha8Rng| share > 0.0 && rng.random_bool(share);
+        let (actions, rng) = (self.actor.action_dim(), &mut self.actor.rng);
+        self.pink = in_this_one(self.config.pink_noise, rng).then(|| Pink::new(actions, rng));
+        self.nudges = in_this_one(self.config.nudges, rng).then(Nudges::default);
     }
 
     /// Fresh weights, and optimisers without a past.
