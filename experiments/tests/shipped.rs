@@ -33,7 +33,7 @@ fn the_shipped_table_has_the_papers_steps_and_units() {
 #[test]
 fn committed_runs_are_those_of_the_shipped_sweeps() {
     let first = ["table-1", "small-steps", "reference", "tolerance", "leash", "soft-lift", "soft-wipe"];
-    let study = ["table-1", "parts", "hidden", "prior", "prior-parts", "tuned", "same-steps"];
+    let study = ["table-1", "parts", "hidden", "prior", "prior-parts", "tuned", "same-steps", "nudges"];
     let nameless = |mut run: RunConfig| {
         (run.env.space.name, run.variant, run.checkpoint_every) = ("any".into(), String::new(), 1);
         run
