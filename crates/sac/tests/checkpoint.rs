@@ -13,7 +13,7 @@ fn config() -> Config {
     Config { hidden: vec![32, 16], batch_size: 16, target_period: 2, replay_capacity: 150, ..Config::default() }
 }
 
-/// What is off there. Networks begin anew before and after the save, and some of the episodes have pink noise.
+/// What is off there. Networks begin anew before and after the save, and some of the episodes have pink noise and nudges.
 fn options() -> Config {
     Config {
         actor_period: 2,
@@ -83,7 +83,7 @@ fn a_continued_run_gives_the_bytes_of_an_unbroken_one() {
     same_bytes(&options(), 240);
 }
 
-/// Without pink noise all that is left of an episode are the steps that wait for their rewards, and those are saved.
+/// Without pink noise and nudges all that is left of an episode are the steps that wait for their rewards, and those are saved.
 #[test]
 fn with_white_noise_a_run_may_be_saved_within_an_episode() {
     same_bytes(&config(), 251);

@@ -145,3 +145,24 @@ fn the_same_seed_gives_the_same_bits_and_another_seed_does_not() {
     assert_eq!(bits(7), bits(7));
     assert_ne!(bits(7), bits(8));
 }
+
+/// A nudged entry stands at an end of its range, which no sample of a fresh policy reaches.
+#[test]
+fn nudges_are_of_sampled_actions_in_their_share_of_the_episodes() {
+    let nudged = |share: f64, mode: Act| {
+        let mut sac = Sac::new(&Config { nudges: share, ..small() }, 2, 3, 1).unwrap();
+        let (mut action, mut at_an_end) = ([0.0f32; 3], 0);
+        for _ in 0..20 {
+            sac.begin_episode();
+            for _ in 0..500 {
+                sac.act(&[0.1, -0.2], &mut action, mode);
+                at_an_end += usize::from(action.iter().any(|entry| entry.abs() == 1.0));
+            }
+        }
+        at_an_end as f64 / 10_000.0
+    };
+    // 40 of 89 actions.
+    assert!((0.35..0.5).contains(&nudged(1.0, Act::Sample)));
+    assert!((0.1..0.35).contains(&nudged(0.5, Act::Sample)));
+    assert_eq!((nudged(0.0, Act::Sample), nudged(1.0, Act::Mean)), (0.0, 0.0));
+}
