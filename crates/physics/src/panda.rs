@@ -20,6 +20,9 @@ pub const HOME: [f64; 7] = [
 /// Joint ranges (rad).
 pub const RANGE: [[f64; 2]; 7] = Arm::PANDA.range;
 
+/// Largest speed of each joint, either way (rad/s).
+pub const SPEED_MAX: [f64; 7] = Arm::PANDA.speed_max;
+
 /// Frame of each link in its parent (the joint turns about the link's own z).
 const LINK_FRAMES: [([f64; 3], [f64; 4]); 7] = {
     const Q: f64 = std::f64::consts::FRAC_1_SQRT_2;

@@ -55,7 +55,8 @@ pub struct Step {
     pub reward_terms: [f64; REWARD_TERMS],
     /// The price of this action's motion (at least 0), taken off the reward.
     pub motion_cost: f64,
-    /// The episode ended in a terminal state, whose value is zero. Only a diverged simulation does so.
+    /// The episode ended in a terminal state, whose value is zero: the simulation diverged, or the arm stopped itself where
+    /// episodes end with that ([`EnvConfig::stops`]).
     pub terminated: bool,
     /// The episode reached its horizon, or had the task held and ends there: it would have gone on.
     pub truncated: bool,
@@ -192,7 +193,11 @@ impl Env {
             let qd = (before + self.simulation.joints().1) / 2.0;
             let penalty = &self.config.force_penalty;
             interval.add(&tau, &qd, self.simulation.contacts(), &self.controller, penalty, self.plant.dt);
+            interval.watch(&self.config.protection, &self.simulation.joints().1, self.simulation.contacts());
             interval.overlap = interval.overlap.max(self.simulation.deepest_penetration());
+            if self.config.stops && interval.stop.is_some() {
+                break;
+            }
         }
         self.elapsed += 1;
         self.outcome(interval, diverged)
@@ -201,11 +206,15 @@ impl Env {
     fn outcome(&mut self, interval: Interval, diverged: bool) -> Step {
         let rule = self.config.force_penalty;
         let penalty = rule.for_force(interval.force(rule.of).max);
-        let reward = if diverged {
-            // The last valid observation stays; nothing is earned.
+        let stopped = self.config.stops && interval.stop.is_some();
+        let terminated = diverged || stopped;
+        if !diverged {
+            // After a divergence the last valid observation stays.
+            self.observe();
+        }
+        let reward = if terminated {
             Reward { terms: [0.0; REWARD_TERMS], success: false }
         } else {
-            self.observe();
             // Rewards go by what is, not by what is measured.
             self.task.reward(&self.simulation, &self.simulation.measure(), penalty)
         };
@@ -216,8 +225,8 @@ impl Env {
             reward: reward.terms.iter().sum::<f64>() - motion_cost,
             reward_terms: reward.terms,
             motion_cost,
-            terminated: diverged,
-            truncated: !diverged && (ends || self.elapsed >= self.config.horizon),
+            terminated,
+            truncated: !terminated && (ends || self.elapsed >= self.config.horizon),
             success: reward.success,
             diverged,
             over_limit: penalty.is_some(),

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::disturbance::Disturbance;
 use crate::observation_options::ObservationOptions;
 use crate::penalty::ForcePenalty;
+use crate::protection::Protection;
 use crate::task_name::TaskName;
 
 /// Everything that defines an environment.
@@ -30,6 +31,11 @@ pub struct EnvConfig {
     /// Whether an episode ends once the task has stood fulfilled for a second. To the learner it is cut short there: its
     /// value goes on.
     pub ends_on_success: bool,
+    /// Whether an episode ends where a real arm would have stopped itself: its last action earns nothing, and to the learner
+    /// the state it ends in is worth nothing. Without it the tables tell when that would have been.
+    pub stops: bool,
+    /// What makes a real arm stop itself.
+    pub protection: Protection,
     /// What the policy sees beyond robosuite's observation.
     pub observation: ObservationOptions,
     /// Force limit and penalty.
@@ -54,6 +60,7 @@ impl EnvConfig {
         within("env.force_penalty.limit", limit, 0.0..=1e6)?;
         within("env.force_penalty.weight", weight, 0.0..=1e3)?;
         within("env.motion_price", self.motion_price, 0.0..=1e3)?;
+        self.protection.validate().map_err(|error| error.below("env"))?;
         self.disturbance.validate(self.task).map_err(|error| error.below("env"))?;
         // A faster one would look like another, or like a constant.
         let push_hz = self.disturbance.push_hz.map_or(0.0, |draw| draw.ends()[1]);
@@ -74,6 +81,8 @@ impl Default for EnvConfig {
             initial_noise: 0.02,
             motion_price: 0.0,
             ends_on_success: false,
+            stops: false,
+            protection: Protection::default(),
             observation: ObservationOptions::default(),
             force_penalty: ForcePenalty::default(),
             disturbance: Disturbance::default(),

@@ -6,6 +6,7 @@ use aforce::{Controller, EnergyLedger, JointVector, Vector6};
 use physics::ContactReading;
 
 use crate::penalty::{ForcePenalty, Sensor};
+use crate::protection::{Protection, StopReason, speed_share};
 
 /// Record of one action, summed or averaged over its control samples.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -40,6 +41,19 @@ pub struct Interval {
     pub impedance: [AxisGroup; 2],
     /// Sum over samples of the share of joints whose torque was limited.
     pub sum_saturated: f64,
+    /// Largest speed of a joint, as a share of that joint's limit.
+    pub max_speed_share: f64,
+    /// When a real arm would first have stopped itself during this action.
+    pub stop: Option<Stop>,
+}
+
+/// A real arm would have stopped here.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stop {
+    /// Time since the action began (s).
+    pub time: f64,
+    /// Why.
+    pub reason: StopReason,
 }
 
 /// A contact force during one action. It is the sustained one, but for `max_raw`.
@@ -158,6 +172,15 @@ impl Interval {
             group.add(first, controller, dt);
         }
         self.sum_saturated += controller.saturated().iter().filter(|&&limited| limited).count() as f64 / 7.0;
+    }
+
+    /// Takes in what a real arm watches at the end of the sample that was [added](Self::add) last: the joints' velocities `qd`
+    /// (rad/s), and the contact after each of the sample's parts.
+    pub fn watch(&mut self, protection: &Protection, qd: &JointVector, contacts: &[ContactReading]) {
+        let speed = speed_share(qd);
+        self.max_speed_share = self.max_speed_share.max(speed);
+        let reason = contacts.iter().find_map(|contact| protection.stop(speed, contact));
+        self.stop = self.stop.or(reason.map(|reason| Stop { time: self.time, reason }));
     }
 
     /// Mean translational stiffness (1/s2 or N/m: the action space's own unit).
@@ -316,6 +339,25 @@ mod tests {
         assert_eq!(AxisGroup::default().feedforward_share(), 0.0);
         close("work", translation.work, 0.002 * 0.2 * (0.2 * 2.0 * k[1].sqrt() + 0.2 * 0.01));
         assert_eq!((translation.sum_at_min, translation.sum_at_max), (0.0, 0.0));
+    }
+
+    /// Three samples of 2 ms: in the second a joint is too fast, in the third the hand is pushed too hard as well.
+    #[test]
+    fn the_first_reason_to_stop_is_kept_with_its_time() {
+        const DT: f64 = 0.002;
+        let controller = controller([0.0; 6], 0);
+        let push = |newton: f64| ContactReading {
+            sustained: Wrench::new(0.0, 0.0, newton, 0.0, 0.0, 0.0),
+            ..ContactReading::default()
+        };
+        let mut interval = Interval::default();
+        for (speed, newton) in [(2.0, 90.0), (-2.4, 10.0), (2.2, 110.0)] {
+            let (qd, contacts) = (JointVector::repeat(speed), [push(newton)]);
+            interval.add(&qd, &qd, &contacts, &controller, &ForcePenalty::default(), DT);
+            interval.watch(&Protection::default(), &qd, &contacts);
+        }
+        assert_eq!(interval.stop, Some(Stop { time: 2.0 * DT, reason: StopReason::JointSpeed }));
+        assert_eq!(interval.max_speed_share, 2.4 / 2.175, "joints 1 to 4 may turn at 2.175 rad/s");
     }
 
     /// An action that diverged in its first sample has means all the same.

@@ -3,13 +3,15 @@
 use serde::{Deserialize, Serialize};
 
 use crate::env::Step;
-use crate::interval::AxisGroup;
+use crate::interval::{AxisGroup, Stop};
+use crate::protection::StopReason;
 use crate::task::HELD;
 
 /// What an episode ended with and what it cost, in the order of the columns.
 ///
 /// `..._to_success_...` covers the actions up to the first after which the task stands fulfilled, that one included, and is
-/// empty if there is none; `fulfilled_...` covers the actions after which it stands fulfilled.
+/// empty if there is none; `fulfilled_...` covers the actions after which it stands fulfilled. `stop_...` says when and why a
+/// real arm would have stopped itself, and is empty if it would not have.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "documented once, in results/README.md")]
 pub struct Outcome {
@@ -66,6 +68,11 @@ pub struct Outcome {
     pub feedforward_share_rotation: f64,
     pub tool_work_translation_j: f64,
     pub tool_work_rotation_j: f64,
+    pub max_joint_speed_share: f64,
+    pub max_joint_speed_share_to_success: Option<f64>,
+    pub stop_time_s: Option<f64>,
+    pub stop_reason: Option<StopReason>,
+    pub success_before_stop: bool,
 }
 
 impl Outcome {
@@ -77,6 +84,8 @@ impl Outcome {
         let before = first_success.map(|at| Part::of(&steps[..=at]));
         let fulfilled = Part::of(steps.iter().filter(|s| s.success));
         let held = Part::of(steps.iter().rev().take_while(|s| s.success));
+        let first_stop = steps.iter().enumerate().find_map(|(at, s)| Some((at, s.interval.stop?)));
+        let stop_time = |(at, stop): (usize, Stop)| Part::of(&steps[..at]).time + stop.time;
         let sum = |of: fn(&Step) -> f64| steps.iter().map(of).sum::<f64>();
         let max = |of: fn(&Step) -> f64| steps.iter().map(of).fold(0.0, f64::max);
         let last = steps.last();
@@ -138,6 +147,12 @@ impl Outcome {
             feedforward_share_rotation: rotation.feedforward_share(),
             tool_work_translation_j: translation.work,
             tool_work_rotation_j: rotation.work,
+            max_joint_speed_share: whole.max_speed,
+            max_joint_speed_share_to_success: before.map(|part| part.max_speed),
+            stop_time_s: first_stop.map(stop_time),
+            stop_reason: first_stop.map(|(_, stop)| stop.reason),
+            success_before_stop: first_success
+                .is_some_and(|success| first_stop.is_none_or(|(stop, _)| success < stop)),
         }
     }
 }
@@ -161,6 +176,8 @@ struct Part {
     hand_impulse: f64,
     /// Time with contact beyond the wrist (s).
     hand_time: f64,
+    /// Largest speed of a joint, as a share of its limit.
+    max_speed: f64,
 }
 
 impl Part {
@@ -176,6 +193,7 @@ impl Part {
             impulse: sum.impulse + interval.arm.impulse,
             hand_impulse: sum.hand_impulse + interval.hand.impulse,
             hand_time: sum.hand_time + interval.contact_time,
+            max_speed: sum.max_speed.max(interval.max_speed_share),
         })
     }
 }
@@ -288,6 +306,7 @@ mod tests {
             sum_own_stiffness: 20.0,
             impedance: [group(30.0), group(50.0)],
             sum_saturated: 0.5,
+            max_speed_share: 13.0,
             ..Interval::default()
         };
         let one = Step { penalty: 11.0, over_limit: true, reward: 12.0, ..step(interval, false) };
@@ -321,10 +340,32 @@ mod tests {
             ("feedforward_share_rotation", outcome.feedforward_share_rotation, 1.0 / 53.0),
             ("tool_work_translation_j", outcome.tool_work_translation_j, 68.0),
             ("tool_work_rotation_j", outcome.tool_work_rotation_j, 108.0),
+            ("max_joint_speed_share", outcome.max_joint_speed_share, 13.0),
         ];
         for (column, value, expected) in expected {
             assert!((value - expected).abs() < 1e-12, "{column}: {value}, not {expected}");
         }
+    }
+
+    /// Ten actions of 50 ms, the task fulfilled from the fourth on; a real arm would have stopped 20 ms into one of them.
+    #[test]
+    fn success_counts_where_a_real_arm_would_still_have_been_moving() {
+        let stopping_in = |at: usize| {
+            let mut steps: Vec<Step> = (0..10).map(|k| action(1.0, 2.0, k >= 3)).collect();
+            for (late, reason) in [(0, StopReason::JointSpeed), (2, StopReason::HandForce)] {
+                if let Some(step) = steps.get_mut(at + late) {
+                    (step.interval.stop, step.interval.max_speed_share) = (Some(Stop { time: 0.02, reason }), 1.5);
+                }
+            }
+            let o = Outcome::of(&steps);
+            (o.success_before_stop, o.stop_time_s, o.stop_reason, o.max_joint_speed_share_to_success)
+        };
+        let after = |actions: f64| Some(actions * 0.05 + 0.02);
+        assert_eq!(stopping_in(1), (false, after(1.0), Some(StopReason::JointSpeed), Some(1.5)));
+        assert_eq!(stopping_in(3).0, false, "in the very action that fulfils the task");
+        let (success, time, _, speed) = stopping_in(4);
+        assert!(success && (time.unwrap() - 0.22).abs() < 1e-12 && speed == Some(0.0));
+        assert_eq!(stopping_in(10), (true, None, None, Some(0.0)));
     }
 
     #[test]

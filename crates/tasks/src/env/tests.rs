@@ -1,6 +1,7 @@
 use super::*;
 use crate::interval::ForceRecord;
 use crate::penalty::{ForcePenalty, Sensor};
+use crate::protection::Protection;
 
 /// A load that no joint can bear ends the episode, even where its horizon would have.
 #[test]
@@ -52,6 +53,31 @@ fn motion_costs_its_price_per_joule() {
     let ((free, nothing, _), (priced, cost, energy)) = (rewards(0.0), rewards(0.1));
     assert_eq!((nothing, cost), (0.0, 0.1 * energy));
     assert!(energy > 0.01 && (free - priced - cost).abs() < 1e-12);
+}
+
+/// A joint that turns faster than it may stops the arm where episodes end with that; elsewhere the arm goes on.
+#[test]
+fn an_arm_that_is_to_stop_ends_the_episode_and_earns_nothing() {
+    let play = |stops| {
+        let protection = Protection { joint_speed: 0.05, ..Protection::default() };
+        let mut env = Env::new(EnvConfig { stops, protection, ..EnvConfig::default() }, 1).unwrap();
+        let action = vec![0.5; env.action_dim()];
+        let mut steps = vec![];
+        while steps.len() < 10 && !steps.last().is_some_and(|step: &Step| step.terminated) {
+            steps.push(env.step(&action));
+        }
+        (steps, env)
+    };
+    let ((going_on, _), (stopping, env)) = (play(false), play(true));
+    let at = going_on.iter().position(|step| step.interval.stop.is_some()).expect("a joint at a twentieth of its speed");
+    assert_eq!((going_on.len(), stopping.len()), (10, at + 1));
+    assert_eq!(stopping[..at], going_on[..at]);
+    let (last, there) = (&stopping[at], &going_on[at]);
+    assert!(last.terminated && !last.truncated && !last.diverged && !last.success);
+    assert_eq!((last.reward, last.reward_terms), (0.0, [0.0; REWARD_TERMS]));
+    assert_eq!(last.interval.stop, there.interval.stop);
+    assert_eq!(last.interval.stop.unwrap().time, last.interval.time, "not a sample longer");
+    assert_eq!(env.observation().len(), env.observation_components().len());
 }
 
 /// 100 N on the arm of which the hand feels 10.
