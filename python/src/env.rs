@@ -110,6 +110,7 @@ impl Env {
 fn info<'py>(py: Python<'py>, step: &Step, terms: &[&str]) -> PyResult<Bound<'py, PyDict>> {
     let info = PyDict::new(py);
     info.set_item("is_success", step.success)?;
+    info.set_item("stopped", step.interval.stop.is_some())?;
     for (name, of) in NUMBERS {
         info.set_item(name, of(step))?;
     }

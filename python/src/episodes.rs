@@ -14,12 +14,14 @@ use crate::value_error;
 type Number = (&'static str, fn(&Step) -> f64);
 
 /// The numbers that info holds of an action.
-pub const NUMBERS: [Number; 5] = [
+pub const NUMBERS: [Number; 6] = [
     // Sum over joints of |tau qd| dt (J).
     ("energy", |step| step.interval.energy.absolute),
     // Largest sustained contact force of the whole arm, and beyond the wrist (N).
     ("force", |step| step.interval.arm.max),
     ("hand_force", |step| step.interval.hand.max),
+    // Largest speed of a joint, as a share of its limit.
+    ("joint_speed", |step| step.interval.max_speed_share),
     // Of the force, unscaled, whether or not the task takes it off.
     ("penalty", |step| step.penalty),
     // Reward lost to the price of motion.

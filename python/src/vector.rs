@@ -130,6 +130,7 @@ impl Vector {
             });
             let info = PyDict::new(py);
             info.set_item("is_success", fleet.column(py, |step| step.success))?;
+            info.set_item("stopped", fleet.column(py, |step| step.interval.stop.is_some()))?;
             for (name, of) in NUMBERS {
                 info.set_item(name, fleet.column(py, of))?;
             }

@@ -68,7 +68,7 @@ def test_info_and_description_say_what_happened():
         _, reward, terminated, truncated, info = env.step(env.unwrapped.expert_action())
         assert sum(info["reward_terms"].values()) == pytest.approx(reward, abs=1e-12)
         total += info["energy"]
-    assert list(info) == ["is_success", "energy", "force", "hand_force", "penalty", "motion_cost", "reward_terms"]
+    assert list(info) == ["is_success", "stopped", "energy", "force", "hand_force", "joint_speed", "penalty", "motion_cost", "reward_terms"]
     assert total > 1 and info["force"] >= 0 and not terminated and not truncated
     description = env.unwrapped.describe()
     assert [entry["name"] for entry in description["action"]][-2:] == ["normal_force", "gripper"]

@@ -33,7 +33,12 @@ pub fn deviation(values: &[f64]) -> f64 {
 
 /// The middle one, or the mean of the middle two.
 pub fn median(values: &[f64]) -> f64 {
-    percentile(&sorted(values), 0.5)
+    quantile(values, 0.5)
+}
+
+/// What a `share` of `values` does not exceed, interpolated between the two nearest (as NumPy does); NaN of nothing.
+pub fn quantile(values: &[f64], share: f64) -> f64 {
+    percentile(&sorted(values), share)
 }
 
 /// Interquartile mean: the mean without the lowest and the highest quarter (rounded down).
@@ -154,6 +159,7 @@ mod tests {
 
     #[test]
     fn too_few_values_are_no_number() {
+        assert!(quantile(&[], 0.9).is_nan() && (quantile(&[3.0, 1.0, 2.0], 0.9) - 2.8).abs() < 1e-12);
         assert!(mean(&[]).is_nan() && deviation(&[1.0]).is_nan() && median(&[]).is_nan());
         assert_eq!((median(&[1.0]), iqm(&[1.0]), interval(&[&[1.0]], |s| iqm(&s[0]))), (1.0, 1.0, [1.0, 1.0]));
         assert_eq!(welch_interval(&[1.0], &[1.0, 2.0]), None);

@@ -151,8 +151,7 @@ impl Outcome {
             max_joint_speed_share_to_success: before.map(|part| part.max_speed),
             stop_time_s: first_stop.map(stop_time),
             stop_reason: first_stop.map(|(_, stop)| stop.reason),
-            success_before_stop: first_success
-                .is_some_and(|success| first_stop.is_none_or(|(stop, _)| success < stop)),
+            success_before_stop: first_success.is_some_and(|success| first_stop.is_none_or(|(stop, _)| success < stop)),
         }
     }
 }

@@ -100,7 +100,11 @@ mod tests {
             ..ContactReading::default()
         };
         let itself = ContactReading { touching_itself: true, ..ContactReading::default() };
-        assert_eq!(protection.stop(0.99, &pushed(99.0, 99.0)), None, "moments are no forces, and the two do not add up");
+        assert_eq!(
+            protection.stop(0.99, &pushed(99.0, 99.0)),
+            None,
+            "moments are no forces, and the two do not add up"
+        );
         assert_eq!(protection.stop(1.01, &pushed(101.0, 0.0)), Some(StopReason::JointSpeed));
         assert_eq!(protection.stop(0.0, &pushed(101.0, 101.0)), Some(StopReason::HandForce));
         assert_eq!(protection.stop(0.0, &pushed(0.0, 101.0)), Some(StopReason::LinkForce));

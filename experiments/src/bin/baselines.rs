@@ -15,7 +15,7 @@ use experiments::run::seeds::evaluation_seed;
 use output::file;
 use output::plot::{self, Panel, Series};
 use output::program::{self, bad};
-use output::statistics::{deviation, mean_of};
+use output::statistics::{deviation, mean_of, quantile};
 use serde::Serialize;
 use tasks::{Env, Outcome, Step, TaskName};
 
@@ -72,6 +72,9 @@ struct Row {
     time_to_success_s: Option<f64>,
     energy_to_success_j: Option<f64>,
     max_force_to_success_n: Option<f64>,
+    success_before_stop: f64,
+    arm_max_contact_force_median_n: f64,
+    arm_max_contact_force_q90_n: f64,
     return_mean: f64,
     return_std: Option<f64>,
     energy_per_action_j: f64,
@@ -81,6 +84,8 @@ struct Row {
     over_limit_read_once_share: f64,
     mean_excess_n: Option<f64>,
     penalty: f64,
+    penalty_median: f64,
+    penalty_q90: f64,
     saturated_fraction: f64,
     diverged_episodes: usize,
     deepest_overlap_mm: f64,
@@ -198,6 +203,7 @@ fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
         .collect();
     let sum = |of: fn(&Outcome) -> f64| outcomes.iter().map(of).sum::<f64>();
     let mean = |of: fn(&Outcome) -> f64| mean_of(&outcomes, of);
+    let quantile_of = |of: fn(&Outcome) -> f64, share| quantile(&outcomes.iter().map(of).collect::<Vec<f64>>(), share);
     // Over the episodes that succeed.
     let if_any = |of: fn(&Outcome) -> Option<f64>| {
         let values: Vec<f64> = outcomes.iter().filter_map(of).collect();
@@ -207,7 +213,7 @@ fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
     let penalised = sum(|o| o.penalised_steps as f64);
     let returns: Vec<f64> = outcomes.iter().map(|o| o.total).collect();
     Ok(Row {
-        schema: 4,
+        schema: 5,
         task: config.env.task.as_str(),
         space: config.env.space.name.clone(),
         variant: config.variant.clone(),
@@ -222,6 +228,9 @@ fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
         time_to_success_s: if_any(|o| o.time_to_success_s),
         energy_to_success_j: if_any(|o| o.energy_to_success_j),
         max_force_to_success_n: if_any(|o| o.max_force_to_success_n),
+        success_before_stop: mean(|o| f64::from(u8::from(o.success_before_stop))),
+        arm_max_contact_force_median_n: quantile_of(|o| o.arm_max_contact_force_n, 0.5),
+        arm_max_contact_force_q90_n: quantile_of(|o| o.arm_max_contact_force_n, 0.9),
         return_mean: mean(|o| o.total),
         return_std: (episodes > 1).then(|| deviation(&returns)),
         energy_per_action_j: sum(|o| o.energy_j) / actions,
@@ -231,6 +240,8 @@ fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
         over_limit_read_once_share: over_at_the_end as f64 / actions,
         mean_excess_n: (penalised > 0.0).then_some(excess / penalised),
         penalty: mean(|o| o.penalty),
+        penalty_median: quantile_of(|o| o.penalty, 0.5),
+        penalty_q90: quantile_of(|o| o.penalty, 0.9),
         saturated_fraction: mean(|o| o.saturated_fraction),
         diverged_episodes: outcomes.iter().filter(|o| o.diverged).count(),
         deepest_overlap_mm: 1000.0 * overlap,

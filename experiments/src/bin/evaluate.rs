@@ -12,7 +12,7 @@ use experiments::run::rollout::evaluate;
 use experiments::run::rows::{CaseKey, EvaluationKey};
 use experiments::run::seeds::evaluation_seed;
 use experiments::run::source::{Player, SourceArgs};
-use output::statistics::{deviation, mean, mean_of, range};
+use output::statistics::{deviation, mean, mean_of, quantile, range};
 use output::{file, program};
 use settings::setup;
 use tasks::{Env, EnvConfig, Outcome};
@@ -157,18 +157,21 @@ fn compare(player: &mut Player, cases: Vec<(Case, Env)>, episodes: u32, table: &
 
 fn print(outcomes: &[Outcome]) {
     program::say(format_args!(
-        "  {:<28} {:>10} +- {:<9} {:>10} .. highest of the episodes",
-        "", "mean", "deviation", "lowest"
+        "  {:<32} {:>10} +- {:<9} {:>10} {:>10}  {:>10} .. highest of the episodes",
+        "", "mean", "deviation", "median", "90 %", "lowest"
     ));
     for (name, column) in COLUMNS {
         let values: Vec<f64> = outcomes.iter().filter_map(column).collect();
         if values.is_empty() {
-            program::say(format_args!("  {name:<28} {:>10}", "none"));
+            program::say(format_args!("  {name:<32} {:>10}", "none"));
             continue;
         }
         let (mean, spread) = (mean(&values), if values.len() > 1 { deviation(&values) } else { 0.0 });
         let [low, high] = range(&values);
-        program::say(format_args!("  {name:<28} {mean:10.3} +- {spread:<9.3} {low:10.3} .. {high:.3}"));
+        let [median, most] = [0.5, 0.9].map(|share| quantile(&values, share));
+        program::say(format_args!(
+            "  {name:<32} {mean:10.3} +- {spread:<9.3} {median:10.3} {most:10.3}  {low:10.3} .. {high:.3}"
+        ));
     }
 }
 
@@ -178,13 +181,16 @@ fn share(of: bool) -> Option<f64> {
     Some(f64::from(u8::from(of)))
 }
 
-/// Mean, deviation and range over episodes are printed of these, over those that have one.
-const COLUMNS: [Column; 18] = [
+/// Mean, deviation, median, 90 % quantile and range over episodes are printed of these, over those that have one.
+const COLUMNS: [Column; 21] = [
     ("return", |o| Some(o.total)),
     ("success at the end", |o| share(o.success)),
     ("success at any time", |o| share(o.success_any)),
     ("success held for a second", |o| share(o.success_held)),
     ("success without the hand", |o| share(o.success_without_hand)),
+    ("success before a real arm stops", |o| share(o.success_before_stop)),
+    ("time until it stops, s", |o| o.stop_time_s),
+    ("fastest joint, of its limit", |o| Some(o.max_joint_speed_share)),
     ("time to success, s", |o| o.time_to_success_s),
     ("energy to success, J", |o| o.energy_to_success_j),
     ("largest force to success, N", |o| o.max_force_to_success_n),

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::{Result, bail, ensure};
-use output::statistics::{mean, mean_of};
+use output::statistics::{mean, mean_of, quantile};
 
 use crate::config::RunConfig;
 use crate::run::csv_table::CsvTable;
@@ -105,6 +105,20 @@ impl Columns {
     /// Mean of the rows that have a number there; NaN if none has.
     pub fn mean(&self, column: &str) -> Result<f64> {
         Ok(mean_of(&self.points(column)?, |point| point.1))
+    }
+
+    /// What a `share` of the rows that have a number there does not exceed; NaN if none has.
+    pub fn quantile(&self, column: &str, share: f64) -> Result<f64> {
+        let values: Vec<f64> = self.points(column)?.into_iter().map(|point| point.1).collect();
+        Ok(quantile(&values, share))
+    }
+
+    /// The share of the rows that have a number there; NaN if the table is too old to have the column.
+    pub fn share_with(&self, column: &str) -> Result<f64> {
+        if self.0.position(column).is_none() {
+            return Ok(f64::NAN);
+        }
+        Ok(self.points(column)?.len() as f64 / self.0.rows.len() as f64)
     }
 
     /// Mean of the largest force (N) while the task stands fulfilled, over the rows in which it does.

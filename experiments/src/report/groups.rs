@@ -91,7 +91,7 @@ pub fn sections<'a>(groups: &[Group<'a>]) -> Vec<Section<'a>> {
 pub type Metric = (&'static str, fn(&RunSummary) -> f64);
 
 /// What is summarised over seeds.
-const METRICS: [Metric; 11] = [
+const METRICS: [Metric; 18] = [
     ("final_return", |run| run.final_return),
     ("curve_return", |run| run.curve_return),
     ("best_return", |run| run.best_return),
@@ -103,7 +103,19 @@ const METRICS: [Metric; 11] = [
     ("penalised_episode_share", |run| run.penalised_episode_share),
     ("mean_penalty_per_episode", |run| run.mean_penalty_per_episode),
     ("excess_impulse_per_episode_ns", |run| run.excess_impulse_per_episode_ns),
+    ("median_penalty_per_episode", |run| run.median_penalty_per_episode),
+    ("q90_penalty_per_episode", |run| run.q90_penalty_per_episode),
+    ("median_arm_max_contact_force_n", |run| or_nan(run.median_arm_max_contact_force_n)),
+    ("q90_arm_max_contact_force_n", |run| or_nan(run.q90_arm_max_contact_force_n)),
+    ("stopped_episode_share", |run| or_nan(run.stopped_episode_share)),
+    ("final_success_before_stop", |run| or_nan(run.final_success_before_stop)),
+    ("sampled_success_before_stop", |run| or_nan(run.sampled_success_before_stop)),
 ];
+
+/// What a run's tables are too old to tell is no number.
+pub fn or_nan(value: Option<f64>) -> f64 {
+    value.unwrap_or(f64::NAN)
+}
 
 /// A row of `summary.csv`: one number of a group, over its seeds.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fmt::{self, Display, Formatter};
 
 use crate::report::comparison::{ComparisonRow, ENERGIES, ORDERS};
-use crate::report::groups::{Group, Section};
+use crate::report::groups::{Group, Section, or_nan};
 use crate::report::published::{self, Published};
 use crate::report::summary::{RunSummary, SOLVED};
 use output::statistics::{FEWEST_FOR_INTERVAL, deviation, interval, iqm, mean, range};
@@ -157,8 +157,12 @@ fn safety(groups: &[&Group]) -> MarkdownTable {
         "training episodes above the force limit",
         "published",
         "penalty per episode",
+        "median; 90 %",
         "published",
+        "largest force of an episode, N: median; 90 %",
         "excess impulse per episode, N s",
+        "episodes in which a real arm would have stopped",
+        "success before that: mean actions; sampled",
         "diverged",
     ]);
     for group in groups {
@@ -170,8 +174,24 @@ fn safety(groups: &[&Group]) -> MarkdownTable {
             spread(group, |run| run.penalised_episode_share, 2),
             text(|row| row.penalised_episode_share),
             spread(group, |run| run.mean_penalty_per_episode, 1),
+            format!(
+                "{}; {}",
+                known(group, |run| run.median_penalty_per_episode, 1),
+                known(group, |run| run.q90_penalty_per_episode, 1)
+            ),
             text(|row| row.penalty_per_episode),
+            format!(
+                "{}; {}",
+                known(group, |run| or_nan(run.median_arm_max_contact_force_n), 0),
+                known(group, |run| or_nan(run.q90_arm_max_contact_force_n), 0)
+            ),
             spread(group, |run| run.excess_impulse_per_episode_ns, 1),
+            known(group, |run| or_nan(run.stopped_episode_share), 2),
+            format!(
+                "{}; {}",
+                known(group, |run| or_nan(run.final_success_before_stop), 2),
+                known(group, |run| or_nan(run.sampled_success_before_stop), 2)
+            ),
             diverged.map_or(String::new(), |count| count.to_string()),
         ]);
     }
@@ -201,6 +221,13 @@ fn spread(group: &Group, of: fn(&RunSummary) -> f64, digits: usize) -> String {
         [one] => format!("{one:.digits$}"),
         ref values => format!("{:.digits$} +- {:.digits$}", mean(values), deviation(values)),
     }
+}
+
+/// Mean over the seeds whose tables tell it.
+fn known(group: &Group, of: fn(&RunSummary) -> f64, digits: usize) -> String {
+    let mut values = group.values(of);
+    values.retain(|value| !value.is_nan());
+    if values.is_empty() { "-".into() } else { format!("{:.digits$}", mean(&values)) }
 }
 
 /// One value per run, in order of seeds.
@@ -294,7 +321,10 @@ mod tests {
                 && against.ends_with("| 19 |"),
             "{against}"
         );
-        assert!(safety.starts_with("| `variable` | 0.25 +- 0.00 |  | 148.0 +- 0.0 | 149 |"), "{safety}");
+        assert!(
+            safety.starts_with("| `variable` | 0.25 +- 0.00 |  | 148.0 +- 0.0 | 0.0; 0.0 | 149 | -; - |"),
+            "{safety}"
+        );
     }
 
     #[test]

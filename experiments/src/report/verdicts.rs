@@ -200,7 +200,8 @@ fn worst(metric: &str) -> Option<f64> {
 fn largest_difference(metric: &str) -> f64 {
     let of_episode = metric.strip_prefix("sampled_").or(metric.strip_prefix("final_"));
     let is_share = of_episode.is_some_and(|name| {
-        matches!(name, "success" | "success_any" | "success_held" | "success_by_hand" | "success_without_hand")
+        let ways = ["", "_any", "_held", "_by_hand", "_without_hand", "_before_stop"];
+        name.strip_prefix("success").is_some_and(|way| ways.contains(&way))
     });
     if is_share { 1.0 } else { f64::MAX }
 }

@@ -9,7 +9,7 @@ use tasks::Outcome;
 use crate::run::csv_table::header;
 
 /// Version of the columns below.
-pub const SCHEMA: u32 = 5;
+pub const SCHEMA: u32 = 6;
 
 /// Columns before the outcome in `episodes.csv`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]

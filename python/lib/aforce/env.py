@@ -57,12 +57,13 @@ class Env(gym.Env[Floats, Floats], EzPickle):
     render_mode  None or "rgb_array"
     render_size  width and height of a picture
     **settings   everything else that `env` of a configuration has, with the same names, defaults and messages: setup, horizon,
-                 controller, force_penalty, disturbance, observation, ends_on_success, motion_price, ..
+                 controller, force_penalty, disturbance, observation, ends_on_success, stops, motion_price, ..
 
     Observations and actions are float32; NaN or a wrong shape is a ValueError. An episode is truncated at its horizon, and
-    terminated only if the simulation diverges. `info`: is_success, energy (J, of this action), force and hand_force (N, largest
-    sustained of the whole arm, and beyond the wrist), penalty, motion_cost (reward lost to the price of motion), reward_terms,
-    which, less motion_cost, add up to the reward.
+    terminated if the simulation diverges or, with `stops=True`, where a real arm would have stopped itself. `info`: is_success,
+    stopped (a real arm would have stopped itself during this action), energy (J, of this action), force and hand_force (N,
+    largest sustained of the whole arm, and beyond the wrist), joint_speed (of the joint nearest to its limit, as a share of that),
+    penalty, motion_cost (reward lost to the price of motion), reward_terms, which, less motion_cost, add up to the reward.
     """
 
     observation_space: Box

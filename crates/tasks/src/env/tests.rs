@@ -69,7 +69,8 @@ fn an_arm_that_is_to_stop_ends_the_episode_and_earns_nothing() {
         (steps, env)
     };
     let ((going_on, _), (stopping, env)) = (play(false), play(true));
-    let at = going_on.iter().position(|step| step.interval.stop.is_some()).expect("a joint at a twentieth of its speed");
+    let at =
+        going_on.iter().position(|step| step.interval.stop.is_some()).expect("a joint at a twentieth of its speed");
     assert_eq!((going_on.len(), stopping.len()), (10, at + 1));
     assert_eq!(stopping[..at], going_on[..at]);
     let (last, there) = (&stopping[at], &going_on[at]);

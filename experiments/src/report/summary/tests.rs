@@ -73,6 +73,39 @@ fn a_run_is_summed_up() {
     assert_eq!(solved.experiment, "");
 }
 
+/// Sixteen training episodes with penalties of 1 to 16, every fourth of which a real arm would have stopped in.
+#[test]
+fn forces_are_told_by_quantiles_and_success_by_what_an_arm_allows() {
+    let root = tempfile::tempdir().unwrap();
+    let path = "lift/osc/seed_1";
+    let old = run(root.path(), path, 2.0, 0.0);
+    assert_eq!((old.median_penalty_per_episode, old.q90_penalty_per_episode), (8.5, 14.5));
+    assert_eq!((old.stopped_episode_share, old.final_success_before_stop), (None, None), "a table without the columns");
+    let folder = RunFolder::at(&root.path().join(path));
+    for table in [folder.episodes(), folder.eval()] {
+        let text = fs_err::read_to_string(&table).unwrap();
+        let with = |(row, line): (usize, &str)| match row {
+            0 => format!(
+                "{line},stop_time_s,success_before_stop,arm_max_contact_force_n,max_force_to_success_n
+"
+            ),
+            row if row % 4 == 0 => format!(
+                "{line},1.5,false,{row}000,
+"
+            ),
+            row => format!(
+                "{line},,true,{row},{row}
+"
+            ),
+        };
+        fs_err::write(&table, text.lines().enumerate().map(with).collect::<String>()).unwrap();
+    }
+    let row = RunSummary::of(&folder, root.path()).unwrap();
+    assert_eq!((row.stopped_episode_share, row.median_arm_max_contact_force_n), (Some(0.25), Some(10.5)));
+    assert_eq!(row.q90_arm_max_contact_force_n, Some(10_000.0));
+    assert_eq!(row.final_success_before_stop, Some(0.7), "three of the last ten evaluation episodes");
+}
+
 /// What a run's tables are too old to tell is empty, not zero, and the rest stays.
 #[test]
 fn a_table_that_lacks_a_column_is_read_without_it() {
