@@ -92,6 +92,8 @@ pub struct RunSummary {
     pub sampled_arm_max_contact_force_q90_n: Option<f64>,
     pub sampled_max_force_to_success_median_n: Option<f64>,
     pub sampled_max_force_to_success_q90_n: Option<f64>,
+    pub last_sampled_return: Option<f64>,
+    pub last_sampled_success_by_hand: Option<f64>,
     pub stopped_episode_share: Option<f64>,
     pub final_success_before_stop: Option<f64>,
     pub sampled_success_before_stop: Option<f64>,
@@ -175,6 +177,12 @@ impl RunSummary {
             if late.is_empty() { Columns::read(&run.episodes())? } else { late }
         };
         let sampled = |column: &str| sampled_eval.mean(column);
+        // Tables of an earlier schema lack some columns.
+        let known = |value: f64| (!value.is_nan()).then_some(value);
+        let last_but_one = returns.len().checked_sub(2).map_or(0.0, |i| returns[i].0);
+        let last_sampled = (schema >= EVALUATES_SAMPLED)
+            .then(|| Columns::evaluations(run, "sampled")?.after(last_but_one))
+            .transpose()?;
         let solved = returns.iter().find(|p| p.1 >= SOLVED).map(|p| p.0);
         let progress = Columns::read(&run.progress())?;
         let minutes_to_450 = |clock: &str| {
@@ -192,8 +200,6 @@ impl RunSummary {
         let so_far = |clock: &str| Ok::<_, Error>(progress.points(clock)?.last().map_or(0.0, |point| point.1));
         let done = run.done().exists();
         let spent = if done { manifest.spent } else { Spent { wall_s: so_far("wall_s")?, cpu_s: so_far("cpu_s")? } };
-        // Tables of an earlier schema lack some columns.
-        let known = |value: f64| (!value.is_nan()).then_some(value);
         Ok(RunSummary {
             schema,
             experiment: experiment(run.path(), root),
@@ -264,6 +270,12 @@ impl RunSummary {
             sampled_arm_max_contact_force_q90_n: known(sampled_eval.quantile("arm_max_contact_force_n", 0.9)?),
             sampled_max_force_to_success_median_n: known(sampled_eval.quantile("max_force_to_success_n", 0.5)?),
             sampled_max_force_to_success_q90_n: known(sampled_eval.quantile("max_force_to_success_n", 0.9)?),
+            last_sampled_return: last_sampled.as_ref().map(|last| last.mean("return")).transpose()?,
+            last_sampled_success_by_hand: last_sampled
+                .as_ref()
+                .map(Columns::success_by_hand)
+                .transpose()?
+                .and_then(known),
             stopped_episode_share: known(training.share_with("stop_time_s")?),
             final_success_before_stop: known(at_end("success_before_stop")?),
             sampled_success_before_stop: known(sampled("success_before_stop")?),
