@@ -1,0 +1,65 @@
+//! The table on the README's front page says what the committed tables say.
+
+use std::fs;
+use std::path::Path;
+
+use experiments::run::csv_table::CsvTable;
+
+fn root() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}
+
+/// The cells of the row that begins with `label`, without it.
+fn cells(page: &str, label: &str) -> Vec<String> {
+    let line = page.lines().find(|line| line.starts_with(&format!("| {label}"))).expect(label);
+    line.trim_matches('|').split('|').skip(1).map(|cell| cell.trim().to_string()).collect()
+}
+
+/// The numbers of `column` in the rows that read `wanted`, at least one.
+fn numbers(table: &str, wanted: &[(&str, &str)], column: &str) -> Vec<f64> {
+    let table = CsvTable::read(&root().join("results/study").join(table)).unwrap();
+    let at = |name: &str| table.position(name).expect("a column of the table");
+    let rows = table.rows.iter().filter(|row| wanted.iter().all(|(name, text)| &row[at(name)] == *text));
+    let numbers: Vec<f64> = rows.map(|row| row[at(column)].parse().expect("a number")).collect();
+    assert!(!numbers.is_empty(), "{table}: no row with {wanted:?}", table = table.path().display());
+    numbers
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+#[test]
+fn the_readme_tells_the_ratios_of_energy() {
+    let page = fs::read_to_string(root().join("README.md")).unwrap();
+    for (label, stage) in [("Energy in training", "untuned"), ("the same energy, both tuned", "tuned")] {
+        let expected = ["lift", "door", "wipe"].map(|task| {
+            format!("{:.1}", numbers("energy_ratio.csv", &[("task", task), ("stage", stage)], "ratio")[0])
+        });
+        assert_eq!(cells(&page, label), expected, "{label}");
+    }
+}
+
+#[test]
+fn the_readme_tells_what_a_real_arm_would_have_allowed() {
+    let page = fs::read_to_string(root().join("README.md")).unwrap();
+    let untuned = [
+        ("table-1", "lift", ["aforce", "variable"]),
+        ("prior", "door", ["aforce", "variable"]),
+        ("table-1", "wipe", ["aforce-force", "variable-force"]),
+    ];
+    let tuned = [
+        ("tuned", "lift", ["aforce,draw-1", "variable,draw-2"]),
+        ("tuned", "door", ["aforce,draw-3", "variable,draw-6"]),
+        ("tuned", "wipe", ["aforce-force,draw-1", "variable-force,draw-1"]),
+    ];
+    for (label, stages) in [("Done before a real arm", untuned), ("the same share, both tuned", tuned)] {
+        let expected = stages.map(|(experiment, task, groups)| {
+            groups.map(|group| {
+                let of_group = [("experiment", experiment), ("task", task), ("group", group)];
+                format!("{:.0} %", 100.0 * mean(&numbers("allowed.csv", &of_group, "allowed")))
+            })
+        });
+        assert_eq!(cells(&page, label), expected.map(|pair| pair.join(", ")), "{label}");
+    }
+}
