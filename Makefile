@@ -18,10 +18,8 @@ FROM_BOUND = --spaces $(OLD)/spaces/aforce-1s2.toml $(shell $(PYTHON) -c 'g = (3
 BASELINES = $(patsubst %,runs/%.csv,experts experts_table_1 experts_paper_steps random_table_1 random_paper_steps random_robosuite_steps \
 	random_robosuite_jump random_1000 noise/random noise/expert)
 
-# What `make gallery` draws, and where: a page of each task from the study, and every run of the first tables whose policy is kept.
+# Where `make gallery` puts what results/gallery has.
 GALLERY ?= runs/gallery
-SHOWN = lift door wipe
-KEPT = $(patsubst results/%/checkpoints/best/actor.safetensors,%,$(wildcard results/*/*/*/*/checkpoints/best/actor.safetensors))
 
 # Python's wheel, and where it is built and tried.
 VENV = target/venv
@@ -162,20 +160,7 @@ runs/random_robosuite_jump.csv: | setup
 runs/random_1000.csv: | setup
 	$(RUN) baselines -- random --tasks lift,door,wipe --spaces aforce,low,variable,osc,robosuite-variable,robosuite-osc --episodes 1000 --out $@
 
-# The pages and animations of results/gallery, and an animation of every policy of the first tables that is kept: a quarter of an hour of one core.
-gallery: setup $(SHOWN:%=$(GALLERY)/%.html) $(SHOWN:%=$(GALLERY)/%.gif) $(KEPT:%=$(GALLERY)/%.gif)
-
-# Door where it is learned from the script too: exploring alone, most of AFORCE's runs hold the handle.
-$(GALLERY)/lift.%: LEARNED = table-1
-$(GALLERY)/door.%: LEARNED = prior
-$(GALLERY)/wipe.%: LEARNED = table-1
-$(GALLERY)/wipe.%: WITH = -force
-
-$(SHOWN:%=$(GALLERY)/%.html): $(GALLERY)/%.html: | setup
-	$(RUN) replay -- --run results/study/$(LEARNED)/$*/aforce$(WITH)/seed_11 --beside results/study/$(LEARNED)/$*/variable$(WITH)/seed_11 --html $@
-
-$(SHOWN:%=$(GALLERY)/%.gif): $(GALLERY)/%.gif: | setup
-	$(RUN) replay -- --run results/study/$(LEARNED)/$*/aforce$(WITH)/seed_11 --actions 200 --every 4 --width 320 --gif $@
-
-$(KEPT:%=$(GALLERY)/%.gif): $(GALLERY)/%.gif: | setup
-	$(RUN) replay -- --run results/$* --actions 200 --gif $@
+# Pages, animations, index and README of results/gallery: the typical runs of the study, chosen by the script.
+gallery: setup
+	$(CARGO) build --release --bin replay --bin evaluate
+	$(PYTHON) scripts/gallery.py target/release results/study $(GALLERY)

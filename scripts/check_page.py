@@ -5,11 +5,13 @@
 
 Needs playwright, pillow and numpy (pip) and a Chromium: playwright's own (`playwright install
 chromium`), or one whose path is in CHROMIUM. Software rendering will do. Checked for every task,
-and for two episodes side by side:
+for two episodes side by side, and for the pages of results/gallery:
 
 - no message in the console, no request beyond the page itself;
 - the last moment looks like the program's own PNG of it: same silhouettes, light and shadows;
-- scrubbing, playing, turning and the switches each change the picture; how long a moment takes.
+- scrubbing, playing, turning and the switches each change the picture; how long a moment takes;
+- a page of the gallery loops, begins again two seconds after both tasks are done, has the hand in
+  sight all the time on a desk and on a phone, and was made at a commit.
 """
 
 import os
@@ -24,6 +26,7 @@ from playwright.sync_api import sync_playwright
 
 ACTIONS = {"lift": 45, "door": 150, "wipe": 80}
 WIDTH, HEIGHT = 800, 600
+GALLERY = Path(__file__).parent.parent / "results/gallery"
 # Pixels that differ by more than LEVELS of 255 in a channel, at most (share).
 LEVELS, DIFFERENT = 24, 0.01
 
@@ -47,6 +50,9 @@ class Page:
         self.page.on("pageerror", lambda error: self.messages.append(str(error)))
         self.page.on("request", lambda r: r.url == path.as_uri() or self.messages.append(r.url))
         self.page.goto(path.as_uri())
+        # The whole episode, from where the PNG is taken.
+        for switch in ["follow", "loop"]:
+            self.page.uncheck(f"#{switch}")
         # The scene alone, as large as the PNG.
         self.page.add_style_tag(
             content=f"#views {{ grid-template-rows: auto {HEIGHT}px }} .view div, #legend {{ display: none }}"
@@ -135,6 +141,27 @@ def check_controls(program, browser, folder):
     print(f"scrubbing: {milliseconds:.1f} ms per moment of both episodes, drawn in software")
 
 
+def check_gallery(browser, path):
+    for width, height in [(1280, 800), (390, 844)]:
+        messages = []
+        page = browser.new_page(viewport={"width": width, "height": height})
+        page.on("console", lambda message: messages.append(message.text))
+        page.on("pageerror", lambda error: messages.append(str(error)))
+        page.goto(path.as_uri())
+        loop, firsts, rate = page.evaluate("() => [loopEnd, firsts, rate]")
+        assert loop == max(firsts) + 2 * rate, (loop, firsts)
+        assert not page.evaluate("() => commit").endswith("-dirty"), f"{path.name}: made at no commit"
+        hand = "Array.from({ length: loopEnd + 1 }, (_, k) => views.map(view => view.toolOnScreen(k))).flat(2)"
+        farthest = max(map(abs, page.evaluate(f"() => {hand}")))
+        assert farthest < 0.9, f"{path.name} at {width} x {height}: the hand is {farthest:.2f} of the way to the edge"
+        page.evaluate("() => { present = loopEnd - 1; play(true); }")
+        page.wait_for_function("() => playing && present < loopEnd / 2")
+        assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth"), "wider than the window"
+        assert not messages, messages
+        page.close()
+        print(f"{path.name} at {width} x {height}: loops over {(loop + 1) / rate:.2f} s, the hand stays within {farthest:.2f}")
+
+
 def main():
     program = sys.argv[1]
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
@@ -145,6 +172,8 @@ def main():
         for task in ACTIONS:
             check_task(program, browser, Path(folder), task)
         check_controls(program, browser, Path(folder))
+        for task in ACTIONS:
+            check_gallery(browser, GALLERY / f"{task}.html")
 
 
 main()

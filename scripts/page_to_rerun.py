@@ -18,11 +18,11 @@ import numpy
 import rerun as rr
 import rerun.blueprint as rrb
 
-# As in the page: the semi-axis of the largest stiffness (m), colours.
-ELLIPSOID = 0.12
+# As in the page: a semi-axis (m) for each factor of ten above the softest stiffness (N/m), colours.
+PER_DECADE, SOFTEST, SMALLEST = 0.05, 30, 0.003
 SCENE = "scene"
 PENS = [0x4AA8E8FF, 0xF08A3CFF, 0x2CC295FF, 0xDD8FC4FF, 0xE9B949FF, 0x8FD0F5FF, 0xB98D63FF, 0xE4E7EBFF]
-FORCE_COLOR, STIFFNESS_COLOR = [213, 94, 0], [40, 120, 200, 90]
+FORCE_COLOR, STIFFNESS_COLOR = [214, 0, 140], [40, 120, 200, 90]
 
 
 def floats(text, columns=1):
@@ -53,7 +53,7 @@ def shape(solid):
     return rr.Capsules3D(lengths=[2 * half], radii=[radius], translations=[position - half * axis], **style)
 
 
-def record(episode, name, stiff):
+def record(episode, name):
     """Logs an episode below the entity `name`."""
     times = numpy.arange(1, episode["frames"] + 1) / episode["rate"]
 
@@ -83,7 +83,8 @@ def record(episode, name, stiff):
     over_time([SCENE, "force"], rr.Arrows3D.columns(origins=tool, vectors=force * episode["metresPerNewton"]))
     glass = rr.Ellipsoids3D.from_fields(colors=[STIFFNESS_COLOR], fill_mode="solid")
     log([SCENE, "stiffness"], glass, static=True)
-    semi_axes = floats(episode["stiffness"], 3) * (ELLIPSOID / stiff)
+    decades = numpy.log10(numpy.maximum(floats(episode["stiffness"], 3), SOFTEST) / SOFTEST)
+    semi_axes = numpy.maximum(PER_DECADE * decades, SMALLEST)
     over_time([SCENE, "stiffness"], rr.Ellipsoids3D.columns(centers=tool, half_sizes=semi_axes))
     for panel in episode["panels"]:
         for series, color in zip(panel["series"], PENS):
@@ -114,9 +115,8 @@ def main():
     names = [f"{index + 1}: {episode['title']}" for index, episode in enumerate(episodes)]
     rr.init("replay")
     rr.save(recording, default_blueprint=layout(names, episodes))
-    stiff = numpy.quantile(numpy.concatenate([floats(episode["stiffness"]) for episode in episodes]), 0.98)
     for episode, name in zip(episodes, names, strict=True):
-        record(episode, name, stiff)
+        record(episode, name)
 
 
 main()

@@ -95,7 +95,7 @@ impl Env {
                 return Ok(false);
             };
             playback.end(&episodes.env, who);
-            page::write(&path, std::slice::from_ref(playback))
+            page::write(&path, std::slice::from_ref(playback), &[])
                 .map_err(|error| PyOSError::new_err(format!("{error:#}")))?;
             Ok(true)
         })

@@ -2,13 +2,38 @@
 
 use physics::camera::Image;
 
+const PAPER: [u8; 3] = [250, 250, 250];
+const INK: [u8; 3] = [30, 30, 30];
+
 /// Writes one line of ASCII text at the top left, dark on a light strip.
 pub fn caption(image: &mut Image, text: &str) {
-    const PAPER: [u8; 3] = [250, 250, 250];
-    const INK: [u8; 3] = [30, 30, 30];
-    let dots = 6 * text.len() + 1;
     // Two pixels per dot in 360 rows, fewer where the line would not fit.
-    let scale = (image.height / 180).min(image.width / dots).max(1);
+    let scale = (image.height / 180).min(image.width / dots(text)).max(1);
+    letters(image, text, scale);
+}
+
+/// Writes one line of ASCII text on a light strip across the top, in twice the letters of [`caption`] where they fit; below the
+/// strip a line of the `color`, "#rrggbb".
+pub fn heading(image: &mut Image, text: &str, color: Option<&str>) {
+    let scale = (image.height / 90).min(image.width / dots(text)).max(1);
+    let row = 3 * image.width;
+    let (strip, line) = ((9 * scale).min(image.height), (11 * scale).min(image.height));
+    image.rgb[..strip * row].as_chunks_mut::<3>().0.fill(PAPER);
+    let hex = |at: usize| color.and_then(|color| u8::from_str_radix(color.get(at..at + 2)?, 16).ok());
+    if let (Some(r), Some(g), Some(b)) = (hex(1), hex(3), hex(5)) {
+        image.rgb[strip * row..line * row].as_chunks_mut::<3>().0.fill([r, g, b]);
+    }
+    letters(image, text, scale);
+}
+
+/// Width of a text in dots.
+fn dots(text: &str) -> usize {
+    6 * text.len() + 1
+}
+
+/// Each dot has `scale` pixels each way.
+fn letters(image: &mut Image, text: &str, scale: usize) {
+    let dots = dots(text);
     for row in 0..(9 * scale).min(image.height) {
         for column in 0..(dots * scale).min(image.width) {
             // One dot of paper around each glyph of 5 x 7.
@@ -53,6 +78,7 @@ mod tests {
             let mut image = Image { width, height, rgb: vec![100; 3 * width * height] };
             caption(&mut image, "t 1.25 s, α\u{7f}");
             caption(&mut image, "");
+            heading(&mut image, "t 1.25 s", Some("#0072b2"));
         }
         let mut image = Image { width: 8, height: 9, rgb: vec![100; 3 * 72] };
         caption(&mut image, "L");

@@ -16,7 +16,7 @@ pub mod statistics;
 
 use std::path::Path;
 
-pub use caption::caption;
+pub use caption::{caption, heading};
 
 /// Commit of which this program was built, marked `-dirty` if its sources differed from it;
 /// `unknown` outside a git repository.

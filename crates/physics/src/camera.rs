@@ -45,7 +45,7 @@ pub struct Image {
 }
 
 /// Towards the sun (unit length after normalisation).
-const LIGHT: [f64; 3] = [-0.4, -0.5, 1.0];
+const LIGHT: [f64; 3] = [0.45, 0.6, 1.0];
 const SKY: [u8; 3] = [238, 241, 245];
 
 impl Camera {

@@ -7,8 +7,8 @@ use physics::camera::{Camera, Image};
 pub const METRES_PER_NEWTON: f64 = 0.004;
 /// Smaller forces are not drawn (N).
 const SMALLEST: f64 = 1.0;
-/// Vermilion, as in the page.
-const COLOR: [f64; 3] = [213.0, 94.0, 0.0];
+/// Magenta, as in the page: the colour of no action space and of nothing in the scenes.
+const COLOR: [f64; 3] = [214.0, 0.0, 140.0];
 
 /// Draws a force (N, world) that acts at `point` (m, world), over everything else.
 pub fn draw_force(image: &mut Image, camera: &Camera, point: &Vector3, force: &Vector3) {

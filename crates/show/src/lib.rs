@@ -9,7 +9,7 @@
 //! let mut env = Env::new(EnvConfig::default(), 0)?;
 //! let playback = Playback::play(&mut env, Env::expert_action, 3, 5, "scripted expert", |_, _, _| Ok(()))?;
 //! let file = std::env::temp_dir().join(format!("show_example_{}.html", std::process::id()));
-//! page::write(&file, &[playback])?;
+//! page::write(&file, &[playback], &[])?;
 //! # std::fs::remove_file(file)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -15,19 +15,33 @@ use crate::recording::Packed;
 const TEMPLATE: &str = include_str!("../assets/replay.html");
 const DATA: &str = "{{data}}";
 
-/// Writes the page; the second episode, if any, stands to the right of the first.
+/// Panels whose axis is logarithmic: stiffness runs over two decades, and the softer of two arms would lie on the axis.
+const LOGARITHMIC: [&str; 2] = ["Stiffness", "Rotational stiffness"];
+
+/// Writes the page; the second episode, if any, stands to the right of the first, and the `notes` above both, a paragraph each.
 ///
 /// # Errors
 /// If the file cannot be written.
-pub fn write(path: &Path, episodes: &[Playback]) -> Result<()> {
-    file::replace(path, page(episodes).as_bytes())
+pub fn write(path: &Path, episodes: &[Playback], notes: &[String]) -> Result<()> {
+    file::replace(path, page(episodes, notes).as_bytes())
 }
 
-fn page(episodes: &[Playback]) -> String {
-    let made = format!("{} (commit {})", output::command().join(" "), output::commit());
-    let data = json!({"made": made, "episodes": episodes.iter().map(json).collect::<Vec<_>>()});
+fn page(episodes: &[Playback], notes: &[String]) -> String {
+    let command: Vec<String> = output::command().iter().map(|word| quoted(word)).collect();
+    let data = json!({
+        "command": command.join(" "),
+        "commit": output::commit(),
+        "notes": notes,
+        "episodes": episodes.iter().map(json).collect::<Vec<_>>(),
+    });
     // Without a "<" nothing ends the script element, nor opens a comment in it.
     TEMPLATE.replace(DATA, &data.to_string().replace('<', "\\u003c"))
+}
+
+/// A word as a shell takes it for one.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_=./:,+@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) { word.into() } else { format!("'{}'", word.replace('\'', "'\\''")) }
 }
 
 fn json(playback: &Playback) -> Value {
@@ -37,17 +51,24 @@ fn json(playback: &Playback) -> Value {
     };
     let panel = |panel: &Panel| {
         let series: Vec<Value> = panel.series.iter().map(series).collect();
-        json!({"title": panel.title, "unit": panel.y_label, "note": note(&panel.title), "series": series})
+        let (title, logarithmic) = (&panel.title, LOGARITHMIC.contains(&panel.title.as_str()));
+        json!({"title": title, "unit": panel.y_label, "note": note(title), "logarithmic": logarithmic, "series": series})
     };
     let mut episode = playback.recording.json();
     episode["title"] = json!(playback.title);
+    episode["called"] = json!(playback.called);
+    episode["decides"] = json!(playback.stiffness);
+    episode["task"] = json!(playback.task);
     episode["color"] = json!(palette::of_space(&playback.space));
     episode["who"] = json!(playback.who);
     episode["story"] = json!(playback.story);
     episode["detail"] = json!(playback.detail);
     episode["metresPerNewton"] = json!(arrow::METRES_PER_NEWTON);
     episode["rate"] = json!(playback.rate);
-    episode["panels"] = playback.traces.panels().iter().map(panel).collect();
+    // What the spaces differ in comes first.
+    let mut panels = playback.traces.panels();
+    panels.sort_by_key(|panel| panel.title != LOGARITHMIC[0]);
+    episode["panels"] = panels.iter().map(panel).collect();
     episode
 }
 
@@ -55,10 +76,11 @@ fn json(playback: &Playback) -> Value {
 fn note(panel: &str) -> &'static str {
     match panel {
         "Contact force" => {
-            "over an action: mean and largest; hand: all beyond the wrist; at its end: normal (along the contact axis), requested, desired"
+            "hand is all beyond the wrist; mean and largest are over an action; normal is the force along the contact axis at its end, \
+             requested what the policy asked for then, desired what force control followed"
         }
         "Stiffness" | "Rotational stiffness" => {
-            "at the end of an action; alpha/mu: the spring that F_ff is to a lasting error"
+            "K along each axis at the end of an action; alpha/mu is the stiffness that F_ff adds under a lasting error"
         }
         "Position error" => "set-point to tool, at the end of an action",
         "Feed-forward force" | "Feed-forward torque" => "at the end of an action",
@@ -104,11 +126,15 @@ mod tests {
                 Ok(())
             })
             .unwrap();
-        let page = page(&[playback]);
+        let page = page(&[playback], &["It is <b>seen</b>.".into()]);
         assert!(page.len() < 1_000_000, "{} bytes", page.len());
         let episode = &data(&page)["episodes"][0];
         assert_eq!(episode["frames"], 500);
         assert_eq!(episode["who"], "a </script> & \"quotes\"");
+        assert_eq!(data(&page)["notes"][0], "It is <b>seen</b>.");
+        let panels = episode["panels"].as_array().unwrap();
+        let logarithmic = panels.iter().filter(|panel| panel["logarithmic"] == true).map(|panel| &panel["title"]);
+        assert_eq!(logarithmic.collect::<Vec<_>>(), ["Stiffness", "Rotational stiffness"]);
 
         // Every shape stands where it was simulated.
         let (bodies, recorded) = (episode["bodies"].as_u64().unwrap() as usize, floats(&episode["poses"]));
@@ -156,10 +182,17 @@ mod tests {
         let parts = names.clone();
         names.extend((0..1000).map(|_| (0..5).map(|_| parts[rng.random_range(0..parts.len())].as_str()).collect()));
         for who in names {
-            let page = page(&[Playback { who: who.clone(), ..Playback::default() }]);
+            let page = page(&[Playback { who: who.clone(), ..Playback::default() }], &[]);
             assert_eq!(data(&page)["episodes"][0]["who"], who.as_str());
             assert_eq!(page.matches('<').count(), TEMPLATE.matches('<').count(), "{who}");
         }
+    }
+
+    #[test]
+    fn a_command_can_be_typed_again() {
+        assert_eq!(quoted("results/a_b,n=5"), "results/a_b,n=5");
+        assert_eq!(quoted("it's two words"), r"'it'\''s two words'");
+        assert_eq!(quoted(""), "''");
     }
 
     #[test]

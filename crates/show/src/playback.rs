@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use aforce::{ActionSpace, Stiffness};
 use anyhow::Result;
-use output::{caption, file};
+use output::{caption, file, heading, palette};
 use physics::camera::Image;
 use tasks::{Env, Episode, Outcome, Step};
 
@@ -20,6 +21,12 @@ pub struct Playback {
     pub title: String,
     /// Name of the action space.
     pub space: String,
+    /// The action space as people call it.
+    pub called: String,
+    /// Where its stiffness comes from, in words.
+    pub stiffness: &'static str,
+    /// Name of the task.
+    pub task: String,
     /// Who plays.
     pub who: String,
     /// What happened, in a sentence or two.
@@ -46,7 +53,15 @@ impl Playback {
         let config = env.config();
         let title = format!("{} {}", env.task().name(), config.space);
         let rate = f64::from(config.controller.policy_hz);
-        Playback { title, space: config.space.name.clone(), rate, ..Playback::default() }
+        Playback {
+            title,
+            space: config.space.name.clone(),
+            called: called(&config.space),
+            stiffness: where_stiffness_comes_from(&config.space),
+            task: env.task().name().into(),
+            rate,
+            ..Playback::default()
+        }
     }
 
     /// Takes in what an `action` led to; `observation` is the one before it.
@@ -65,7 +80,8 @@ impl Playback {
         self.who = who.into();
         self.story = story(env.task().achievement(), &outcome, self.traces.time(), limit);
         let (total, energy) = (self.total, outcome.energy_per_action_j);
-        self.detail = format!("return {total:.1} in {} actions, {energy:.2} J per action", outcome.length);
+        self.detail =
+            format!("the whole episode: return {total:.1} in {} actions, {energy:.2} J per action", outcome.length);
     }
 
     /// Plays the first `actions` of an episode from `seed`, `act` choosing them in [-1, 1]^n; `who` says who that is.
@@ -111,14 +127,52 @@ impl Playback {
 
     /// A picture of the present moment: the scene, the contact force as an arrow, a caption.
     pub fn picture(&self, env: &Env, step: &Step, view: View, width: usize, height: usize) -> Image {
-        let camera = view.of(&env.task().camera());
-        let mut image = camera.render(env.simulation(), &env.task().decals(), width, height);
-        arrow::draw_force(&mut image, &camera, &tool(env), &contact_force(env.simulation()));
+        let mut image = scene(env, view, width, height);
         // Of constant length: the shorter a caption, the larger its letters.
         let done = if step.success { "done" } else { "" };
         let (time, total) = (self.traces.time(), self.total);
         caption(&mut image, &format!("{}  {time:5.2} s  return {total:5.1} {done:4}", self.title));
         image
+    }
+
+    /// A picture to stand beside that of another action space: large letters say the space, the time, how many times faster than
+    /// real time the film runs, and whether the task has been fulfilled; below them a line in the space's colour.
+    pub fn labelled_picture(&self, env: &Env, view: View, width: usize, height: usize, speed: f64) -> Image {
+        let mut image = scene(env, view, width, height);
+        let done = if self.episode.outcome().time_to_success_s.is_some() { "done" } else { "" };
+        let fast = if speed == 1.0 { String::new() } else { format!("{speed}x ") };
+        // That both command a force goes without saying.
+        let name = self.called.split(" + ").next().unwrap_or_default();
+        heading(
+            &mut image,
+            &format!("{name} {fast}{:4.1} s {done:4}", self.traces.time()),
+            palette::of_space(&self.space),
+        );
+        image
+    }
+}
+
+/// What the camera sees, with the contact force as an arrow.
+fn scene(env: &Env, view: View, width: usize, height: usize) -> Image {
+    let camera = view.of(&env.task().camera());
+    let mut image = camera.render(env.simulation(), &env.task().decals(), width, height);
+    arrow::draw_force(&mut image, &camera, &tool(env), &contact_force(env.simulation()));
+    image
+}
+
+/// The name of a space as people call it: "AFORCE", "variable", "AFORCE + force".
+fn called(space: &ActionSpace) -> String {
+    let name = space.name.replace("aforce", "AFORCE");
+    name.strip_suffix("-force").filter(|_| space.force).map_or(name.clone(), |name| format!("{name} + force"))
+}
+
+/// Whoever decides on the stiffness, in words.
+fn where_stiffness_comes_from(space: &ActionSpace) -> &'static str {
+    match space.stiffness {
+        Stiffness::Adaptive(_) if space.commanded_psi.is_some() => "the policy sets the law that adapts the stiffness",
+        Stiffness::Adaptive(_) => "the law adapts the stiffness",
+        Stiffness::Commanded(_) => "the policy commands the stiffness",
+        Stiffness::Fixed(_) => "the stiffness is constant",
     }
 }
 
@@ -133,16 +187,17 @@ fn story(achievement: &str, outcome: &Outcome, time: f64, limit: f64) -> String 
                 Some(share) if share < 0.1 => " with the forearm",
                 Some(_) => " with hand and forearm",
             };
-            let lasts = if outcome.success { "and it stays so" } else { "but not at the end" };
+            let lasts = if outcome.success { "it is still done at the end" } else { "it is not done at the end" };
             let mut rest = achievement.chars();
             let first_letter = rest.next().map(|letter| letter.to_uppercase().to_string()).unwrap_or_default();
             let cost = format!("for {energy:.0} J and with at most {force:.0} N");
-            format!("{first_letter}{} at {first:.2} s{with}, {cost}, {lasts}.", rest.as_str())
+            format!("{first_letter}{} at {first:.2} s{with}, {cost}; {lasts}.", rest.as_str())
         }
         _ => format!("Never {achievement} in {time:.1} s."),
     };
     if outcome.penalised_steps > 0 {
-        text += &format!(" {} actions pressed with more than {limit:.0} N.", outcome.penalised_steps);
+        let actions = if outcome.penalised_steps == 1 { "action" } else { "actions" };
+        text += &format!(" {} {actions} pressed with more than {limit:.0} N.", outcome.penalised_steps);
     }
     if outcome.diverged {
         text += " The simulation diverged.";
@@ -168,14 +223,48 @@ mod tests {
         };
         assert_eq!(
             story("opens the door", &opened, 25.0, 60.0),
-            "Opens the door at 1.10 s with the forearm, for 170 J and with at most 180 N, and it stays so. \
+            "Opens the door at 1.10 s with the forearm, for 170 J and with at most 180 N; it is still done at the end. \
              7 actions pressed with more than 60 N."
         );
+        let pressed = Outcome { penalised_steps: 1, ..Outcome::default() };
+        let words = "Never lifts the cube in 2.5 s. 1 action pressed with more than 60 N.";
+        assert_eq!(story("lifts the cube", &pressed, 2.5, 60.0), words);
         let diverged = Outcome { diverged: true, ..Outcome::default() };
         assert_eq!(
             story("lifts the cube", &diverged, 2.5, 60.0),
             "Never lifts the cube in 2.5 s. The simulation diverged."
         );
+    }
+
+    #[test]
+    fn spaces_are_called_by_who_decides_on_the_stiffness() {
+        for (space, name, words) in [
+            ("aforce", "AFORCE", "the law adapts the stiffness"),
+            ("aforce-force", "AFORCE + force", "the law adapts the stiffness"),
+            ("aforce-psi", "AFORCE-psi", "the policy sets the law that adapts the stiffness"),
+            ("variable", "variable", "the policy commands the stiffness"),
+            ("osc", "osc", "the stiffness is constant"),
+        ] {
+            let space: ActionSpace = space.parse().unwrap();
+            assert_eq!((called(&space).as_str(), where_stiffness_comes_from(&space)), (name, words));
+        }
+    }
+
+    /// A strip of letters, and below it a line in the space's colour.
+    #[test]
+    fn a_picture_beside_another_says_whose_it_is() {
+        let mut env = Env::new(EnvConfig::default(), 0).unwrap();
+        let mut image = None;
+        let played = Playback::play(&mut env, Env::expert_action, 3, 1, "script", |env, _, playback| {
+            image = Some(playback.labelled_picture(env, View::Task, 240, 180, 2.0));
+            Ok(())
+        });
+        let (image, blue) = (image.unwrap(), [0, 114, 178]);
+        assert_eq!(palette::of_space(&played.unwrap().space), Some("#0072b2"));
+        let rows: Vec<_> = image.rgb.chunks_exact(3 * 240).map(|row| row.as_chunks::<3>().0).collect();
+        let line = rows.iter().position(|row| row.iter().all(|pixel| *pixel == blue)).unwrap();
+        assert!(rows[..line].iter().all(|row| row.iter().all(|pixel| pixel.iter().all(|v| *v == 250 || *v == 30))));
+        assert!(rows[..line].iter().flat_map(|row| *row).any(|pixel| *pixel == [30; 3]), "letters");
     }
 
     /// The actions in the table lead to the observations in it, to the last bit.

@@ -48,6 +48,18 @@ impl Browser<'_> {
         all.split_once("<script").unwrap().0.into()
     }
 
+    /// What the page's own script makes of an expression, once it is there: numbers, one after the other.
+    fn ask(&self, expression: &str, flags: &[&str]) -> Vec<f64> {
+        let page = std::fs::read_to_string(self.page).unwrap();
+        let question =
+            format!("<script>document.body.dataset.answer = [{expression}].flat(9).map(Number)</script></body>");
+        let file = self.page.with_extension("asked.html");
+        std::fs::write(&file, page.replace("</body>", &question)).unwrap();
+        let elements = Browser { program: self.program, page: &file }.elements("", flags);
+        let (_, rest) = elements.split_once("data-answer=\"").unwrap();
+        rest.split_once('"').unwrap().0.split(',').map(|number| number.parse().unwrap()).collect()
+    }
+
     /// The part of a picture in which the scenes are, without headings and clock.
     fn scenes(&self, moment: &str) -> Vec<u8> {
         let picture = self.page.with_extension("png");
@@ -71,23 +83,76 @@ fn seconds(elements: &str) -> f64 {
     clock(elements).split_once(" s").unwrap().0.parse().unwrap()
 }
 
+/// The same episode's beginning in two action spaces.
+fn door(actions: u32) -> [Playback; 2] {
+    ["aforce-shaped", "variable"].map(|space| {
+        let config = EnvConfig { task: TaskName::Door, space: space.parse().unwrap(), ..EnvConfig::default() };
+        let mut env = Env::new(config, 0).unwrap();
+        Playback::play(&mut env, Env::expert_action, 3, actions, "script", |_, _, _| Ok(())).unwrap()
+    })
+}
+
+#[test]
+fn the_page_loops_to_the_end_of_the_task_and_keeps_the_hand_in_sight() {
+    let Some(program) = chromium() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("page.html");
+    let episodes = door(200);
+    page::write(&file, &episodes, &["What to <look> for.".into()]).unwrap();
+    let browser = Browser { program: &program, page: &file };
+
+    assert!(browser.elements("", &[]).contains("What to &lt;look&gt; for."));
+
+    // Two seconds, 40 actions, after the later of both; then it begins again. Without the loop it stops where the episodes do.
+    let first = |playback: &Playback| playback.episode.outcome().time_to_success_s.unwrap();
+    let later = episodes.iter().map(first).fold(0.0, f64::max);
+    let wrapped = "(present = loopEnd + .5, play(true), present = loopEnd + .5, draw(performance.now()), present)";
+    let stopped = "(whole(), present = frames, playing = true, draw(performance.now()), [present, playing])";
+    let answer = browser.ask(&format!("end(), {wrapped}, {stopped}"), &[]);
+    assert_eq!(answer[..2], [(20.0 * (later + 2.0)).round() - 1.0, 0.0], "task done at {later} s");
+    assert_eq!(answer[2..], [199.0, 0.0]);
+    assert_eq!(clock(&browser.elements("#t=10", &[])), "10.00 s, action 200 of 200", "a link beyond the loop");
+
+    // Equal factors of stiffness are equal distances, equal differences of force are.
+    let distances = |panel: &str, [a, b, c]: [f64; 3]| {
+        let plot = format!("plots[episodes[0].panels.findIndex(p => p.title === '{panel}')]");
+        let answer = browser.ask(&format!("(drawCurves(), [{a}, {b}, {c}].map(v => {plot}.y(v)))"), &[]);
+        [answer[0] - answer[1], answer[1] - answer[2]]
+    };
+    for [near, far] in [distances("Stiffness", [300.0, 600.0, 1200.0]), distances("Contact force", [0.0, 10.0, 20.0])] {
+        assert!(near > 1.0 && (near - far).abs() < 1e-6, "{near} and {far} pixels");
+    }
+
+    // From everywhere that the buttons lead to, on a wide screen and on a narrow one, at every moment of the loop.
+    let moments = "Array.from({ length: loopEnd + 1 }, (_, k) => views.map(view => view.toolOnScreen(k)))";
+    let places = format!("episodes[0].cameras.map(camera => (place(camera), {moments}))");
+    for size in ["--window-size=1280,800", "--window-size=500,844"] {
+        let answer = browser.ask(&places, &[size]);
+        assert_eq!(answer.len() as f64, 4.0 * 2.0 * 2.0 * (20.0 * (later + 2.0)).round());
+        let farthest = answer.iter().fold(0.0, |farthest: f64, at| farthest.max(at.abs()));
+        assert!(farthest < 0.9, "{size}: the hand is {farthest} of the way to the edge");
+    }
+}
+
 #[test]
 fn the_page_plays_links_to_a_moment_and_has_curves_without_webgl() {
     let Some(program) = chromium() else { return };
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("page.html");
-    let play = |space: &str| {
-        let config = EnvConfig { task: TaskName::Door, space: space.parse().unwrap(), ..EnvConfig::default() };
-        let mut env = Env::new(config, 0).unwrap();
-        Playback::play(&mut env, Env::expert_action, 3, 200, "script", |_, _, _| Ok(())).unwrap()
-    };
-    let episodes = [play("aforce-shaped"), play("variable")];
-    page::write(&file, &episodes).unwrap();
+    let episodes = door(200);
+    page::write(&file, &episodes, &[]).unwrap();
     let browser = Browser { program: &program, page: &file };
 
     let elements = browser.elements("", &[]);
     assert!(seconds(&elements) > 0.05, "it plays at once: {}", clock(&elements));
-    for part in ["contact force", "goal pose", "its leash", "contact of the hand", "door variable"] {
+    for part in [
+        "contact force",
+        "goal pose",
+        "its leash",
+        "contact of the hand",
+        "Variable: the policy commands the stiffness",
+        "task done at",
+    ] {
         assert!(elements.contains(part), "{part}");
     }
     for Playback { story, .. } in &episodes {

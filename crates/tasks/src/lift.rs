@@ -125,7 +125,7 @@ impl Task for Lift {
     }
 
     fn camera(&self) -> Camera {
-        Camera { eye: [0.95, -0.95, 1.5], target: [-0.22, 0.0, 1.04], field_of_view: 0.76 }
+        Camera { eye: [0.62, -0.75, 1.35], target: [-0.12, 0.0, 0.98], field_of_view: 0.76 }
     }
 }
 

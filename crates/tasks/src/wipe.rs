@@ -170,7 +170,7 @@ impl Task for Wipe {
     }
 
     fn camera(&self) -> Camera {
-        Camera { eye: [1.05, -0.85, 1.6], target: [-0.05, 0.0, 1.06], field_of_view: 0.76 }
+        Camera { eye: [0.8, -0.7, 1.45], target: [-0.02, 0.0, 0.98], field_of_view: 0.76 }
     }
 
     fn decals(&self) -> Vec<Decal> {

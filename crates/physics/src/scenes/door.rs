@@ -108,7 +108,7 @@ fn add_door(scene: &mut Scene, root: &Pose) {
 
 /// The handle's shaft passes through the panel, the lever in front of it, the latch behind.
 fn handle_geoms() -> Vec<Geom> {
-    const METAL: [u8; 3] = [196, 160, 60];
+    const METAL: [u8; 3] = [245, 243, 235];
     let along_y = |name: &str, x: f64, from: f64, to: f64| {
         let (pose, half_length) = between([x, from, 0.0], [x, to, 0.0]);
         geom(name, Shape::Cylinder { half_length, radius: 0.025 }, pose, Role::Object, METAL)

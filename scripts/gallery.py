@@ -1,0 +1,198 @@
+#!/usr/bin/env python3
+"""Makes the gallery: a page and an animation of each task, and what leads to them.
+
+    python3 scripts/gallery.py target/release results/study results/gallery
+
+Needs the programs `replay` and `evaluate` in the first folder, and the study's runs in the second.
+Shown are two runs of a task, AFORCE's and `variable`'s: of ten seeds each the one whose energy with
+mean actions is the median (of an even number the lower of the two in the middle). They play the
+first start of the evaluation in which both do the task. Every number is computed here from the
+study's table or from what these two runs do.
+"""
+
+import csv
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ENERGY = "final_energy_per_action_j"
+STARTS = 10
+# Of an animation, and how many times faster than real time it may run (seconds; times).
+LENGTH, SPEEDS = 3, [1, 1.5, 2, 3, 4]
+# How long the end of the task is seen at least, in the task's time (seconds).
+REST = 0.25
+FRAMES_PER_SECOND, ACTIONS_PER_SECOND = 10, 20
+
+# Title, stage of the study, suffix of the spaces, what to look for.
+TASKS = {
+    "lift": (
+        "Lift",
+        "table-1",
+        "",
+        "Look at the hand as it meets the cube, and at the chart Stiffness: AFORCE comes slowly and softly, variable fast and stiffly.",
+    ),
+    "door": (
+        "Door",
+        "prior",
+        "",
+        "Look at the light handle, which must be turned down first, and at the arrow, the force on the hand.",
+    ),
+    "wipe": (
+        "Wipe",
+        "table-1",
+        "-force",
+        "Look at the dark marks, which turn green once wiped, and at the arrow, the force on the tool.",
+    ),
+}
+ALSO = {
+    "door": "Both learned from episodes of the task's script, too.",
+    "wipe": "In both spaces the policy also commands the force on the table.",
+}
+
+
+class Runs:
+    """The seeds of a space in a task."""
+
+    def __init__(self, study, stage, task, space):
+        self.space = space
+        with open(study / "runs.csv", encoding="utf-8") as file:
+            keys = {"experiment": stage, "task": task, "space": space, "variant": ""}
+            rows = [row for row in csv.DictReader(file) if all(row[k] == v for k, v in keys.items())]
+        if not rows:
+            sys.exit(f"{study / 'runs.csv'}: no run of {space} in {task} of the stage {stage}")
+        rows.sort(key=lambda row: (float(row[ENERGY]), int(row["seed"])))
+        self.count = len(rows)
+        typical = rows[(len(rows) - 1) // 2]
+        self.seed, self.energy = typical["seed"], float(typical[ENERGY])
+        self.median = statistics.median(float(row[ENERGY]) for row in rows)
+        self.training = statistics.mean(float(row["energy_per_action_j"]) for row in rows)
+        self.folder = study / stage / task / space / f"seed_{self.seed}"
+
+
+def evaluate(programs, run):
+    """What the run's kept policy does in each of the first starts."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "episodes.csv"
+        call(programs / "evaluate", "--run", run.folder, "--episodes", STARTS, "--csv", file)
+        with open(file, encoding="utf-8") as table:
+            return list(csv.DictReader(table))
+
+
+def call(program, *words):
+    subprocess.run([str(program), *map(str, words)], check=True, stdout=subprocess.DEVNULL)
+
+
+def show(programs, study, out, task):
+    """Writes page and animation of a task; what index and README say about it."""
+    title, stage, suffix, look = TASKS[task]
+    pair = [Runs(study, stage, task, space + suffix) for space in ("aforce", "variable")]
+    tables = [evaluate(programs, run) for run in pair]
+    done = [[row["success"] == "true" for row in table] for table in tables]
+    both = [start for start in range(STARTS) if all(there[start] for there in done)]
+    if not both:
+        sys.exit(f"{task}: in none of {STARTS} starts do both do the task")
+    start = both[0]
+    last = max(float(table[start]["time_to_success_s"]) for table in tables)
+    speed = next((s for s in SPEEDS if s * LENGTH >= last + REST), SPEEDS[-1])
+    ours, theirs = pair
+    typical = (
+        f"Why these two: of the {ours.count} seeds of each space they have the median energy with mean actions "
+        f"at the end of training. AFORCE's run (seed {ours.seed}) spends {ours.energy:.2f} J per action there "
+        f"(median of all {ours.median:.2f}), variable's (seed {theirs.seed}) {theirs.energy:.2f} J ({theirs.median:.2f})."
+    )
+    noise = (
+        f"That variable spends {theirs.training / ours.training:.1f} times AFORCE's energy is said of training, "
+        "where noise is added to every action. No noise is played here, so do not look for that factor."
+    )
+    starts = (
+        f"Of the first {STARTS} starts of the evaluation AFORCE's policy does the task in {sum(done[0])} and variable's in "
+        f"{sum(done[1])}; shown is start {start}, the first in which both do."
+    )
+    page, film = out / f"{task}.html", out / f"{task}.gif"
+    words = ["--run", ours.folder, "--beside", theirs.folder, "--episode", start]
+    notes = [look, f"{typical} {noise}", " ".join([starts, *([ALSO[task]] if task in ALSO else [])])]
+    call(programs / "replay", *words, *(word for note in notes for word in ("--note", note)), "--html", page)
+    actions, every = LENGTH * speed * ACTIONS_PER_SECOND, speed * ACTIONS_PER_SECOND / FRAMES_PER_SECOND
+    film_words = ["--actions", int(actions), "--every", int(every), "--speed", f"{speed:g}", "--width", 320]
+    call(programs / "replay", *words, *film_words, "--gif", film)
+    pace = "in real time" if speed == 1 else f"at {speed:g} times real time"
+    return {
+        "task": task,
+        "title": title,
+        "look": look,
+        "pace": pace,
+        "energies": " | ".join(f"{run.energy:.2f}, {run.median:.2f}" for run in pair),
+        "noise": f"{theirs.training / ours.training:.1f}",
+    }
+
+
+PLAYED = (
+    "Two learned policies play the same task from the same start: AFORCE, where a law adapts the stiffness, and variable, where the "
+    "policy commands it. They play mean actions, without the noise of training."
+)
+
+INDEX = """<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>Gallery</title>
+<style>
+:root {{ color-scheme: light dark; }}
+body {{ max-width: 900px; margin: 24px auto; padding: 0 16px; font: 16px/1.5 system-ui, sans-serif; }}
+img {{ width: 100%; border-radius: 6px; }}
+section {{ margin-bottom: 28px; }}
+</style>
+</head>
+<body>
+<h1>What was learned</h1>
+<p>{played} Each picture leads to a page that plays it in three dimensions, with all curves.</p>
+{sections}</body>
+</html>
+"""
+SECTION = """<section>
+<h2>{title}</h2>
+<p>{look}</p>
+<a href="{task}.html"><img src="{task}.gif" alt="{title}: AFORCE on the left, variable on the right"></a>
+<p>Three seconds, {pace}. <a href="{task}.html">Open the page.</a></p>
+</section>
+"""
+README = """# Gallery
+
+{played}
+
+Each page is one file that needs no network: download it and open it in a browser. It loops until two seconds after the task is
+done. [index.html](index.html) leads to all.
+
+Shown are typical runs, those of median energy of ten seeds. J per action with mean actions:
+
+| task | AFORCE: shown, median of ten | variable: shown, median of ten |
+|---|---|---|
+{rows}
+In training, with noise, variable spends {noise} times AFORCE's energy. That noise is not played here.
+
+{films}
+`make gallery GALLERY=results/gallery` makes this again.
+"""
+
+
+def main():
+    if len(sys.argv) != 4:
+        sys.exit("usage: gallery.py PROGRAMS STUDY OUT")
+    programs, study, out = map(Path, sys.argv[1:])
+    out.mkdir(parents=True, exist_ok=True)
+    shown = [show(programs, study, out, task) for task in TASKS]
+    sections = "".join(SECTION.format(**one) for one in shown)
+    (out / "index.html").write_text(INDEX.format(played=PLAYED, sections=sections), encoding="utf-8")
+    rows = "".join("| [{title}]({task}.html) | {energies} |\n".format(**one) for one in shown)
+    films = "".join("{title}, {pace}. {look}\n\n![{title}]({task}.gif)\n\n".format(**one) for one in shown)
+    noise = ", ".join("{noise} ({title})".format(**one) for one in shown)
+    text = README.format(played=PLAYED, rows=rows, films=films.rstrip("\n") + "\n", noise=noise)
+    (out / "README.md").write_text(text, encoding="utf-8")
+    if '-dirty"' in (out / "lift.html").read_text(encoding="utf-8"):
+        print(f"{out}: made by programs with changes that no commit has: commit them, and make it again")
+
+
+main()
