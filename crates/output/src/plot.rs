@@ -149,7 +149,7 @@ fn draw(title: &str, panels: &[Panel]) -> Scene {
         of_label.all(|series| series.points.is_empty() && series.members.iter().all(|points| points.len() == 1))
     };
     let curves = labels.iter().map(|label| (*label, pens::pen_of(&pens, label), dots(label)));
-    let marks = marks.iter().enumerate().map(|(index, label)| (*label, pens::mark_pen(index), false));
+    let marks = marks.iter().enumerate().map(|(index, label)| (*label, pens::of_mark(index), false));
     legend::add(&mut scene, &curves.chain(marks).collect::<Vec<_>>());
     scene
 }
