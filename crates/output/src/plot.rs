@@ -14,6 +14,9 @@ use physics::camera::Image;
 
 use crate::{file, picture};
 
+pub use forest::{Forest, Ratio};
+
+mod forest;
 mod legend;
 mod panel;
 mod pens;
@@ -72,6 +75,12 @@ const LINE_WIDTH: f64 = 1.8;
 /// Writes `PATH.svg`: a title, the panels in rows of two or three, one legend below them if any panel has several curves.
 pub fn write(title: &str, panels: &[Panel], path_without_extension: &Path) -> Result<()> {
     write_svg(title, panels, &file::with_suffix(path_without_extension, ".svg")).map(drop)
+}
+
+/// Writes `PATH.svg`: ratios beside a line at one.
+pub fn write_forest(forest: &Forest, path_without_extension: &Path) -> Result<()> {
+    ensure!(!forest.ratios.is_empty(), "no ratios to draw in {}", path_without_extension.display());
+    file::replace(&file::with_suffix(path_without_extension, ".svg"), svg(&forest::draw(forest)).as_bytes())
 }
 
 /// The files that [`write_with_png`] writes.
