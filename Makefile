@@ -124,6 +124,7 @@ study: setup
 	$(RUN) sweep -- $(STUDY)/nudges.toml --out runs/study/nudges
 	for run in $$($(STUDIED)); do test -e $$run/disturbed.csv || $(RUN) evaluate -- --run $$run --episodes 5 \
 		--disturb experiments/configs/disturbances.toml --csv $$run/disturbed.csv || exit 1; done
+	cp results/study/energy_ratio.toml runs/study/
 	$(RUN) report -- runs/study $(HYPOTHESES:%=--hypotheses %)
 
 runs/experts.csv: | setup

@@ -1,8 +1,13 @@
-//! Colours: an action space has the same one in every figure and page.
+//! Colours: one belongs to an action space and its variant, the same in every figure and page, and is nobody else's in any.
+//!
+//! A label is `SPACE`, `SPACE,VARIANT` or one of these with `, NAME preset` after it, or any other words. A space that is known here has a
+//! colour of its own. A variant has a shade of its space's colour, which its name chooses. Whatever else is drawn, another space or no space
+//! at all, has one of eight colours that no known space has; its name chooses which, and where two of a figure choose the same, the later
+//! one has the next.
 
-/// Of the built-in spaces, and of those that the committed runs have. Most are Okabe and Ito's, which colour-blind readers can
+/// Of the built-in spaces, and of those of the committed runs. Many are Okabe and Ito's, which colour-blind readers can
 /// tell apart; a space with force is of the kind of its space without.
-const SPACES: [(&str, &str); 17] = [
+const SPACES: [(&str, &str); 32] = [
     ("aforce", "#0072b2"),
     ("aforce-force", "#56b4e9"),
     ("variable", "#d55e00"),
@@ -18,27 +23,147 @@ const SPACES: [(&str, &str); 17] = [
     ("aforce-psi", "#332288"),
     ("aforce-psi-force", "#6a5acd"),
     ("aforce-shaped", "#4477aa"),
+    ("aforce-shaped-force", "#88aacc"),
     ("robosuite-variable", "#aa3322"),
     ("robosuite-osc", "#117733"),
+    ("aforce-1s2", "#003f7f"),
+    ("aforce-1s2-force", "#1f3fd0"),
+    ("aforce-1s2-soft-wrist", "#0fb5c4"),
+    ("floor", "#101010"),
+    ("floor-force", "#4a4a4a"),
+    ("floor-ff", "#928b84"),
+    ("floor-ff-force", "#a3adb5"),
+    ("floor-900-force", "#556b2f"),
+    ("no-ff", "#8a2be2"),
+    ("no-ff-force", "#b87ff0"),
+    ("mean", "#808000"),
+    ("stiff", "#d81b60"),
+    ("sign-printed", "#c71585"),
+    ("sign-printed-force", "#ff69b4"),
 ];
 
-/// Of whatever is not an action space, in their order: dark enough for a line on white.
-pub(crate) const OTHERS: [&str; 10] =
-    ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#8b4513", "#6a3d9a", "#808080"];
+/// Of whatever is not in [`SPACES`]: far from what is there, and from each other.
+const OTHERS: [&str; 8] = ["#00b400", "#dd22ee", "#770055", "#3388ff", "#ff8080", "#005500", "#e00000", "#0000bb"];
+
+/// Of a colour: what it is mixed with, and the share of that.
+const SHADES: [(u8, f64); 8] =
+    [(0, 0.2), (255, 0.2), (0, 0.35), (255, 0.35), (0, 0.5), (255, 0.5), (128, 0.45), (128, 0.7)];
 
 /// The colour of an action space by its name, in whichever case; `None` of one without a colour of its own.
 pub fn of_space(name: &str) -> Option<&'static str> {
     SPACES.iter().find(|(space, _)| space.eq_ignore_ascii_case(name)).map(|(_, color)| *color)
 }
 
+/// Whether this colour, `#rrggbb`, is that of a known space.
+pub fn is_of_a_space(color: &str) -> bool {
+    SPACES.iter().any(|(_, own)| *own == color)
+}
+
+/// The colour that the variant of a known space has in every figure; `None` of other labels. Only where two
+/// variants of a space in one figure choose the same shade does [`colors`] give the later one the next.
+pub fn of_label(label: &str) -> Option<String> {
+    let (space, variant) = parts(label);
+    of_space(space).map(|color| if variant.is_empty() { color.into() } else { shades(color, variant).remove(0) })
+}
+
+/// The colours of all labels of a figure, each `#rrggbb`. No two are the same while no space has more than eight variants: what is
+/// no known space has eight colours, then the shades of these.
+pub fn colors(labels: &[&str]) -> Vec<String> {
+    let mut spaces: Vec<(&str, String)> = vec![];
+    for (space, _) in labels.iter().map(|label| parts(label)) {
+        if spaces.iter().all(|(known, _)| *known != space) {
+            let color = of_space(space).map_or_else(|| unused(&others(space), &spaces), String::from);
+            spaces.push((space, color));
+        }
+    }
+    let mut colors: Vec<(&str, String)> = vec![];
+    for label in labels {
+        let (space, variant) = parts(label);
+        let (_, color) = spaces.iter().find(|(known, _)| *known == space).expect("every label has a space");
+        let color = if variant.is_empty() { color.clone() } else { unused(&shades(color, variant), &colors) };
+        colors.push((label, color));
+    }
+    colors.into_iter().map(|(_, color)| color).collect()
+}
+
+/// A colour `#rrggbb` with a share of a grey in it, of which 0 is black and 255 white.
+pub(crate) fn mixed(color: &str, grey: u8, share: f64) -> String {
+    let channel = |at: usize| {
+        let value = f64::from(u8::from_str_radix(&color[at..at + 2], 16).expect("a colour of the palette"));
+        (value + share * (f64::from(grey) - value)).round() as u8
+    };
+    format!("#{:02x}{:02x}{:02x}", channel(1), channel(3), channel(5))
+}
+
+/// Space and variant, the preset a part of the variant; all of a label that names no space is one.
+fn parts(label: &str) -> (&str, &str) {
+    match label.split_once(',') {
+        Some((space, variant)) if !variant.starts_with(' ') || variant.ends_with(" preset") => (space, variant),
+        _ => (label, ""),
+    }
+}
+
+/// What something without a colour of its own may have, what it would like first.
+fn others(name: &str) -> Vec<String> {
+    let plain = chosen(&OTHERS, name).map(|color| color.to_string());
+    plain.chain(chosen(&OTHERS, name).flat_map(|color| shades(color, name))).collect()
+}
+
+/// What a variant of a space with `color` may have, what it would like first.
+fn shades(color: &str, variant: &str) -> Vec<String> {
+    chosen(&SHADES, variant).map(|&(grey, share)| mixed(color, grey, share)).collect()
+}
+
+/// All items in their order, from the one that the name chooses, the first after the last.
+fn chosen<'a, T>(items: &'a [T; 8], name: &str) -> impl Iterator<Item = &'a T> {
+    // FNV-1a. Its last three bits differ between names that end in different digits below 8.
+    let hash = name
+        .bytes()
+        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));
+    items.iter().cycle().skip((hash % 8) as usize).take(items.len())
+}
+
+/// The first of `wanted` that nobody has, or else the first.
+fn unused(wanted: &[String], taken: &[(&str, String)]) -> String {
+    let free = |color: &&String| taken.iter().all(|(_, other)| other != *color);
+    wanted.iter().find(free).unwrap_or(&wanted[0]).clone()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::collections::BTreeSet;
+    use std::iter;
 
     #[test]
-    fn no_two_spaces_share_a_colour() {
-        assert_eq!(SPACES.map(|space| space.1).into_iter().collect::<BTreeSet<_>>().len(), SPACES.len());
-        assert_eq!((of_space("AFORCE"), of_space("aforce,n_step=5")), (Some("#0072b2"), None));
+    fn no_colour_and_no_shade_is_that_of_another() {
+        let plain: Vec<&str> = SPACES.iter().map(|(_, color)| *color).chain(OTHERS).collect();
+        let all = plain.iter().flat_map(|color| iter::once(color.to_string()).chain(shades(color, "")));
+        let all: Vec<String> = all.collect();
+        assert_eq!(all.len(), 9 * plain.len());
+        assert_eq!(all.iter().collect::<BTreeSet<_>>().len(), all.len());
+    }
+
+    #[test]
+    fn a_space_and_its_variant_keep_their_colours_whatever_else_is_drawn() {
+        let labels = ["mine", "variable", "AFORCE", "aforce,draw-1", "aforce,draw-3", "aforce, paper preset"];
+        let colors = colors(&labels);
+        for (label, color) in labels.iter().zip(&colors).skip(1) {
+            assert_eq!(of_label(label).as_ref(), Some(color), "{label}");
+        }
+        assert_eq!((of_space("AFORCE"), of_space("mine"), of_label("mine,soft")), (Some("#0072b2"), None, None));
+        assert_eq!(super::colors(&["osc", "mine"])[1], colors[0], "somebody's own has the same in every figure too");
+    }
+
+    #[test]
+    fn labels_of_one_figure_never_share_a_colour() {
+        let names = (0..10).map(|k| format!("mine-{k}"));
+        let variants = (0..6).flat_map(|k| ["aforce", "mine-1"].map(|space| format!("{space},v{}", 10 * k)));
+        let words = ["x", "y", "hand, mean", "hand, largest"].map(String::from);
+        let labels: Vec<String> = names.chain(variants).chain(words).collect();
+        let colors = colors(&labels.iter().map(String::as_str).collect::<Vec<_>>());
+        assert_eq!(colors.iter().collect::<BTreeSet<_>>().len(), labels.len());
+        let known: Vec<&str> = SPACES.map(|(_, color)| color).into();
+        assert!(colors.iter().all(|color| !known.contains(&color.as_str())), "that of a known space is nobody else's");
     }
 }

@@ -14,6 +14,9 @@ use physics::camera::Image;
 
 use crate::{file, picture};
 
+pub use forest::{Forest, Ratio};
+
+mod forest;
 mod legend;
 mod panel;
 mod pens;
@@ -72,6 +75,12 @@ const LINE_WIDTH: f64 = 1.8;
 /// Writes `PATH.svg`: a title, the panels in rows of two or three, one legend below them if any panel has several curves.
 pub fn write(title: &str, panels: &[Panel], path_without_extension: &Path) -> Result<()> {
     write_svg(title, panels, &file::with_suffix(path_without_extension, ".svg")).map(drop)
+}
+
+/// Writes `PATH.svg`: ratios beside a line at one.
+pub fn write_forest(forest: &Forest, path_without_extension: &Path) -> Result<()> {
+    ensure!(!forest.ratios.is_empty(), "no ratios to draw in {}", path_without_extension.display());
+    file::replace(&file::with_suffix(path_without_extension, ".svg"), svg(&forest::draw(forest)).as_bytes())
 }
 
 /// The files that [`write_with_png`] writes.
@@ -149,7 +158,7 @@ fn draw(title: &str, panels: &[Panel]) -> Scene {
         of_label.all(|series| series.points.is_empty() && series.members.iter().all(|points| points.len() == 1))
     };
     let curves = labels.iter().map(|label| (*label, pens::pen_of(&pens, label), dots(label)));
-    let marks = marks.iter().enumerate().map(|(index, label)| (*label, pens::mark_pen(index), false));
+    let marks = marks.iter().enumerate().map(|(index, label)| (*label, pens::of_mark(index), false));
     legend::add(&mut scene, &curves.chain(marks).collect::<Vec<_>>());
     scene
 }

@@ -103,6 +103,16 @@ pub fn student_interval(sample: &[f64]) -> Option<[f64; 2]> {
     welch_interval(sample, &[0.0; 2])
 }
 
+/// Of the mean of `a` over that of `b`: 95 %, Welch's interval of the logarithm, each sample's error as a share of its mean. `None` as
+/// [`welch_interval`], or if a mean is not above zero.
+pub fn ratio_interval(a: &[f64], b: &[f64]) -> Option<[f64; 2]> {
+    let shares = |sample: &[f64]| sample.iter().map(|value| value / mean(sample)).collect::<Vec<_>>();
+    let ratio = mean(a) / mean(b);
+    let above_zero = mean(a) > 0.0 && mean(b) > 0.0;
+    let logarithm = welch_interval(&shares(a), &shares(b)).filter(|_| above_zero)?;
+    Some(logarithm.map(|end| ratio * end.exp()))
+}
+
 fn sorted(values: &[f64]) -> Vec<f64> {
     let mut values = values.to_vec();
     values.sort_by(f64::total_cmp);
@@ -155,6 +165,21 @@ mod tests {
             rows += 1;
         }
         assert!(rows >= 5);
+    }
+
+    #[test]
+    fn an_interval_of_a_ratio_does_not_depend_on_units_and_is_turned_over_with_it() {
+        let (a, b) = ([1.86, 2.25, 3.47, 3.21, 1.94], [0.59, 0.72, 0.77, 0.75, 0.72]);
+        let [low, high] = ratio_interval(&a, &b).unwrap();
+        // The logarithm's standard error is 0.138, Student's factor at 4.9 degrees of freedom 2.56.
+        let ratio = mean(&a) / mean(&b);
+        assert!(((low / ratio).ln() + 0.354).abs() < 0.01 && ((high / ratio).ln() - 0.354).abs() < 0.01);
+        let [turned_high, turned_low] = ratio_interval(&b, &a).unwrap().map(|end| 1.0 / end);
+        let [scaled_low, _] = ratio_interval(&a.map(|value| 1e3 * value), &b).unwrap();
+        for (found, same) in [(turned_low, low), (turned_high, high), (scaled_low, 1e3 * low)] {
+            assert!((found / same - 1.0).abs() < 1e-9, "{found} {same}");
+        }
+        assert_eq!((ratio_interval(&a, &[1.0]), ratio_interval(&a, &[-1.0, 0.5])), (None, None));
     }
 
     #[test]

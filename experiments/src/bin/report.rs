@@ -11,6 +11,7 @@ use experiments::report::comparable::comparable;
 use experiments::report::comparison::comparison;
 use experiments::report::curves;
 use experiments::report::disturbed::disturbed;
+use experiments::report::energy_ratio::energy_ratios;
 use experiments::report::groups::{Section, groups, sections, summary};
 use experiments::report::markdown;
 use experiments::report::scatter;
@@ -28,7 +29,8 @@ use serde::Serialize;
 /// robustness.csv (what disturbances cost, where `evaluate --disturb` left a disturbed.csv in the folders of runs),
 /// and, in the folder of each experiment, tables_TASK.md (the paper's table, beside what others published), curves_TASK
 /// (learning curves with every seed) and energy_return (a dot per run); and NAME from every NAME.j2 in these folders: text
-/// that people wrote, with figures from the tables. Runs are compared within the folder that holds their tasks: an
+/// that people wrote, with figures from the tables. Where the folder has an energy_ratio.toml, energy_ratio.csv and a plot of
+/// it are the ratios of energy that it asks for. Runs are compared within the folder that holds their tasks: an
 /// experiment. A sweep that is still going on is reported as far as it has come. A finished run that cannot be read is left
 /// out and named, and the exit code is 3.
 #[derive(Parser)]
@@ -112,17 +114,42 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         let (name, task, space, against) = (&row.hypothesis, &row.task, &row.space, &row.against);
         program::tell(format_args!("no runs yet of {name:?}: {} {task}, {space} against {against}", row.experiment));
     }
-    let tables = ["runs.csv", "summary.csv", "comparison.csv", "tournament.csv", "robustness.csv", "verdicts.csv"];
+    let wanted_ratios = arguments.runs.join("energy_ratio.toml");
+    let (ratios, forest) = if wanted_ratios.exists() { energy_ratios(&wanted_ratios, &rows)? } else { <_>::default() };
+    let tables = [
+        "runs.csv",
+        "summary.csv",
+        "comparison.csv",
+        "tournament.csv",
+        "robustness.csv",
+        "verdicts.csv",
+        "energy_ratio.csv",
+    ];
     let tables = tables.map(|name| out.join(name));
     tables.iter().try_for_each(|table| is_ours(table))?;
-    let [runs_table, summary_table, comparison_table, tournament_table, robustness_table, verdicts_table] = &tables;
+    let [
+        runs_table,
+        summary_table,
+        comparison_table,
+        tournament_table,
+        robustness_table,
+        verdicts_table,
+        energy_ratio_table,
+    ] = &tables;
     write_or_remove(runs_table, &rows)?;
     write_or_remove(summary_table, &summary)?;
     write_or_remove(comparison_table, &comparison)?;
     write_or_remove(tournament_table, &timed)?;
     write_or_remove(robustness_table, &robustness)?;
     write_or_remove(verdicts_table, &verdicts)?;
+    write_or_remove(energy_ratio_table, &ratios)?;
     let mut written: Vec<PathBuf> = tables.into_iter().filter(|table| table.exists()).collect();
+
+    if !ratios.is_empty() {
+        let picture = out.join("energy_ratio");
+        plot::write_forest(&forest, &picture)?;
+        written.push(picture.with_extension("svg"));
+    }
 
     let sections = sections(&groups);
     for section in &sections {

@@ -4,7 +4,7 @@ use anyhow::Result;
 use output::plot::{self, Panel, Series};
 use output::statistics::{FEWEST_FOR_INTERVAL, interval, iqm, range};
 
-use crate::config::{RunConfig, RunId};
+use crate::config::{self, RunConfig, RunId};
 use crate::report::columns::Columns;
 use crate::report::summary::{self, RunSummary};
 use crate::run::folder::RunFolder;
@@ -49,26 +49,27 @@ fn title(config: &RunConfig) -> String {
     format!("{task}, {}, seed {seed}", summary::label(&config.env.space.name, &config.variant, config.preset.name))
 }
 
-/// The evaluations of runs that are compared. For each action space and preset: every seed, their interquartile mean as
+/// The evaluations of runs that are compared. For each action space, variant and preset: every seed, their interquartile mean as
 /// far as all of them have come, and its 95 % interval, or the range of too few seeds.
 ///
 /// # Errors
 /// If a table cannot be read.
 pub fn of_runs(runs: &[(&RunFolder, &RunSummary)]) -> Result<Vec<Panel>> {
+    // The preset is told where there are two.
+    let one_preset = runs.iter().all(|(_, run)| run.preset == runs[0].1.preset);
+    let label = |run: &RunSummary| if one_preset { config::label(&run.space, &run.variant) } else { run.label() };
     let mut labels: Vec<String> = vec![];
-    // Those of the usual preset first: a space then has the same colour for every task.
-    let (usual, other): (Vec<_>, Vec<_>) = runs.iter().partition(|(_, run)| run.preset == runs[0].1.preset);
-    for (_, run) in usual.into_iter().chain(other) {
-        if !labels.contains(&run.label()) {
-            labels.push(run.label());
+    for (_, run) in runs {
+        if !labels.contains(&label(run)) {
+            labels.push(label(run));
         }
     }
     let tables = runs.iter().map(|(folder, _)| Columns::evaluations(folder, "mean")).collect::<Result<Vec<_>>>()?;
     let drawn = |&[title, unit, column]: &[&str; 3]| {
-        let of_group = |label: &String| {
-            let seeds = runs.iter().zip(&tables).filter(|((_, run), _)| run.label() == *label);
+        let of_group = |group: &String| {
+            let seeds = runs.iter().zip(&tables).filter(|((_, run), _)| label(run) == *group);
             let seeds = seeds.map(|(_, table)| Ok(in_thousands(table.mean_by_step(column)?)));
-            Ok(over_seeds(label, seeds.collect::<Result<_>>()?))
+            Ok(over_seeds(group, seeds.collect::<Result<_>>()?))
         };
         Ok(panel(title, unit, labels.iter().map(of_group).collect::<Result<_>>()?))
     };

@@ -5,6 +5,7 @@ pub mod comparable;
 pub mod comparison;
 pub mod curves;
 pub mod disturbed;
+pub mod energy_ratio;
 pub mod groups;
 pub mod markdown;
 pub mod published;

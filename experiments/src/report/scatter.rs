@@ -4,6 +4,7 @@ use output::plot::{Panel, Series};
 
 use tasks::TaskName;
 
+use crate::config::label;
 use crate::report::groups::{Group, Section};
 use crate::report::summary::RunSummary;
 
@@ -32,7 +33,11 @@ fn of_one_preset<'a>(section: &'a Section, groups: &'a [Group<'a>]) -> impl Iter
 
 fn dots(group: &Group) -> Series {
     let dot = |run: &&RunSummary| vec![(run.energy_per_action_j, run.final_return)];
-    Series { label: group.runs[0].label(), members: group.runs.iter().map(dot).collect(), ..Series::default() }
+    Series {
+        label: label(group.space, group.variant),
+        members: group.runs.iter().map(dot).collect(),
+        ..Series::default()
+    }
 }
 
 #[cfg(test)]

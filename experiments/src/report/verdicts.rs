@@ -173,7 +173,7 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
 }
 
 /// The group that a hypothesis names: a space that has one variant, and is nowhere without, needs no second name.
-fn label_of(space: &str, meant: &[&RunSummary]) -> Result<String, String> {
+pub(crate) fn label_of(space: &str, meant: &[&RunSummary]) -> Result<String, String> {
     let labels = |of: &dyn Fn(&RunSummary) -> bool| -> BTreeSet<String> {
         meant.iter().filter(|run| of(run)).map(|run| label(&run.space, &run.variant)).collect()
     };

@@ -2,7 +2,6 @@
 
 use kuva::render::render::{Primitive, Scene, TextAnchor};
 
-use super::pens::Pen;
 use super::{LABEL_SIZE, LINE_WIDTH, MARGIN, Panel, once};
 
 /// Every label once, in order of appearance; none where no panel has two curves to tell apart.
@@ -19,7 +18,7 @@ pub(super) fn mark_labels(panels: &[Panel]) -> Vec<&str> {
 }
 
 /// Adds a strip below the panels with the labels side by side, in as many rows as they need: a dash or a dot, and the label.
-pub(super) fn add(scene: &mut Scene, labels: &[(&str, Pen, bool)]) {
+pub(super) fn add(scene: &mut Scene, labels: &[(&str, &str, bool)]) {
     const SWATCH: f64 = 30.0;
     const GAP: f64 = 8.0;
     const ROW: f64 = 24.0;
@@ -34,7 +33,7 @@ pub(super) fn add(scene: &mut Scene, labels: &[(&str, Pen, bool)]) {
     let left = (scene.width - columns as f64 * widest + 3.0 * GAP) / 2.0;
     let top = scene.height;
     scene.height += rows as f64 * ROW + MARGIN;
-    for (index, (label, (color, style), dot)) in labels.iter().enumerate() {
+    for (index, (label, color, dot)) in labels.iter().enumerate() {
         let x = left + (index % columns) as f64 * widest;
         let y = top + ((index / columns) as f64 + 0.5) * ROW;
         scene.add(if *dot {
@@ -55,7 +54,7 @@ pub(super) fn add(scene: &mut Scene, labels: &[(&str, Pen, bool)]) {
                 y2: y,
                 stroke: (*color).into(),
                 stroke_width: 1.5 * LINE_WIDTH,
-                stroke_dasharray: style.dasharray(),
+                stroke_dasharray: None,
             }
         });
         scene.add(Primitive::Text {

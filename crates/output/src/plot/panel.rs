@@ -9,7 +9,7 @@ use kuva::render::layout::Layout;
 use kuva::render::plots::Plot;
 use kuva::render::theme::Theme;
 
-use super::pens::{Pen, mark_pen, pale, pen_of};
+use super::pens::{of_mark, pale, pen_of};
 use super::{LABEL_SIZE, LINE_WIDTH, Panel};
 use crate::axis::Range;
 
@@ -18,7 +18,7 @@ const TICK_SIZE: u32 = 13;
 const MEMBER_WIDTH: f64 = 0.6;
 const BAND_OPACITY: f64 = 0.18;
 
-pub(super) fn draw(panel: &Panel, pens: &[(&str, Pen)], marks: &[&str]) -> (Vec<Plot>, Layout) {
+pub(super) fn draw(panel: &Panel, pens: &[(&str, String)], marks: &[&str]) -> (Vec<Plot>, Layout) {
     let mut plots = Vec::new();
     let (mut x_range, mut y_range) = (Range::EMPTY, Range::EMPTY);
     let (x_logarithmic, y_logarithmic) = (panel.logarithmic, panel.logarithmic && panel.rows.is_empty());
@@ -30,20 +30,17 @@ pub(super) fn draw(panel: &Panel, pens: &[(&str, Pen)], marks: &[&str]) -> (Vec<
     for series in panel.series.iter().filter(|series| !series.band.is_empty()) {
         let (x, (low, high)): (Vec<_>, (Vec<_>, Vec<_>)) = series.band.iter().map(|&(x, l, h)| (x, (l, h))).unzip();
         low.iter().chain(&high).for_each(|&y| y_range.include(y_scale(y)));
-        let (color, _) = pen_of(pens, &series.label);
+        let color = pen_of(pens, &series.label);
         plots.push(Plot::from(BandPlot::new(x, low, high).with_color(color).with_opacity(BAND_OPACITY)));
     }
     // Members lie below what sums them up, whichever it is; where nothing does, they are what is shown.
     let members = panel.series.iter().flat_map(|series| {
-        let (color, style) = pen_of(pens, &series.label);
+        let color = pen_of(pens, &series.label);
         let color = if series.points.is_empty() { color.into() } else { pale(color) };
-        series.members.iter().map(move |points| (points, MEMBER_WIDTH, color.clone(), style.clone()))
+        series.members.iter().map(move |points| (points, MEMBER_WIDTH, color.clone()))
     });
-    let sums = panel.series.iter().map(|series| {
-        let (color, style) = pen_of(pens, &series.label);
-        (&series.points, LINE_WIDTH, color.to_string(), style)
-    });
-    for (points, width, color, style) in members.chain(sums) {
+    let sums = panel.series.iter().map(|series| (&series.points, LINE_WIDTH, pen_of(pens, &series.label).to_string()));
+    for (points, width, color) in members.chain(sums) {
         let points: Vec<_> = points.iter().copied().filter(|&(x, y)| inside(x, y)).collect();
         for &(x, y) in &points {
             x_range.include(x_scale(x));
@@ -54,8 +51,7 @@ pub(super) fn draw(panel: &Panel, pens: &[(&str, Pen)], marks: &[&str]) -> (Vec<
             // A line of one point has no length.
             Plot::from(ScatterPlot::new().with_data(points).with_color(color).with_size(4.0))
         } else {
-            let line = LinePlot::new().with_data(points).with_color(color).with_stroke_width(width);
-            Plot::from(line.with_line_style(style))
+            Plot::from(LinePlot::new().with_data(points).with_color(color).with_stroke_width(width))
         });
     }
     let empty = x_range == Range::EMPTY;
@@ -91,9 +87,10 @@ pub(super) fn draw(panel: &Panel, pens: &[(&str, Pen)], marks: &[&str]) -> (Vec<
         .with_tick_size(TICK_SIZE)
         .with_theme(Theme { grid_color: "#e4e4e4".into(), ..Theme::light() });
     for (label, x) in &panel.marks {
-        let (color, style) = mark_pen(marks.iter().position(|mark| mark == label).unwrap_or(0));
+        let color = of_mark(marks.iter().position(|mark| mark == label).unwrap_or(0));
         let line = ReferenceLine::vertical(*x).with_color(color).with_stroke_width(LINE_WIDTH);
-        layout = layout.with_reference_line(line.with_dasharray(style.dasharray().unwrap_or_default()));
+        // Dashed but for this.
+        layout = layout.with_reference_line(line.with_dasharray(""));
     }
     if x_logarithmic {
         layout = layout.with_log_x();

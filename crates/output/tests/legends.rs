@@ -1,0 +1,61 @@
+//! The committed figures' legends: a colour is that of its space and variant, and of nothing else.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use output::palette;
+
+/// Colour and label of every entry, from the file: a dot or a dash and the text right after it, behind all panels.
+fn legend(svg: &str) -> Vec<(String, String)> {
+    let below = svg.rfind("</g>").map_or(svg, |at| &svg[at..]);
+    let parts: Vec<&str> = below.split('<').filter(|part| !part.starts_with('/')).collect();
+    let entry = |pair: &[&str]| {
+        let value =
+            |name: &str| pair[0].split_once(&format!(" {name}=\"")).and_then(|(_, rest)| rest.split('"').next());
+        let swatch = pair[0].starts_with("circle").then(|| value("fill"));
+        let swatch = swatch.or_else(|| pair[0].starts_with("line").then(|| value("stroke")))?;
+        let (_, label) = pair[1].starts_with("text").then(|| pair[1].split_once('>'))??;
+        Some((swatch?.to_owned(), label.to_owned()))
+    };
+    parts.windows(2).filter_map(entry).collect()
+}
+
+fn figures(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs_err::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            figures(&path, found);
+        } else if path.extension().is_some_and(|extension| extension == "svg") {
+            found.push(path);
+        }
+    }
+}
+
+#[test]
+fn a_colour_belongs_to_a_space_and_its_variant_in_every_committed_figure() {
+    let mut paths = vec![];
+    figures(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../results"), &mut paths);
+    let mut known = BTreeSet::new();
+    for path in &paths {
+        let legend = legend(&fs_err::read_to_string(path).unwrap());
+        let file = path.display();
+        for (at, (color, label)) in legend.iter().enumerate() {
+            if let Some((_, other)) = legend[..at].iter().find(|(earlier, _)| earlier == color) {
+                panic!("{file}: {other} and {label} are both {color}");
+            }
+            match palette::of_label(label) {
+                Some(own) => {
+                    assert_eq!(*color, own, "{file}: {label}");
+                    known.insert(label.clone());
+                }
+                None => assert!(!palette::is_of_a_space(color), "{file}: {label} has a space's {color}"),
+            }
+            // Figures of runs show spaces and nothing else.
+            let name = path.file_name().unwrap().to_string_lossy();
+            let of_runs = name.starts_with("curves_") || name.starts_with("energy_return");
+            assert!(!of_runs || known.contains(label), "{file}: {label} has no colour of its own");
+        }
+    }
+    // Were legends not found, nothing would be checked.
+    assert!(paths.len() > 40 && known.len() > 30, "{} figures, spaces and variants {known:?}", paths.len());
+}
