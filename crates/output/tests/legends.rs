@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 
 use output::palette;
 
-/// Colour and label of every entry, from the file: a dot or a dash and the text right after it, behind all panels.
+/// Colour and label of every entry, from the file: a dot or a dash and the text right after it, behind all panels. A forest plot has
+/// neither panels nor a legend.
 fn legend(svg: &str) -> Vec<(String, String)> {
-    let below = svg.rfind("</g>").map_or(svg, |at| &svg[at..]);
-    let parts: Vec<&str> = below.split('<').filter(|part| !part.starts_with('/')).collect();
+    let Some(end_of_panels) = svg.rfind("</g>") else { return vec![] };
+    let parts: Vec<&str> = svg[end_of_panels..].split('<').filter(|part| !part.starts_with('/')).collect();
     let entry = |pair: &[&str]| {
         let value =
             |name: &str| pair[0].split_once(&format!(" {name}=\"")).and_then(|(_, rest)| rest.split('"').next());
