@@ -171,6 +171,12 @@ fn shipped_configurations_are_read() {
             variant => assert_eq!(changes, usize::from(variant != "swift"), "{}", RunId::of(&run)),
         }
     }
+    // Held against the third round's runs with the plain learner, so nothing but the space may differ.
+    let five = shipped_sweep("tournament-five.toml").runs;
+    for mut run in shipped_sweep("plain-osc.toml").runs {
+        run.env.space = "aforce".parse().unwrap();
+        assert!(five.contains(&run), "{}", RunId::of(&run));
+    }
     let nudged = shipped_sweep("study/nudges.toml").runs;
     assert_eq!(nudged.len(), 30);
     for mut run in nudged {
@@ -189,6 +195,7 @@ fn shipped_configurations_are_read() {
             "first-tables",
             "noise.toml",
             "observation.toml",
+            "plain-osc.toml",
             "study",
             "tournament-confirm.toml",
             "tournament-five.toml",
