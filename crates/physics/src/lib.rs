@@ -30,5 +30,6 @@ pub mod wiping_tool;
 
 pub use contact::{ContactReading, LinkReading};
 pub use deviation::Deviation;
+pub use engine::Surfaces;
 pub use simulation::{Diverged, Plant, Simulation, SimulationConfig, Snapshot};
 pub use solid::Solid;

@@ -1,12 +1,12 @@
 //! The plant as a controller sees it: measure, apply torque, repeat.
 
-use aforce::{ConfigError, JointVector, Measurement, Pose, Twist, Vector3, within};
+use aforce::{ConfigError, JointVector, Measurement, Pose, Twist, Vector3, Wrench, within};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::contact::ContactReading;
 use crate::deviation::Deviation;
-use crate::engine::{Engine, EngineState};
+use crate::engine::{Engine, EngineState, Surfaces};
 use crate::gripper::{FINGER_JOINTS, Gripper, INITIAL_OPENING};
 use crate::model::Model;
 use crate::panda::Parameters;
@@ -84,6 +84,8 @@ pub struct Simulation {
     gripper: Option<Gripper>,
     /// Places of the left and the right finger among the engine's joints.
     fingers: Option<[usize; 2]>,
+    /// The arm after the last step, no wrench on it.
+    arm: Measurement,
     contact: ContactReading,
     /// After each of the engine's steps in the last step.
     contacts: Vec<ContactReading>,
@@ -124,7 +126,9 @@ impl Simulation {
         let [left, right] = FINGER_JOINTS.map(place);
         let fingers = left.zip(right).map(|(left, right)| [left, right]);
         let model = Model::new(scene, tool, offset);
+        let resting = JointVector::zeros();
         Simulation {
+            arm: model.measure(resting, resting, Wrench::zeros()),
             loads: vec![0.0; engine.axes().len()],
             push: Vector3::zeros(),
             tool: scene.moving_root(tool).0.expect("the tool is carried by the arm"),
@@ -169,6 +173,7 @@ impl Simulation {
             self.engine.set_coordinate(right, -INITIAL_OPENING, 0.0);
         }
         self.engine.settle();
+        self.look();
         if let Some(gripper) = &mut self.gripper {
             gripper.reset();
         }
@@ -202,11 +207,7 @@ impl Simulation {
 
     /// Joint angles (rad) and velocities (rad/s) of the arm.
     pub fn joints(&self) -> (JointVector, JointVector) {
-        let (mut q, mut qd) = (JointVector::zeros(), JointVector::zeros());
-        for i in 0..7 {
-            (q[i], qd[i]) = self.engine.coordinate(i);
-        }
-        (q, qd)
+        (self.arm.q, self.arm.qd)
     }
 
     /// Position and velocity of any joint (rad, rad/s or m, m/s), by its place in the scene (arm first): [`Scene::joint`].
@@ -221,8 +222,14 @@ impl Simulation {
 
     /// What the controller reads. The wrench is the filtered one.
     pub fn measure(&self) -> Measurement {
-        let (q, qd) = self.joints();
-        self.model.measure(q, qd, self.contact.filtered)
+        Measurement { wrench: self.contact.filtered, ..self.arm.clone() }
+    }
+
+    /// Takes in where the engine has brought the arm.
+    fn look(&mut self) {
+        let joint = |i, _| self.engine.coordinate(i);
+        let (q, qd) = (JointVector::from_fn(|i, j| joint(i, j).0), JointVector::from_fn(|i, j| joint(i, j).1));
+        self.arm = self.model.measure(q, qd, Wrench::zeros());
     }
 
     /// Advances by one step under joint torques `tau` (Nm); the gripper follows the sign
@@ -258,23 +265,21 @@ impl Simulation {
         if !self.efforts.iter().all(|e| e.is_finite()) {
             return Err(Diverged);
         }
-        let (q, qd) = self.joints();
         let driven = JointVector::from_column_slice(&self.efforts[..7]);
-        let stopped = driven + self.stops.torque(&self.model, &q, &qd, &driven);
+        let stopped = driven + self.stops.torque(&self.arm, &driven);
         self.efforts[..7].copy_from_slice(stopped.as_slice());
         if self.push != Vector3::zeros() {
-            let point = self.model.kinematics(&q).tool.translation.vector;
-            self.engine.push(self.tool, &self.push, &point);
+            self.engine.push(self.tool, &self.push, &self.arm.pose.translation.vector);
         }
         self.engine.step(&self.efforts);
+        self.look();
 
-        let (q, qd) = self.joints();
-        let plausible = qd.iter().all(|qd| qd.abs() < MAX_PLAUSIBLE_SPEED);
+        let plausible = self.arm.qd.iter().all(|qd| qd.abs() < MAX_PLAUSIBLE_SPEED);
         if !self.engine.is_finite() || !plausible {
             return Err(Diverged);
         }
-        let tool = self.model.kinematics(&q).tool.translation.vector;
-        self.contact.update(&self.engine.arm_contacts(&tool), self.cutoffs, dt);
+        let contacts = self.engine.arm_contacts(&self.arm.pose.translation.vector);
+        self.contact.update(&contacts, self.cutoffs, dt);
         Ok(())
     }
 
@@ -327,9 +332,9 @@ impl Simulation {
         &self.solids
     }
 
-    /// Nearest surface along a ray: distance (m), outward normal, colour.
-    pub fn cast_ray(&self, origin: &Vector3, direction: &Vector3) -> Option<(f64, Vector3, [u8; 3])> {
-        self.engine.cast_ray(origin, direction)
+    /// Every collision shape as it stands now, for rays to find.
+    pub fn surfaces(&self) -> Surfaces<'_> {
+        self.engine.surfaces()
     }
 
     /// A copy of the changing state.
@@ -347,6 +352,7 @@ impl Simulation {
     /// Returns to a snapshot taken of this simulation.
     pub fn restore(&mut self, snapshot: &Snapshot) {
         self.engine.restore(&snapshot.engine);
+        self.look();
         self.gripper = snapshot.gripper;
         self.contact = snapshot.contact;
         self.contacts.clone_from(&snapshot.contacts);
