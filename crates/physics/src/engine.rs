@@ -182,11 +182,11 @@ impl Engine {
             // The arm meets itself, as its roles say; a door does not meet its handle.
             multibody.set_self_contacts_enabled(joint.is_arm);
         }
+        // Dry friction comes with the efforts.
         for (joint, axis) in self.joints.iter().zip(&self.axes) {
             let (multibody, link) = multibody_joints.get_mut(joint.handle).expect("inserted above");
             let dof = multibody.link(link).expect("inserted above").assembly_id();
             multibody.damping_mut()[dof] = axis.damping;
-            multibody.frictions_mut()[dof] = axis.friction;
             multibody.armature_mut()[dof] = axis.armature;
         }
     }
@@ -199,6 +199,17 @@ impl Engine {
     /// Position (rad or m) and velocity of joint `i`.
     pub fn coordinate(&self, i: usize) -> (f64, f64) {
         self.coordinates[i]
+    }
+
+    /// Inertia (kg m2 or kg) of each joint as the bodies stand, those that follow it free to move.
+    pub fn inertias(&mut self) -> Vec<f64> {
+        let PhysicsWorld { bodies, multibody_joints, .. } = &mut self.world;
+        let inertia = |joint: &EngineJoint| {
+            let (multibody, link) = multibody_joints.get_mut(joint.handle).expect("never removed");
+            let dof = multibody.link(link).expect("never removed").assembly_id();
+            1.0 / multibody.dof_inverse_inertia(bodies)[dof]
+        };
+        self.joints.iter().map(inertia).collect()
     }
 
     fn read_coordinates(&mut self) {

@@ -16,6 +16,7 @@ pub mod camera;
 mod contact;
 mod deviation;
 mod engine;
+mod friction;
 pub mod gripper;
 pub mod mjcf;
 pub mod model;

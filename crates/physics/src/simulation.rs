@@ -7,6 +7,7 @@ use thiserror::Error;
 use crate::contact::ContactReading;
 use crate::deviation::Deviation;
 use crate::engine::{Engine, EngineState, Surfaces};
+use crate::friction::DryFriction;
 use crate::gripper::{FINGER_JOINTS, Gripper, INITIAL_OPENING};
 use crate::model::Model;
 use crate::panda::Parameters;
@@ -75,6 +76,7 @@ pub struct Simulation {
     engine: Engine,
     model: Model,
     stops: ArmStops,
+    friction: DryFriction,
     solids: Vec<Solid>,
     /// Length of a step (s), and the number of the engine's steps in it.
     dt: f64,
@@ -103,6 +105,7 @@ pub struct Simulation {
 pub struct Snapshot {
     engine: EngineState,
     gripper: Option<Gripper>,
+    friction: Vec<f64>,
     contact: ContactReading,
     contacts: Vec<ContactReading>,
     loads: Vec<f64>,
@@ -121,11 +124,12 @@ impl Simulation {
         let parts = (plant.dt / LONGEST_STEP).ceil() as usize;
         let scene_as_it_is = plant.deviation.of(scene, tool, offset);
         let engine_dt = plant.dt / parts as f64;
-        let engine = Engine::new(&scene_as_it_is, engine_dt, config.substeps);
+        let mut engine = Engine::new(&scene_as_it_is, engine_dt, config.substeps);
         let place = |joint: &str| engine.axes().iter().position(|axis| axis.name == joint);
         let [left, right] = FINGER_JOINTS.map(place);
         let fingers = left.zip(right).map(|(left, right)| [left, right]);
         let model = Model::new(scene, tool, offset);
+        let inertias = engine.inertias();
         let resting = JointVector::zeros();
         Simulation {
             arm: model.measure(resting, resting, Wrench::zeros()),
@@ -133,6 +137,7 @@ impl Simulation {
             push: Vector3::zeros(),
             tool: scene.moving_root(tool).0.expect("the tool is carried by the arm"),
             efforts: vec![0.0; engine.axes().len()],
+            friction: DryFriction::new(engine.axes(), &inertias, engine_dt),
             stops: ArmStops::new(&model, engine.axes(), engine_dt),
             engine,
             model,
@@ -177,6 +182,7 @@ impl Simulation {
         if let Some(gripper) = &mut self.gripper {
             gripper.reset();
         }
+        self.friction.reset();
         self.contact = ContactReading::default();
         self.contacts.fill(self.contact);
         self.loads.fill(0.0);
@@ -268,11 +274,13 @@ impl Simulation {
         let driven = JointVector::from_column_slice(&self.efforts[..7]);
         let stopped = driven + self.stops.torque(&self.arm, &driven);
         self.efforts[..7].copy_from_slice(stopped.as_slice());
+        self.friction.apply(&self.arm, |i| self.engine.coordinate(i).1, &mut self.efforts);
         if self.push != Vector3::zeros() {
             self.engine.push(self.tool, &self.push, &self.arm.pose.translation.vector);
         }
         self.engine.step(&self.efforts);
         self.look();
+        self.friction.learn(|i| self.engine.coordinate(i).1);
 
         let plausible = self.arm.qd.iter().all(|qd| qd.abs() < MAX_PLAUSIBLE_SPEED);
         if !self.engine.is_finite() || !plausible {
@@ -342,6 +350,7 @@ impl Simulation {
         Snapshot {
             engine: self.engine.snapshot(),
             gripper: self.gripper,
+            friction: self.friction.memory().to_vec(),
             contact: self.contact,
             contacts: self.contacts.clone(),
             loads: self.loads.clone(),
@@ -354,6 +363,7 @@ impl Simulation {
         self.engine.restore(&snapshot.engine);
         self.look();
         self.gripper = snapshot.gripper;
+        self.friction.remember(&snapshot.friction);
         self.contact = snapshot.contact;
         self.contacts.clone_from(&snapshot.contacts);
         self.loads.clone_from(&snapshot.loads);
