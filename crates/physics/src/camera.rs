@@ -2,7 +2,7 @@
 
 use aforce::Vector3;
 
-use crate::Simulation;
+use crate::{Simulation, Surfaces};
 
 /// A pinhole camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,27 +81,28 @@ impl Camera {
         let [forward, right, up] = self.axes();
         let scale = libm::tan(self.field_of_view / 2.0);
         let light = Vector3::from(LIGHT).normalize();
+        let surfaces = simulation.surfaces();
         let mut rgb = Vec::with_capacity(3 * width * height);
         for row in 0..height {
             for column in 0..width {
                 let x = (2.0 * (column as f64 + 0.5) - width as f64) / height as f64 * scale;
                 let y = (1.0 - 2.0 * (row as f64 + 0.5) / height as f64) * scale;
                 let direction = (forward + right * x + up * y).normalize();
-                rgb.extend(shade(simulation, decals, &eye, &direction, &light));
+                rgb.extend(shade(&surfaces, decals, &eye, &direction, &light));
             }
         }
         Image { width, height, rgb }
     }
 }
 
-fn shade(simulation: &Simulation, decals: &[Decal], eye: &Vector3, direction: &Vector3, light: &Vector3) -> [u8; 3] {
-    let Some((distance, normal, color)) = simulation.cast_ray(eye, direction) else {
+fn shade(surfaces: &Surfaces, decals: &[Decal], eye: &Vector3, direction: &Vector3, light: &Vector3) -> [u8; 3] {
+    let Some((distance, normal, color)) = surfaces.cast(eye, direction) else {
         return SKY;
     };
     let point = eye + direction * distance;
     let color = decals.iter().rev().find(|decal| decal.covers(&point)).map_or(color, |decal| decal.color);
     let lit = normal.dot(light).max(0.0);
-    let in_shadow = lit > 0.0 && simulation.cast_ray(&(point + normal * 1e-4), light).is_some();
+    let in_shadow = lit > 0.0 && surfaces.cast(&(point + normal * 1e-4), light).is_some();
     let brightness = 0.45 + if in_shadow { 0.0 } else { 0.55 * lit };
     // Far surfaces fade into the sky, so that the floor has no hard edge.
     let haze = ((distance - 2.0) / 3.0).clamp(0.0, 1.0);

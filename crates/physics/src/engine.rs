@@ -3,6 +3,7 @@
 mod contacts;
 mod convert;
 mod drag;
+mod surfaces;
 
 use aforce::{Pose, Twist, Vector3};
 use nalgebra::{Translation3, UnitQuaternion};
@@ -12,13 +13,13 @@ use rapier3d_f64::dynamics::{
 };
 use rapier3d_f64::geometry::{ColliderBuilder, ColliderHandle};
 use rapier3d_f64::math as rapier;
-use rapier3d_f64::parry::query::Ray;
 use rapier3d_f64::pipeline::PhysicsWorld;
 use rapier3d_f64::prelude::CoefficientCombineRule;
 
 pub(crate) use self::contacts::ArmContacts;
 use self::convert::{from_engine, groups, matrix, shared_shape, to_engine, vector};
 use self::drag::Mover;
+pub use self::surfaces::Surfaces;
 use crate::model::GRAVITY;
 use crate::scene::{Axis, Inertial, Joint, Role, Scene, Softness};
 
@@ -55,6 +56,8 @@ pub(crate) struct Engine {
     /// In the order of [`Engine::axes`].
     joints: Vec<EngineJoint>,
     axes: Vec<Axis>,
+    /// Position (rad or m) and velocity of each joint, as the engine has them: looking them up there costs more.
+    coordinates: Vec<(f64, f64)>,
     /// Collider and colour of each geom, in the order of the scene.
     geoms: Vec<(ColliderHandle, [u8; 3])>,
     /// Role by raw collider index.
@@ -92,6 +95,7 @@ impl Engine {
             bodies: vec![None; scene.bodies.len()],
             joints: vec![],
             axes: vec![],
+            coordinates: vec![],
             geoms: vec![],
             roles: vec![],
             movers: vec![],
@@ -100,6 +104,7 @@ impl Engine {
             engine.add_body(scene, index);
         }
         engine.finish_multibodies();
+        engine.read_coordinates();
         engine.movers = engine.movers(scene);
         engine
     }
@@ -177,11 +182,11 @@ impl Engine {
             // The arm meets itself, as its roles say; a door does not meet its handle.
             multibody.set_self_contacts_enabled(joint.is_arm);
         }
+        // Dry friction comes with the efforts.
         for (joint, axis) in self.joints.iter().zip(&self.axes) {
             let (multibody, link) = multibody_joints.get_mut(joint.handle).expect("inserted above");
             let dof = multibody.link(link).expect("inserted above").assembly_id();
             multibody.damping_mut()[dof] = axis.damping;
-            multibody.frictions_mut()[dof] = axis.friction;
             multibody.armature_mut()[dof] = axis.armature;
         }
     }
@@ -193,10 +198,28 @@ impl Engine {
 
     /// Position (rad or m) and velocity of joint `i`.
     pub fn coordinate(&self, i: usize) -> (f64, f64) {
-        let joint = &self.joints[i];
-        let (multibody, link) = self.world.multibody_joints.get(joint.handle).expect("never removed");
-        let link = multibody.link(link).expect("never removed");
-        (link.joint().coords()[joint.coordinate], multibody.generalized_velocity()[link.assembly_id()])
+        self.coordinates[i]
+    }
+
+    /// Inertia (kg m2 or kg) of each joint as the bodies stand, those that follow it free to move.
+    pub fn inertias(&mut self) -> Vec<f64> {
+        let PhysicsWorld { bodies, multibody_joints, .. } = &mut self.world;
+        let inertia = |joint: &EngineJoint| {
+            let (multibody, link) = multibody_joints.get_mut(joint.handle).expect("never removed");
+            let dof = multibody.link(link).expect("never removed").assembly_id();
+            1.0 / multibody.dof_inverse_inertia(bodies)[dof]
+        };
+        self.joints.iter().map(inertia).collect()
+    }
+
+    fn read_coordinates(&mut self) {
+        let Engine { world, joints, coordinates, .. } = self;
+        coordinates.clear();
+        coordinates.extend(joints.iter().map(|joint| {
+            let (multibody, link) = world.multibody_joints.get(joint.handle).expect("never removed");
+            let link = multibody.link(link).expect("never removed");
+            (link.joint().coords()[joint.coordinate], multibody.generalized_velocity()[link.assembly_id()])
+        }));
     }
 
     /// Puts joint `i` at `q`, moving with `qd`. Call [`Engine::settle`] after the last.
@@ -218,6 +241,7 @@ impl Engine {
             multibody.forward_kinematics(bodies, false);
             multibody.update_rigid_bodies(bodies, true);
         }
+        self.read_coordinates();
     }
 
     /// World pose of a moving scene body.
@@ -269,6 +293,7 @@ impl Engine {
             body.reset_forces(false);
             body.reset_torques(false);
         }
+        self.read_coordinates();
     }
 
     /// Pushes a body of a mechanism at `point` with `force` (N; both world) in the next step.
@@ -290,21 +315,6 @@ impl Engine {
             })
     }
 
-    /// The nearest geom along a ray: distance, surface normal, colour.
-    pub fn cast_ray(&self, origin: &Vector3, direction: &Vector3) -> Option<(f64, Vector3, [u8; 3])> {
-        let ray = Ray::new(vector(origin), vector(direction));
-        let mut nearest: Option<(f64, Vector3, [u8; 3])> = None;
-        for &(handle, color) in &self.geoms {
-            let collider = &self.world.colliders[handle];
-            let limit = nearest.map_or(100.0, |(distance, ..)| distance);
-            if let Some(hit) = collider.shape().cast_ray_and_get_normal(collider.position(), &ray, limit, true) {
-                let n = hit.normal;
-                nearest = Some((hit.time_of_impact, Vector3::new(n.x, n.y, n.z), color));
-            }
-        }
-        nearest
-    }
-
     /// A copy from which the simulation continues bit for bit.
     pub fn snapshot(&self) -> EngineState {
         let mut state = PhysicsWorld::new();
@@ -315,6 +325,7 @@ impl Engine {
     /// Returns to a snapshot of this engine.
     pub fn restore(&mut self, state: &EngineState) {
         copy_world(&state.0, &mut self.world);
+        self.read_coordinates();
     }
 }
 

@@ -16,6 +16,7 @@ pub mod camera;
 mod contact;
 mod deviation;
 mod engine;
+mod friction;
 pub mod gripper;
 pub mod mjcf;
 pub mod model;
@@ -30,5 +31,6 @@ pub mod wiping_tool;
 
 pub use contact::{ContactReading, LinkReading};
 pub use deviation::Deviation;
+pub use engine::Surfaces;
 pub use simulation::{Diverged, Plant, Simulation, SimulationConfig, Snapshot};
 pub use solid::Solid;

@@ -33,6 +33,8 @@ pub struct Model {
 pub struct Kinematics {
     /// Link frames in the world.
     pub links: [Pose; 7],
+    /// Unit vectors along the joints' axes in the world.
+    pub axes: [Vector3; 7],
     /// The tool frame in the world.
     pub tool: Pose,
 }
@@ -72,36 +74,44 @@ impl Model {
             frame = frame * self.frames[i] * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), q[i]);
             frame
         });
-        Kinematics { links, tool: frame * self.tool }
+        let axes = links.map(|link: Pose| link.rotation * Vector3::z());
+        Kinematics { links, axes, tool: frame * self.tool }
     }
 
     /// Geometric Jacobian at the tool point in world axes: twist = J qd.
     pub fn jacobian(&self, k: &Kinematics) -> Jacobian {
         let mut jacobian = Jacobian::zeros();
-        for (i, link) in k.links.iter().enumerate() {
-            let z = link.rotation * Vector3::z();
+        for (i, (link, z)) in k.links.iter().zip(&k.axes).enumerate() {
             let arm = k.tool.translation.vector - link.translation.vector;
             jacobian.fixed_view_mut::<3, 1>(0, i).copy_from(&z.cross(&arm));
-            jacobian.fixed_view_mut::<3, 1>(3, i).copy_from(&z);
+            jacobian.fixed_view_mut::<3, 1>(3, i).copy_from(z);
         }
         jacobian
     }
 
     /// Joint mass matrix (kg m2), rotor inertia on its diagonal.
     pub fn mass(&self, k: &Kinematics) -> JointMatrix {
+        self.mass_of(k, &self.moved(k))
+    }
+
+    /// The links' mass properties in world axes, where the links are.
+    fn moved(&self, k: &Kinematics) -> [Inertial; 7] {
+        std::array::from_fn(|i| self.inertials[i].transformed(&k.links[i]))
+    }
+
+    fn mass_of(&self, k: &Kinematics, bodies: &[Inertial; 7]) -> JointMatrix {
         let mut mass = JointMatrix::from_diagonal(&self.armature);
         let mut composite = Inertial::NONE;
         for i in (0..7).rev() {
-            composite = composite.merged(&self.inertials[i].transformed(&k.links[i]));
-            let z = k.links[i].rotation * Vector3::z();
+            composite = composite.merged(&bodies[i]);
+            let z = k.axes[i];
             // Force and moment (about the centre of mass) that accelerate everything from
             // link i outwards with qdd_i = 1.
             let force = composite.mass * z.cross(&(composite.com - k.links[i].translation.vector));
             let moment = composite.inertia * z;
             for j in 0..=i {
-                let z_j = k.links[j].rotation * Vector3::z();
                 let arm = composite.com - k.links[j].translation.vector;
-                let m = z_j.dot(&(moment + arm.cross(&force)));
+                let m = k.axes[j].dot(&(moment + arm.cross(&force)));
                 mass[(i, j)] += m;
                 if i != j {
                     mass[(j, i)] += m;
@@ -114,39 +124,7 @@ impl Model {
     /// Gravity, centrifugal and Coriolis torque (Nm): what holds the motion at qdd = 0.
     /// Joint damping and friction are not in it.
     pub fn bias(&self, k: &Kinematics, qd: &JointVector) -> JointVector {
-        // Outwards: velocity and acceleration, the base accelerating against gravity.
-        let mut omega = Vector3::zeros();
-        let mut alpha = Vector3::zeros();
-        let mut acceleration = Vector3::new(0.0, 0.0, GRAVITY);
-        let mut origin = Vector3::zeros();
-        let mut forces = [Vector3::zeros(); 7];
-        let mut moments = [Vector3::zeros(); 7];
-        for i in 0..7 {
-            let link = &k.links[i];
-            let z = link.rotation * Vector3::z();
-            let arm = link.translation.vector - origin;
-            acceleration += alpha.cross(&arm) + omega.cross(&omega.cross(&arm));
-            origin = link.translation.vector;
-            alpha += omega.cross(&z) * qd[i];
-            omega += z * qd[i];
-
-            let body = self.inertials[i].transformed(link);
-            let com = body.com - origin;
-            let com_acceleration = acceleration + alpha.cross(&com) + omega.cross(&omega.cross(&com));
-            forces[i] = body.mass * com_acceleration;
-            moments[i] = body.inertia * alpha + omega.cross(&(body.inertia * omega)) + com.cross(&forces[i]);
-        }
-        // Inwards: moments about each joint.
-        let mut tau = JointVector::zeros();
-        let (mut force, mut moment, mut at) = (Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
-        for i in (0..7).rev() {
-            let origin = k.links[i].translation.vector;
-            moment += (at - origin).cross(&force) + moments[i];
-            force += forces[i];
-            at = origin;
-            tau[i] = moment.dot(&(k.links[i].rotation * Vector3::z()));
-        }
-        tau
+        bias_of(k, &self.moved(k), qd)
     }
 
     /// Energy of the arm (J): kinetic plus potential, the latter zero at z = 0.
@@ -165,6 +143,7 @@ impl Model {
     /// (what the environment exerts on the tool).
     pub fn measure(&self, q: JointVector, qd: JointVector, wrench: Wrench) -> Measurement {
         let k = self.kinematics(&q);
+        let bodies = self.moved(&k);
         let jacobian = self.jacobian(&k);
         Measurement {
             q,
@@ -172,11 +151,47 @@ impl Model {
             pose: k.tool,
             twist: jacobian * qd,
             jacobian,
-            mass: self.mass(&k),
-            bias: self.bias(&k, &qd),
+            mass: self.mass_of(&k, &bodies),
+            bias: bias_of(&k, &bodies, &qd),
             wrench,
         }
     }
+}
+
+fn bias_of(k: &Kinematics, bodies: &[Inertial; 7], qd: &JointVector) -> JointVector {
+    // Outwards: velocity and acceleration, the base accelerating against gravity.
+    let mut omega = Vector3::zeros();
+    let mut alpha = Vector3::zeros();
+    let mut acceleration = Vector3::new(0.0, 0.0, GRAVITY);
+    let mut origin = Vector3::zeros();
+    let mut forces = [Vector3::zeros(); 7];
+    let mut moments = [Vector3::zeros(); 7];
+    for i in 0..7 {
+        let link = &k.links[i];
+        let z = k.axes[i];
+        let arm = link.translation.vector - origin;
+        acceleration += alpha.cross(&arm) + omega.cross(&omega.cross(&arm));
+        origin = link.translation.vector;
+        alpha += omega.cross(&z) * qd[i];
+        omega += z * qd[i];
+
+        let body = &bodies[i];
+        let com = body.com - origin;
+        let com_acceleration = acceleration + alpha.cross(&com) + omega.cross(&omega.cross(&com));
+        forces[i] = body.mass * com_acceleration;
+        moments[i] = body.inertia * alpha + omega.cross(&(body.inertia * omega)) + com.cross(&forces[i]);
+    }
+    // Inwards: moments about each joint.
+    let mut tau = JointVector::zeros();
+    let (mut force, mut moment, mut at) = (Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
+    for i in (0..7).rev() {
+        let origin = k.links[i].translation.vector;
+        moment += (at - origin).cross(&force) + moments[i];
+        force += forces[i];
+        at = origin;
+        tau[i] = moment.dot(&k.axes[i]);
+    }
+    tau
 }
 
 /// The arm link that carries body `index`, and the body's pose in it; `None` for bodies

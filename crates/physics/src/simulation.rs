@@ -1,12 +1,13 @@
 //! The plant as a controller sees it: measure, apply torque, repeat.
 
-use aforce::{ConfigError, JointVector, Measurement, Pose, Twist, Vector3, within};
+use aforce::{ConfigError, JointVector, Measurement, Pose, Twist, Vector3, Wrench, within};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::contact::ContactReading;
 use crate::deviation::Deviation;
-use crate::engine::{Engine, EngineState};
+use crate::engine::{Engine, EngineState, Surfaces};
+use crate::friction::DryFriction;
 use crate::gripper::{FINGER_JOINTS, Gripper, INITIAL_OPENING};
 use crate::model::Model;
 use crate::panda::Parameters;
@@ -75,6 +76,7 @@ pub struct Simulation {
     engine: Engine,
     model: Model,
     stops: ArmStops,
+    friction: DryFriction,
     solids: Vec<Solid>,
     /// Length of a step (s), and the number of the engine's steps in it.
     dt: f64,
@@ -84,6 +86,8 @@ pub struct Simulation {
     gripper: Option<Gripper>,
     /// Places of the left and the right finger among the engine's joints.
     fingers: Option<[usize; 2]>,
+    /// The arm after the last step, no wrench on it.
+    arm: Measurement,
     contact: ContactReading,
     /// After each of the engine's steps in the last step.
     contacts: Vec<ContactReading>,
@@ -101,6 +105,7 @@ pub struct Simulation {
 pub struct Snapshot {
     engine: EngineState,
     gripper: Option<Gripper>,
+    friction: Vec<f64>,
     contact: ContactReading,
     contacts: Vec<ContactReading>,
     loads: Vec<f64>,
@@ -119,16 +124,20 @@ impl Simulation {
         let parts = (plant.dt / LONGEST_STEP).ceil() as usize;
         let scene_as_it_is = plant.deviation.of(scene, tool, offset);
         let engine_dt = plant.dt / parts as f64;
-        let engine = Engine::new(&scene_as_it_is, engine_dt, config.substeps);
+        let mut engine = Engine::new(&scene_as_it_is, engine_dt, config.substeps);
         let place = |joint: &str| engine.axes().iter().position(|axis| axis.name == joint);
         let [left, right] = FINGER_JOINTS.map(place);
         let fingers = left.zip(right).map(|(left, right)| [left, right]);
         let model = Model::new(scene, tool, offset);
+        let inertias = engine.inertias();
+        let resting = JointVector::zeros();
         Simulation {
+            arm: model.measure(resting, resting, Wrench::zeros()),
             loads: vec![0.0; engine.axes().len()],
             push: Vector3::zeros(),
             tool: scene.moving_root(tool).0.expect("the tool is carried by the arm"),
             efforts: vec![0.0; engine.axes().len()],
+            friction: DryFriction::new(engine.axes(), &inertias, engine_dt),
             stops: ArmStops::new(&model, engine.axes(), engine_dt),
             engine,
             model,
@@ -169,9 +178,11 @@ impl Simulation {
             self.engine.set_coordinate(right, -INITIAL_OPENING, 0.0);
         }
         self.engine.settle();
+        self.look();
         if let Some(gripper) = &mut self.gripper {
             gripper.reset();
         }
+        self.friction.reset();
         self.contact = ContactReading::default();
         self.contacts.fill(self.contact);
         self.loads.fill(0.0);
@@ -202,11 +213,7 @@ impl Simulation {
 
     /// Joint angles (rad) and velocities (rad/s) of the arm.
     pub fn joints(&self) -> (JointVector, JointVector) {
-        let (mut q, mut qd) = (JointVector::zeros(), JointVector::zeros());
-        for i in 0..7 {
-            (q[i], qd[i]) = self.engine.coordinate(i);
-        }
-        (q, qd)
+        (self.arm.q, self.arm.qd)
     }
 
     /// Position and velocity of any joint (rad, rad/s or m, m/s), by its place in the scene (arm first): [`Scene::joint`].
@@ -221,8 +228,14 @@ impl Simulation {
 
     /// What the controller reads. The wrench is the filtered one.
     pub fn measure(&self) -> Measurement {
-        let (q, qd) = self.joints();
-        self.model.measure(q, qd, self.contact.filtered)
+        Measurement { wrench: self.contact.filtered, ..self.arm.clone() }
+    }
+
+    /// Takes in where the engine has brought the arm.
+    fn look(&mut self) {
+        let joint = |i, _| self.engine.coordinate(i);
+        let (q, qd) = (JointVector::from_fn(|i, j| joint(i, j).0), JointVector::from_fn(|i, j| joint(i, j).1));
+        self.arm = self.model.measure(q, qd, Wrench::zeros());
     }
 
     /// Advances by one step under joint torques `tau` (Nm); the gripper follows the sign
@@ -258,23 +271,23 @@ impl Simulation {
         if !self.efforts.iter().all(|e| e.is_finite()) {
             return Err(Diverged);
         }
-        let (q, qd) = self.joints();
         let driven = JointVector::from_column_slice(&self.efforts[..7]);
-        let stopped = driven + self.stops.torque(&self.model, &q, &qd, &driven);
+        let stopped = driven + self.stops.torque(&self.arm, &driven);
         self.efforts[..7].copy_from_slice(stopped.as_slice());
+        self.friction.apply(&self.arm, |i| self.engine.coordinate(i).1, &mut self.efforts);
         if self.push != Vector3::zeros() {
-            let point = self.model.kinematics(&q).tool.translation.vector;
-            self.engine.push(self.tool, &self.push, &point);
+            self.engine.push(self.tool, &self.push, &self.arm.pose.translation.vector);
         }
         self.engine.step(&self.efforts);
+        self.look();
+        self.friction.learn(|i| self.engine.coordinate(i).1);
 
-        let (q, qd) = self.joints();
-        let plausible = qd.iter().all(|qd| qd.abs() < MAX_PLAUSIBLE_SPEED);
+        let plausible = self.arm.qd.iter().all(|qd| qd.abs() < MAX_PLAUSIBLE_SPEED);
         if !self.engine.is_finite() || !plausible {
             return Err(Diverged);
         }
-        let tool = self.model.kinematics(&q).tool.translation.vector;
-        self.contact.update(&self.engine.arm_contacts(&tool), self.cutoffs, dt);
+        let contacts = self.engine.arm_contacts(&self.arm.pose.translation.vector);
+        self.contact.update(&contacts, self.cutoffs, dt);
         Ok(())
     }
 
@@ -327,9 +340,9 @@ impl Simulation {
         &self.solids
     }
 
-    /// Nearest surface along a ray: distance (m), outward normal, colour.
-    pub fn cast_ray(&self, origin: &Vector3, direction: &Vector3) -> Option<(f64, Vector3, [u8; 3])> {
-        self.engine.cast_ray(origin, direction)
+    /// Every collision shape as it stands now, for rays to find.
+    pub fn surfaces(&self) -> Surfaces<'_> {
+        self.engine.surfaces()
     }
 
     /// A copy of the changing state.
@@ -337,6 +350,7 @@ impl Simulation {
         Snapshot {
             engine: self.engine.snapshot(),
             gripper: self.gripper,
+            friction: self.friction.memory().to_vec(),
             contact: self.contact,
             contacts: self.contacts.clone(),
             loads: self.loads.clone(),
@@ -347,7 +361,9 @@ impl Simulation {
     /// Returns to a snapshot taken of this simulation.
     pub fn restore(&mut self, snapshot: &Snapshot) {
         self.engine.restore(&snapshot.engine);
+        self.look();
         self.gripper = snapshot.gripper;
+        self.friction.remember(&snapshot.friction);
         self.contact = snapshot.contact;
         self.contacts.clone_from(&snapshot.contacts);
         self.loads.clone_from(&snapshot.loads);

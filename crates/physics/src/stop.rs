@@ -5,7 +5,7 @@
 //! joint, but for a small part 1 - d of that drive: it is hard at rest and critically damped on impact, on a heavy
 //! joint as on a light one.
 
-use aforce::{JointMatrix, JointVector};
+use aforce::{JointMatrix, JointVector, Measurement};
 
 use crate::model::Model;
 use crate::scene::{Axis, Stop};
@@ -43,26 +43,24 @@ impl ArmStops {
         }
     }
 
-    /// Torques (Nm) of the stops on joints at `q` that move with `qd` and are driven by `tau`. They push and never
-    /// pull.
-    pub fn torque(&self, model: &Model, q: &JointVector, qd: &JointVector, tau: &JointVector) -> JointVector {
+    /// Torques (Nm) of the stops on joints that are as `arm` says and are driven by `tau`. They push and never pull.
+    pub fn torque(&self, arm: &Measurement, tau: &JointVector) -> JointVector {
         // Into the range, and the overshoot.
         let beyond: [Option<(f64, f64)>; 7] = std::array::from_fn(|i| match self.range[i] {
-            [lower, _] if q[i] < lower => Some((1.0, lower - q[i])),
-            [_, upper] if q[i] > upper => Some((-1.0, q[i] - upper)),
+            [lower, _] if arm.q[i] < lower => Some((1.0, lower - arm.q[i])),
+            [_, upper] if arm.q[i] > upper => Some((-1.0, arm.q[i] - upper)),
             _ => None,
         });
         let mut stops = JointVector::zeros();
         if beyond.iter().all(Option::is_none) {
             return stops;
         }
-        let k = model.kinematics(q);
-        let mobility = inverse(&model.mass(&k));
-        let driven = mobility * (tau - model.bias(&k, qd));
+        let mobility = inverse(&arm.mass);
+        let driven = mobility * (tau - arm.bias);
         for _ in 0..PASSES {
             for (i, (inwards, overshoot)) in beyond.iter().enumerate().filter_map(|(i, b)| Some((i, (*b)?))) {
                 let d = impedance(overshoot);
-                let wanted = self.way_back(d, overshoot, inwards * qd[i]);
+                let wanted = self.way_back(d, overshoot, inwards * arm.qd[i]);
                 let now = inwards * (driven[i] + (mobility.row(i) * stops)[0]);
                 let given_way = (1.0 - d) / d * self.compliance[i];
                 let torque = inwards * stops[i];

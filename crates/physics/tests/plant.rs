@@ -83,7 +83,7 @@ fn solids_stand_where_the_engine_has_them() {
 fn draws_what_it_simulates(simulation: &Simulation) {
     for solid in simulation.solids() {
         let pose = solid.body.map_or(solid.pose, |body| simulation.body_pose(body) * solid.pose);
-        let (distance, ..) = simulation.cast_ray(&pose.translation.vector, &Vector3::z()).unwrap();
+        let (distance, ..) = simulation.surfaces().cast(&pose.translation.vector, &Vector3::z()).unwrap();
         assert_eq!(distance, 0.0, "{solid:?}");
     }
 }

@@ -1,0 +1,46 @@
+//! Where rays meet the collision shapes.
+
+use aforce::Vector3;
+use rapier3d_f64::geometry::Collider;
+use rapier3d_f64::parry::partitioning::{Bvh, BvhBuildStrategy};
+use rapier3d_f64::parry::query::Ray;
+
+use super::Engine;
+use super::convert::{coordinates, vector};
+
+/// How far a ray reaches (m).
+const REACH: f64 = 100.0;
+
+/// Every collision shape as it stood when this was made, in a tree of boxes: a ray tries only those shapes whose boxes it
+/// passes through.
+pub struct Surfaces<'a> {
+    tree: Bvh,
+    /// Shape and colour of each geom, in the order of the scene.
+    geoms: Vec<(&'a Collider, [u8; 3])>,
+}
+
+impl Engine {
+    /// What rays meet. The tree is made here and not taken from the collision detection, which knows a shape only after
+    /// a step.
+    pub fn surfaces(&self) -> Surfaces<'_> {
+        let geoms: Vec<_> = self.geoms.iter().map(|&(handle, color)| (&self.world.colliders[handle], color)).collect();
+        let boxes: Vec<_> = geoms.iter().map(|(collider, _)| collider.compute_aabb()).collect();
+        Surfaces { tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes), geoms }
+    }
+}
+
+impl Surfaces<'_> {
+    /// Nearest surface along a ray from `origin` (m, world) within 100 m: distance (in lengths of `direction`), outward
+    /// normal (world), colour.
+    pub fn cast(&self, origin: &Vector3, direction: &Vector3) -> Option<(f64, Vector3, [u8; 3])> {
+        let ray = Ray::new(vector(origin), vector(direction));
+        let hit = |geom: u32, limit: f64| {
+            let (collider, _) = self.geoms[geom as usize];
+            collider.shape().cast_ray_and_get_normal(collider.position(), &ray, limit, true)
+        };
+        let (geom, _) =
+            self.tree.cast_ray(&ray, REACH, |geom, limit| hit(geom, limit).map(|hit| hit.time_of_impact))?;
+        let hit = hit(geom, REACH)?;
+        Some((hit.time_of_impact, coordinates(hit.normal), self.geoms[geom as usize].1))
+    }
+}

@@ -1,0 +1,156 @@
+//! Dry friction of the joints, as efforts that are worked out before each step of the engine.
+//!
+//! Coulomb's law, implicit in time: a joint's friction brings the velocity that the joint would have after the step to
+//! zero, or as near as its limit allows. The engine can do the same among its constraints, but there every joint costs a
+//! solve with the mass matrix and a row in every sweep. Here the arm takes one factorisation of its own mass matrix.
+//!
+//! What a friction has to hold is predicted: the arm's model says gravity and Coriolis torques. Whatever else acted in
+//! the last step (contacts, a payload, the weight of a finger) is taken to act again. In a static contact friction and
+//! contact force may share a load in many ways. They keep the way in which the contact was made.
+
+use aforce::{JointMatrix, JointVector, Measurement};
+use nalgebra::{Cholesky, SVector};
+
+use crate::scene::Axis;
+
+/// Sweeps over the joints of an arm of which some stand still; most need fewer.
+const SWEEPS: usize = 50;
+/// Where the sweeps end: largest change of an impulse, as a part of its limit.
+const PRECISION: f64 = 1e-9;
+
+/// Dry friction of all joints, those of the arm first.
+pub(crate) struct DryFriction {
+    joints: Vec<Joint>,
+    /// Largest impulse of each joint of the arm in a step (Nm s).
+    arm_limit: JointVector,
+    /// What damping adds to the arm's mass matrix in a step (kg m2).
+    arm_damping: JointVector,
+    /// s
+    dt: f64,
+    /// Effort on each joint that the prediction of the last step missed (Nm or N).
+    missed: Vec<f64>,
+    // Work space of a step: velocities as predicted, and the mass matrix of the arm with its damping.
+    predicted: Vec<f64>,
+    mass: JointMatrix,
+}
+
+/// A joint that is not the arm's is predicted by itself.
+struct Joint {
+    /// Largest impulse in a step (Nm s or N s).
+    limit: f64,
+    /// Inertia (kg m2 or kg), what damping adds to it in a step included.
+    inertia: f64,
+    /// Nm s/rad or N s/m
+    damping: f64,
+}
+
+impl DryFriction {
+    /// Friction of the joints `axes`, of which [`DryFriction::apply`] is told the inertia of the first seven, and which have
+    /// the given `inertias` (kg m2 or kg); for steps of `dt` (s).
+    ///
+    /// # Panics
+    /// If a friction is below 0 or not finite.
+    pub fn new(axes: &[Axis], inertias: &[f64], dt: f64) -> Self {
+        for Axis { name, friction, .. } in axes {
+            assert!(
+                *friction >= 0.0 && friction.is_finite(),
+                "joint {name:?} has a dry friction of {friction}: it must be finite and at least 0"
+            );
+        }
+        let joint = |(axis, inertia): (&Axis, &f64)| Joint {
+            limit: axis.friction * dt,
+            inertia: inertia + axis.damping * dt,
+            damping: axis.damping,
+        };
+        DryFriction {
+            joints: axes.iter().zip(inertias).map(joint).collect(),
+            arm_limit: JointVector::from_fn(|i, _| axes[i].friction * dt),
+            arm_damping: JointVector::from_fn(|i, _| axes[i].damping * dt),
+            dt,
+            missed: vec![0.0; axes.len()],
+            predicted: vec![0.0; axes.len()],
+            mass: JointMatrix::zeros(),
+        }
+    }
+
+    /// An episode starts: nothing was missed.
+    pub fn reset(&mut self) {
+        self.missed.fill(0.0);
+    }
+
+    /// What the next step depends on.
+    pub fn memory(&self) -> &[f64] {
+        &self.missed
+    }
+
+    /// Returns to a [`DryFriction::memory`].
+    pub fn remember(&mut self, memory: &[f64]) {
+        self.missed.copy_from_slice(memory);
+    }
+
+    /// Adds friction to the `efforts` (Nm or N) of the coming step; `velocity` is that of each joint (rad/s or m/s).
+    pub fn apply(&mut self, arm: &Measurement, velocity: impl Fn(usize) -> f64, efforts: &mut [f64]) {
+        self.apply_to_arm(arm, efforts);
+        for (i, joint) in self.joints.iter().enumerate().skip(7).filter(|(_, joint)| joint.limit > 0.0) {
+            let v = velocity(i);
+            let driven = joint.inertia * v + self.dt * (efforts[i] - joint.damping * v + self.missed[i]);
+            let impulse = (-driven).clamp(-joint.limit, joint.limit);
+            self.predicted[i] = (driven + impulse) / joint.inertia;
+            efforts[i] += impulse / self.dt;
+        }
+    }
+
+    fn apply_to_arm(&mut self, arm: &Measurement, efforts: &mut [f64]) {
+        if self.arm_limit == JointVector::zeros() {
+            return;
+        }
+        self.mass = arm.mass + JointMatrix::from_diagonal(&self.arm_damping);
+        let factors = self.mass.cholesky().expect("a mass matrix");
+        let effort = JointVector::from_fn(|i, _| efforts[i] + self.missed[i]) - arm.bias;
+        // Damping in the mass matrix and in the force cancel in the momentum.
+        let driven = arm.mass * arm.qd + effort * self.dt;
+        let free = factors.solve(&driven);
+        // Most often every joint goes on in the direction in which it would without friction.
+        let mut impulse = free.zip_map(&self.arm_limit, |v, limit| -limit.copysign(v));
+        let mut after = factors.solve(&(driven + impulse));
+        if (0..7).any(|i| self.arm_limit[i] > 0.0 && after[i] * free[i] <= 0.0) {
+            impulse = stick(&factors, &free, &self.arm_limit);
+            after = factors.solve(&(driven + impulse));
+        }
+        self.predicted[..7].copy_from_slice(after.as_slice());
+        for (effort, impulse) in efforts.iter_mut().zip(&impulse) {
+            *effort += impulse / self.dt;
+        }
+    }
+
+    /// The step is over, and the joints have the given `velocity`.
+    pub fn learn(&mut self, velocity: impl Fn(usize) -> f64) {
+        if self.arm_limit != JointVector::zeros() {
+            let missed = self.mass * SVector::from_fn(|i, _| velocity(i) - self.predicted[i]) / self.dt;
+            self.missed.iter_mut().zip(&missed).for_each(|(sum, missed)| *sum += missed);
+        }
+        for (i, joint) in self.joints.iter().enumerate().skip(7).filter(|(_, joint)| joint.limit > 0.0) {
+            self.missed[i] += joint.inertia * (velocity(i) - self.predicted[i]) / self.dt;
+        }
+    }
+}
+
+/// Impulses (Nm s) within `limit` that bring the velocities, `free` without them, to zero where they can: projected
+/// Gauss-Seidel, as in an engine's solver.
+fn stick(mass: &Cholesky<f64, nalgebra::Const<7>>, free: &JointVector, limit: &JointVector) -> JointVector {
+    let mobility = mass.inverse();
+    let mut impulse = JointVector::zeros();
+    for _ in 0..SWEEPS {
+        let mut change: f64 = 0.0;
+        for i in (0..7).filter(|&i| limit[i] > 0.0) {
+            let velocity = free[i] + mobility.column(i).dot(&impulse);
+            let next = (impulse[i] - velocity / mobility[(i, i)]).clamp(-limit[i], limit[i]);
+            change = change.max((next - impulse[i]).abs() / limit[i]);
+            impulse[i] = next;
+        }
+        if change < PRECISION {
+            break;
+        }
+    }
+    impulse
+}
