@@ -3,6 +3,7 @@
 mod contacts;
 mod convert;
 mod drag;
+mod pad;
 mod surfaces;
 
 use aforce::{Pose, Twist, Vector3};
@@ -19,12 +20,16 @@ use rapier3d_f64::prelude::CoefficientCombineRule;
 pub(crate) use self::contacts::ArmContacts;
 use self::convert::{from_engine, groups, matrix, shared_shape, to_engine, vector};
 use self::drag::Mover;
+use self::pad::SoftLayer;
 pub use self::surfaces::Surfaces;
 use crate::model::GRAVITY;
-use crate::scene::{Axis, Inertial, Joint, Role, Scene, Softness};
+use crate::scene::{Axis, Inertial, Joint, Role, Scene};
 
 /// Contacts are foreseen up to this speed (m/s): the Panda's flange reaches 1.7. What comes faster overlaps for a step.
 const FASTEST_APPROACH: f64 = 2.0;
+
+/// Hard surfaces: a firm grasp penetrates by less than 0.1 mm.
+const SOFTNESS: SpringCoefficients<f64> = SpringCoefficients { natural_frequency: 200.0, damping_ratio: 5.0 };
 
 /// A joint of the scene in the engine.
 #[derive(Clone, Copy)]
@@ -64,6 +69,8 @@ pub(crate) struct Engine {
     roles: Vec<Option<Role>>,
     /// What moves through the air.
     movers: Vec<Mover>,
+    /// The tool's, if it has one.
+    soft_layer: Option<SoftLayer>,
 }
 
 impl Engine {
@@ -71,21 +78,18 @@ impl Engine {
     pub fn new(scene: &Scene, dt: f64, substeps: usize) -> Self {
         let mut world = PhysicsWorld::new();
         world.gravity = rapier::Vector::new(0.0, 0.0, -GRAVITY);
-        let Softness { frequency, damping_ratio, rigid } = scene.softness;
-        let softness = SpringCoefficients { natural_frequency: frequency, damping_ratio };
         world.integration_parameters = IntegrationParameters {
             dt,
             num_solver_iterations: substeps,
             // A sweep over all contacts leaves about half of what is wrong. The first pass corrects positions, the
             // second leaves the velocities: it takes out the momentum of an impact, and with one sweep a cube that
-            // falls flat lands spinning and slides 0.3 mm. It would also take the compliance out of a soft contact
-            // again, so there the first pass does all. With fewer sweeps a hand pressed on a table chatters.
-            num_internal_pgs_iterations: if rigid { 4 } else { 8 },
-            num_internal_stabilization_iterations: if rigid { 6 } else { 0 },
+            // falls flat lands spinning and slides 0.3 mm. With fewer sweeps a hand pressed on a table chatters.
+            num_internal_pgs_iterations: 4,
+            num_internal_stabilization_iterations: 6,
             // Pairs that will not meet in this step need no constraint.
             normalized_prediction_distance: FASTEST_APPROACH * dt,
-            contact_softness: softness,
-            static_contact_softness: softness,
+            contact_softness: SOFTNESS,
+            static_contact_softness: SOFTNESS,
             // Recycled contacts let a grasped object creep by 0.7 mm/s.
             contact_recycling: false,
             ..IntegrationParameters::default()
@@ -99,6 +103,7 @@ impl Engine {
             geoms: vec![],
             roles: vec![],
             movers: vec![],
+            soft_layer: None,
         };
         for index in 0..scene.bodies.len() {
             engine.add_body(scene, index);
@@ -106,6 +111,7 @@ impl Engine {
         engine.finish_multibodies();
         engine.read_coordinates();
         engine.movers = engine.movers(scene);
+        engine.soft_layer = scene.pad.as_ref().map(|pad| engine.add_soft_layer(pad));
         engine
     }
 
@@ -287,7 +293,11 @@ impl Engine {
                 }
             }
         }
-        self.world.step();
+        self.push_on_soft_layer();
+        match &self.soft_layer {
+            Some(layer) => self.world.step_with_events(layer, &()),
+            None => self.world.step(),
+        }
         for joint in &self.joints {
             let body = &mut self.world.bodies[joint.child];
             body.reset_forces(false);

@@ -16,8 +16,8 @@ pub struct Scene {
     pub bodies: Vec<Body>,
     /// What drives the joints: told to MuJoCo in [`crate::mjcf`]; the simulation takes efforts as they come.
     pub actuators: Vec<Actuator>,
-    /// How contacts give way, throughout the scene.
-    pub softness: Softness,
+    /// The one contact that gives way; every other is rigid.
+    pub pad: Option<Pad>,
     /// What the bodies move through; `None`: nothing.
     pub air: Option<Air>,
 }
@@ -31,23 +31,18 @@ pub struct Air {
     pub viscosity: f64,
 }
 
-/// The spring and damper that push penetrating bodies apart, relative to their masses.
+/// A soft layer on the geoms of [`Role::Tool`], felt where they meet one surface: a spring and a damper at every point of
+/// contact, and nothing softer than any other contact beyond its travel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Softness {
-    /// Natural frequency (Hz): higher is stiffer.
-    pub frequency: f64,
-    /// Damping ratio.
-    pub damping_ratio: f64,
-    /// Whether bodies in contact may not approach at all. A contact that is not rigid
-    /// brakes an approach over several steps, as a pad does.
-    pub rigid: bool,
-}
-
-impl Default for Softness {
-    /// Hard surfaces: a firm grasp penetrates by less than 0.1 mm.
-    fn default() -> Self {
-        Softness { frequency: 200.0, damping_ratio: 5.0, rigid: true }
-    }
+pub struct Pad {
+    /// Place of the surface among the geoms of the scene.
+    pub surface: usize,
+    /// Of one point of contact (N/m).
+    pub stiffness: f64,
+    /// Of one point of contact (N s/m).
+    pub damping: f64,
+    /// How far the layer gives way (m).
+    pub travel: f64,
 }
 
 /// A rigid body.

@@ -5,7 +5,7 @@ use nalgebra::Translation3;
 
 use crate::model::Model;
 use crate::panda::{HOME, tool_rotation};
-use crate::scene::{Body, Geom, Inertial, Joint, Role, Scene, Shape, Softness, at};
+use crate::scene::{Body, Geom, Inertial, Joint, Pad, Role, Scene, Shape, at};
 
 /// Middle of the contact face in the tool frame (m): the point that the arm controls.
 pub const GRIP_SITE: [f64; 3] = [0.0, 0.0, 0.015];
@@ -21,6 +21,11 @@ const STIFFNESS: f64 = 45_000.0;
 /// Damping ratio of each point of contact. The arm on the whole face has the damping
 /// ratio of one point times the square root of the number of points, about 0.4 in all.
 const DAMPING_RATIO: f64 = 0.15;
+/// The level face gives way under 450 N at most. robosuite's has no such end; a tool that is pressed on with kilonewtons
+/// lies centimetres deep there.
+const TRAVEL: f64 = 0.01;
+/// The corners of both rails carry the level face.
+const CORNERS: f64 = 8.0;
 
 /// Adds the tool below `right_hand`; returns its body, which carries the grip site.
 ///
@@ -46,13 +51,11 @@ pub fn add_wiping_tool(scene: &mut Scene, right_hand: usize) -> usize {
     })
 }
 
-/// Softness of contacts with which the level face has the tool's stiffness.
+/// The tool's soft layer against the geom `surface` (its place in the scene).
 ///
-/// The engine's spring at a point is m omega^2, m being the mass that a push meets there while the
-/// arm may give way to all sides: its effective mass, which is less than the apparent one. The
-/// eight corners of the rails carry the face. Taken with the arm at home; the stiffness follows
-/// the effective mass: 43 kN/m in the middle of the table, 61 at its near edge, 28 at the far one.
-pub fn softness(model: &Model) -> Softness {
+/// Its damping is relative to the effective mass of a corner: what a push meets there while the arm, here at home, may give
+/// way to all sides.
+pub fn pad(model: &Model, surface: usize) -> Pad {
     let k = model.kinematics(&HOME.into());
     let (jacobian, mass) = (model.jacobian(&k), model.mass(&k).cholesky().expect("a mass matrix"));
     let mut total = 0.0;
@@ -64,6 +67,6 @@ pub fn softness(model: &Model) -> Softness {
             total += 1.0 / push.dot(&mass.solve(&push));
         }
     }
-    let frequency = (STIFFNESS / total).sqrt() / std::f64::consts::TAU;
-    Softness { frequency, damping_ratio: DAMPING_RATIO, rigid: false }
+    let damping = 2.0 * DAMPING_RATIO * (STIFFNESS * total).sqrt();
+    Pad { surface, stiffness: STIFFNESS / CORNERS, damping: damping / CORNERS, travel: TRAVEL }
 }

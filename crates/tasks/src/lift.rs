@@ -95,7 +95,8 @@ impl Task for Lift {
     }
 
     /// Above the cube with open fingers, down, close, up; the phase follows from what is
-    /// seen, so the script recovers from a lost grasp.
+    /// seen, so the script recovers from a lost grasp. The cube in the hand moves with it: from the grasp on the hand keeps
+    /// its own place and turn, or it would follow itself.
     fn expert(&self, simulation: &Simulation, y: &Measurement) -> Waypoint {
         let cube = self.scene().cube_pose(simulation);
         let centre = cube.translation.vector;
@@ -110,7 +111,12 @@ impl Task for Lift {
             force: 0.0,
         };
         if self.scene().is_grasped(simulation) {
-            waypoint(TABLE_HEIGHT + 0.12, 1.0)
+            let up = Translation3::new(tool.x, tool.y, TABLE_HEIGHT + 0.12);
+            Waypoint {
+                pose: Pose::from_parts(up, straight_down(&(y.pose.rotation * Vector3::x()))),
+                grip: 1.0,
+                force: 0.0,
+            }
         } else if sideways < 0.012 && above < 0.012 {
             waypoint(centre.z, 1.0)
         } else if sideways < 0.012 && turn < 0.15 {
@@ -132,15 +138,17 @@ impl Task for Lift {
 /// Straight down, turned so that the fingers meet two faces of the cube; of the four
 /// such turns the nearest to where the tool is.
 fn grasp_rotation(cube: &Pose, tool: &Pose) -> UnitQuaternion<f64> {
-    let down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
     let edge = cube.rotation * Vector3::x();
-    let yaw = libm::atan2(edge.y, edge.x);
-    let turned = |quarter: i32| {
-        let angle = yaw + f64::from(quarter) * std::f64::consts::FRAC_PI_2;
-        UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle) * down
-    };
-    (0..4)
-        .map(turned)
+    let across = Vector3::z().cross(&edge);
+    [edge, across, -edge, -across]
+        .iter()
+        .map(straight_down)
         .min_by(|a, b| a.angle_to(&tool.rotation).total_cmp(&b.angle_to(&tool.rotation)))
         .expect("four candidates")
+}
+
+/// Straight down, its x along the level part of `forward`.
+fn straight_down(forward: &Vector3) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_axis_angle(&Vector3::z_axis(), libm::atan2(forward.y, forward.x))
+        * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
 }

@@ -147,22 +147,21 @@ impl Task for Wipe {
         Reward { terms, success: markers.wiped_count() == markers::COUNT }
     }
 
-    /// Level above the nearer end of the remaining line, down, and along it under pressure.
+    /// Level above the nearer end of the remaining line, down, and along it under pressure; up when nothing remains.
     fn expert(&self, _: &Simulation, y: &Measurement) -> Waypoint {
         let tool = y.pose.translation.vector;
         let distance = |marker: &Vector3| (marker - tool).xy().norm();
         let ends = [self.running().markers.remaining().next(), self.running().markers.remaining().last()]
             .into_iter()
             .flatten();
-        let target = ends.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(tool);
         let level = facing_down();
+        let at = |x: f64, y: f64, height: f64| Pose::from_parts(Translation3::new(x, y, TABLE_HEIGHT + height), level);
+        let Some(target) = ends.min_by(|a, b| distance(a).total_cmp(&distance(b))) else {
+            return Waypoint { pose: at(tool.x, tool.y, 0.05), grip: 0.0, force: 0.0 };
+        };
         let down = in_contact(y) || (distance(&target) < 0.02 && tool.z < TABLE_HEIGHT + 0.025);
         let press = down && y.pose.rotation.angle_to(&level) < 0.15;
-        Waypoint {
-            pose: Pose::from_parts(Translation3::new(target.x, target.y, TABLE_HEIGHT + 0.015), level),
-            grip: 0.0,
-            force: if press { EXPERT_FORCE } else { 0.0 },
-        }
+        Waypoint { pose: at(target.x, target.y, 0.015), grip: 0.0, force: if press { EXPERT_FORCE } else { 0.0 } }
     }
 
     fn achievement(&self) -> &'static str {

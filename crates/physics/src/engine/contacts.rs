@@ -43,6 +43,11 @@ impl Engine {
                 contacts.scene_on_links |= ours != others;
             }
         }
+        for touch in self.soft_touches() {
+            let torque = (touch.point - point).cross(&touch.force);
+            let wrench = Wrench::from_iterator(touch.force.iter().chain(&torque).copied());
+            *contacts.beyond_wrist.get_or_insert_default() += wrench;
+        }
         contacts
     }
 
@@ -71,33 +76,41 @@ impl Engine {
     /// Number of points at which geoms `a` and `b` (indices in the scene's order) press on
     /// each other.
     pub fn contact_points(&self, a: usize, b: usize) -> usize {
-        let pair = self.world.narrow_phase.contact_pair(self.geoms[a].0, self.geoms[b].0);
+        let (a, b) = (self.geoms[a].0, self.geoms[b].0);
+        if self.soft_layer.as_ref().is_some_and(|layer| layer.between(a, b)) {
+            return self.soft_touches().filter(|touch| touch.geom == a || touch.geom == b).count();
+        }
+        let pair = self.world.narrow_phase.contact_pair(a, b);
         let points = pair.into_iter().flat_map(|pair| pair.manifolds()).flat_map(|manifold| &manifold.points);
         points.filter(|point| point.data.impulse > 0.0).count()
     }
 
-    /// Deepest overlap (m) of any two geoms that may touch, at the start of the last step; 0 without contact.
+    /// Deepest overlap (m) of any two geoms that may touch, at the start of the last step; 0 without contact. A soft layer
+    /// that gives way is no overlap.
     pub fn deepest_penetration(&self) -> f64 {
-        deepest_penetration(&self.world)
+        self.deepest_in(&self.world)
     }
 
     /// The same as they stand now: what a step of a copy starts from.
     pub fn overlap(&self) -> f64 {
         let EngineState(mut copy) = self.snapshot();
         copy.step();
-        deepest_penetration(&copy)
+        self.deepest_in(&copy)
     }
 
-    fn role(&self, collider: ColliderHandle) -> Option<Role> {
+    fn deepest_in(&self, world: &PhysicsWorld) -> f64 {
+        let soft = |pair: &ContactPair| {
+            let layer = self.soft_layer.as_ref().filter(|layer| layer.between(pair.collider1, pair.collider2));
+            layer.map_or(0.0, |layer| layer.pad.travel)
+        };
+        let depths = world.narrow_phase.contact_pairs().flat_map(|pair| {
+            let points = pair.manifolds().iter().flat_map(|manifold| &manifold.points);
+            points.map(move |point| -point.dist - soft(pair))
+        });
+        depths.fold(0.0, f64::max)
+    }
+
+    pub(super) fn role(&self, collider: ColliderHandle) -> Option<Role> {
         self.roles.get(collider.into_raw_parts().0 as usize).copied().flatten()
     }
-}
-
-fn deepest_penetration(world: &PhysicsWorld) -> f64 {
-    world
-        .narrow_phase
-        .contact_pairs()
-        .flat_map(|pair| pair.manifolds())
-        .flat_map(|manifold| &manifold.points)
-        .fold(0.0, |deepest: f64, point| deepest.max(-point.dist))
 }

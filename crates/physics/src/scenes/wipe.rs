@@ -4,7 +4,7 @@ use super::{Table, add_fixtures};
 use crate::model::Model;
 use crate::panda::{Parameters, add_arm};
 use crate::scene::Scene;
-use crate::wiping_tool::{GRIP_SITE, RAILS, add_wiping_tool, softness};
+use crate::wiping_tool::{GRIP_SITE, RAILS, add_wiping_tool, pad};
 use crate::{Plant, Simulation};
 
 /// Height of the table top (m).
@@ -32,7 +32,7 @@ pub fn scene(parameters: &Parameters, height: f64, friction: f64) -> (Scene, usi
     let base = add_fixtures(&mut scene, &table);
     let right_hand = add_arm(&mut scene, parameters, base);
     let tool = add_wiping_tool(&mut scene, right_hand);
-    scene.softness = softness(&Model::new(&scene, tool, GRIP_SITE));
+    scene.pad = Some(pad(&Model::new(&scene, tool, GRIP_SITE), scene.geom("table")));
     (scene, tool)
 }
 
