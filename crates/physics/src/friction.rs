@@ -154,3 +154,51 @@ fn stick(mass: &Cholesky<f64, nalgebra::Const<7>>, free: &JointVector, limit: &J
     }
     impulse
 }
+
+#[cfg(test)]
+mod tests {
+    use aforce::Vector3;
+
+    use super::*;
+    use crate::gripper::GRIP_SITE;
+    use crate::model::Model;
+    use crate::panda::{HOME, ParameterSet};
+    use crate::scenes::lift;
+
+    /// Joints that friction can hold stand still; the others are braked by all that it has.
+    #[test]
+    fn friction_holds_what_it_can_and_brakes_the_rest() {
+        let (scene, gripper) = lift::scene(&ParameterSet::Robosuite.parameters(), Vector3::repeat(0.021));
+        let model = Model::new(&scene, gripper, GRIP_SITE);
+        let mass = model.mass(&model.kinematics(&HOME.into()));
+        let factors = mass.cholesky().unwrap();
+        let limit = JointVector::repeat(2e-4);
+        // The second joint is driven by four times its friction, the fifth by half of it.
+        let mut driven = JointVector::zeros();
+        (driven[1], driven[4]) = (8e-4, 1e-4);
+        let impulse = stick(&factors, &factors.solve(&driven), &limit);
+        let after = factors.solve(&(driven + impulse));
+        assert!(after[1] > 1e-5, "{after}");
+        for i in 0..7 {
+            assert!(impulse[i].abs() <= limit[i]);
+            let held = after[i].abs() < 1e-9;
+            let braked = impulse[i] == -limit[i].copysign(after[i]);
+            assert!(held || braked, "joint {i}: {} after {}", after[i], impulse[i]);
+        }
+        assert!(after[4].abs() < 1e-9, "{after}");
+    }
+
+    #[test]
+    #[should_panic(expected = "joint \"joint3\" has a dry friction of -0.1: it must be finite and at least 0")]
+    fn a_friction_that_drives_is_refused() {
+        let mut axes = crate::engine::Engine::new(
+            &lift::scene(&ParameterSet::Robosuite.parameters(), Vector3::repeat(0.021)).0,
+            0.002,
+            1,
+        )
+        .axes()
+        .to_vec();
+        axes[2].friction = -0.1;
+        DryFriction::new(&axes, &[1.0; 9], 0.002);
+    }
+}

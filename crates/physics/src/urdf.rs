@@ -63,6 +63,14 @@ pub enum UrdfError {
         /// As found.
         axis: [f64; 3],
     },
+    /// A dry friction that drives its joint.
+    #[error("joint {joint:?} has a dry friction of {friction}; it must be finite and at least 0")]
+    Friction {
+        /// Its name.
+        joint: String,
+        /// As found (Nm).
+        friction: f64,
+    },
 }
 
 /// The arm whose tool is the link `tool`; also the place of the tool's body in the scene. Links on the way are called `link1` to
@@ -141,7 +149,7 @@ impl Builder<'_> {
         let place = joint.and_then(|joint| self.moving.iter().position(|name| *name == joint.name));
         let back = Pose::from_parts(Translation3::identity(), turn.inverse());
         let moves = match (place, joint) {
-            (Some(place), Some(joint)) => self.hinge(place, joint),
+            (Some(place), Some(joint)) => self.hinge(place, joint)?,
             _ => Joint::Fixed,
         };
         let name = place.map_or_else(|| link.to_owned(), |place| format!("link{}", place + 1));
@@ -169,12 +177,15 @@ impl Builder<'_> {
         Ok(())
     }
 
-    fn hinge(&mut self, place: usize, joint: &UrdfJoint) -> Joint {
+    fn hinge(&mut self, place: usize, joint: &UrdfJoint) -> Result<Joint, UrdfError> {
         self.scene.actuators.push(Actuator { joint: joint.name.clone(), max_effort: joint.limit.effort });
         let (damping, friction) = joint.dynamics.as_ref().map_or((0.0, 0.0), |d| (d.damping, d.friction));
+        if !(friction >= 0.0 && friction.is_finite()) {
+            return Err(UrdfError::Friction { joint: joint.name.clone(), friction });
+        }
         let endless = joint.joint_type == JointType::Continuous;
         let range = if endless { [-100.0, 100.0] } else { [joint.limit.lower, joint.limit.upper] };
-        Joint::Hinge(Axis {
+        Ok(Joint::Hinge(Axis {
             name: joint.name.clone(),
             direction: Vector3::z_axis(),
             range,
@@ -183,7 +194,7 @@ impl Builder<'_> {
             armature: self.drives.armature[place],
             spring: 0.0,
             stop: Stop::Constraint,
-        })
+        }))
     }
 
     fn inertial(&self, link: &str) -> Inertial {

@@ -112,6 +112,11 @@ fn what_is_no_arm_of_seven_joints_is_refused_by_name() {
     assert!(text.contains(z));
     let flat = text.replacen(z, "<axis xyz=\"0 0 0\"/>", 1);
     assert_eq!(error(&flat, "right_hand"), "joint \"joint1\" has the axis [0.0, 0.0, 0.0]");
+    let driving = text.replacen("friction=\"0\"", "friction=\"-0.1\"", 1);
+    assert_eq!(
+        error(&driving, "right_hand"),
+        "joint \"joint1\" has a dry friction of -0.1; it must be finite and at least 0"
+    );
     // A loop, of the arm or beside it, and a link with two parents.
     let joint = |parent, child| {
         let ends = format!("<parent link=\"{parent}\"/><child link=\"{child}\"/>");

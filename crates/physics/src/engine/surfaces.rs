@@ -44,3 +44,36 @@ impl Surfaces<'_> {
         Some((hit.time_of_impact, coordinates(hit.normal), self.geoms[geom as usize].1))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::panda::{HOME, ParameterSet};
+    use crate::scenes::lift;
+
+    /// The tree leaves out no shape that trying them all finds.
+    #[test]
+    fn rays_meet_what_they_meet_without_the_tree() {
+        let scene = lift::scene(&ParameterSet::Robosuite.parameters(), Vector3::repeat(0.021)).0;
+        let mut engine = Engine::new(&scene, 0.002, 1);
+        HOME.iter().enumerate().for_each(|(i, &q)| engine.set_coordinate(i, q, 0.0));
+        engine.settle();
+        engine.step(&[0.0; 9]);
+        let surfaces = engine.surfaces();
+        let eye = Vector3::new(1.5, -0.8, 1.6);
+        let mut hits = 0;
+        for (row, column) in (0..40).flat_map(|row| (0..40).map(move |column| (row, column))) {
+            let target = Vector3::new(-0.6 + 0.03 * f64::from(column), 0.0, 0.4 + 0.03 * f64::from(row));
+            let direction = (target - eye).normalize();
+            let ray = Ray::new(vector(&eye), vector(&direction));
+            let each = surfaces.geoms.iter().filter_map(|(collider, color)| {
+                let hit = collider.shape().cast_ray_and_get_normal(collider.position(), &ray, REACH, true)?;
+                Some((hit.time_of_impact, coordinates(hit.normal), *color))
+            });
+            let nearest = each.min_by(|a, b| a.0.total_cmp(&b.0));
+            assert_eq!(surfaces.cast(&eye, &direction), nearest, "row {row}, column {column}");
+            hits += usize::from(nearest.is_some());
+        }
+        assert!(hits > 400, "{hits} of 1600 rays meet something");
+    }
+}
