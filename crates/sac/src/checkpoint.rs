@@ -116,6 +116,7 @@ impl Checkpoint {
     fn read(folder: &Path, config: &Config, observation_dim: usize, action_dim: usize) -> Result<Self, Error> {
         let state = read_state(folder, observation_dim, action_dim)?;
         same_settings(&state.config, config).map_err(|problem| Error::checkpoint(&folder.join(STATE), problem))?;
+        config.kernels.insist()?;
         let policy = read_policy(folder, &state, config)?;
         let mut sac = Sac::zeros(config, observation_dim, action_dim);
         (sac.average, sac.updates) = (policy, state.updates);
@@ -156,12 +157,13 @@ impl Actor {
     ///
     /// As [`Checkpoint::load`].
     pub fn load(folder: &Path, observation_dim: usize, action_dim: usize, seed: u64) -> Result<(Self, Value), Error> {
-        crate::threads::use_one();
         whole(folder, |folder| {
             let state = read_state(folder, observation_dim, action_dim)?;
             let at = |problem: &dyn ToString| Error::checkpoint(&folder.join(STATE), problem.to_string());
             let config = Config::deserialize(&state.config).map_err(|e| at(&e))?;
             config.validate().map_err(|e| at(&e))?;
+            // Those of a learner in the same process, if there is one: an action differs by a rounding, no run goes on from it.
+            config.kernels.choose()?;
             let policy = read_policy(folder, &state, &config)?;
             Ok((Self::new(&config, policy, ChaCha8Rng::seed_from_u64(seed)), state.caller))
         })

@@ -61,9 +61,10 @@ impl Sac {
     ///
     /// # Errors
     ///
-    /// [`Error::Config`] if a setting is out of range.
+    /// [`Error::Config`] if a setting is out of range, or if this process multiplies with other kernels already.
     pub fn new(config: &Config, observation_dim: usize, action_dim: usize, seed: u64) -> Result<Self, Error> {
         config.validate()?;
+        config.kernels.insist()?;
         let stream = |stream: Stream| {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             rng.set_stream(stream as u64);
@@ -79,7 +80,6 @@ impl Sac {
 
     /// A learner of the right sizes whose weights and generators are yet to be set.
     pub(crate) fn zeros(config: &Config, observation_dim: usize, action_dim: usize) -> Self {
-        crate::threads::use_one();
         let rng = ChaCha8Rng::seed_from_u64(0);
         let network = Networks::zeros(Actor::NAMES, &Actor::sizes(config, observation_dim, action_dim));
         let actor = Actor::new(config, network, rng.clone());
