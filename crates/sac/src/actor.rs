@@ -6,7 +6,7 @@ use rand_distr::{Distribution, StandardNormal};
 use tch::Tensor;
 
 use crate::Config;
-use crate::gaussian::SquashedGaussian;
+use crate::gaussian::{Samples, SquashedGaussian};
 use crate::network::Networks;
 
 /// How an action is chosen.
@@ -78,11 +78,12 @@ impl Actor {
         let _no_grad = tch::no_grad_guard();
         let output = self.network.forward(&Tensor::from_slice(observation).unsqueeze(0)).remove(0);
         let output: Vec<f32> = Vec::try_from(output.view(-1)).expect("f32");
-        for (i, action) in action.iter_mut().enumerate() {
-            *action = match mode {
-                Act::Sample => self.policy.sample(output[i], output[n + i], noise(i, &mut self.rng)).action,
-                _ => self.policy.mean(output[i]),
-            };
+        if mode == Act::Mean {
+            return action.iter_mut().zip(&output).for_each(|(action, mean)| *action = self.policy.mean(*mean));
         }
+        let noise: Vec<f32> = (0..n).map(|i| noise(i, &mut self.rng)).collect();
+        let mut samples = Samples::zeros(n);
+        self.policy.sample(&output, &noise, n, &mut samples);
+        action.iter_mut().enumerate().for_each(|(i, action)| *action = samples.action(i));
     }
 }

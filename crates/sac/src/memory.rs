@@ -5,7 +5,7 @@ use tch::Tensor;
 use crate::Config;
 use crate::actor::Actor;
 use crate::buffer::Buffer;
-use crate::gaussian::Sample;
+use crate::gaussian::Samples;
 use crate::network::Networks;
 use crate::pass::Pass;
 use crate::replay::Batch;
@@ -35,7 +35,7 @@ pub(crate) struct Drawn {
     /// Standard normal, `(batch, action)`.
     pub noise: Vec<f32>,
     /// `(batch, action)`.
-    pub samples: Vec<Sample>,
+    pub samples: Samples,
     /// log pi, `(batch)`.
     pub log_prob: Vec<f32>,
     /// `(batch, observation + action)`: what the critics are asked.
@@ -71,7 +71,7 @@ impl Drawn {
         Self {
             observation_dim,
             noise: vec![0.0; rows * actions],
-            samples: vec![Sample::default(); rows * actions],
+            samples: Samples::zeros(rows * actions),
             log_prob: vec![0.0; rows],
             input: Buffer::zeros(rows * (observation_dim + actions)),
             pass: Pass::new(&actor.network, rows, back),
@@ -83,18 +83,13 @@ impl Drawn {
         self.input.copy_from_slice(rows);
         self.pass.forward(&actor.network, &self.observations());
         let actions = actor.action_dim();
-        let outputs = self.pass.result().chunks_exact(2 * actions);
-        let width = self.observation_dim + actions;
-        let drawn =
-            self.samples.chunks_exact_mut(actions).zip(&mut self.log_prob).zip(self.input.chunks_exact_mut(width));
-        for ((output, noise), ((samples, log_prob), input)) in outputs.zip(self.noise.chunks_exact(actions)).zip(drawn)
-        {
-            let (mean, raw_log_std) = output.split_at(actions);
+        actor.policy.sample(self.pass.result(), &self.noise, actions, &mut self.samples);
+        let rows = self.log_prob.iter_mut().zip(self.input.chunks_exact_mut(self.observation_dim + actions));
+        for (row, (log_prob, input)) in rows.enumerate() {
             *log_prob = 0.0;
             for i in 0..actions {
-                samples[i] = actor.policy.sample(mean[i], raw_log_std[i], noise[i]);
-                *log_prob += samples[i].log_prob;
-                input[self.observation_dim + i] = samples[i].action;
+                *log_prob += self.samples.log_prob(row * actions + i);
+                input[self.observation_dim + i] = self.samples.action(row * actions + i);
             }
         }
     }

@@ -87,7 +87,7 @@ impl Sac {
         let sizes = [&[observation_dim + action_dim], config.hidden.as_slice(), &[value.outputs()]].concat();
         let critics = Networks::zeros(&["critic_1", "critic_2"], &sizes);
         Self {
-            log_temperature: config.initial_temperature.ln() as f32,
+            log_temperature: libm::log(config.initial_temperature) as f32,
             actor_adam: Adam::new(actor.network.values.len()),
             critic_adam: Adam::new(critics.values.len()),
             temperature_adam: Adam::new(1),
@@ -158,7 +158,7 @@ impl Sac {
 
     /// Weight of the entropy, in reward per nat.
     pub fn temperature(&self) -> f32 {
-        self.log_temperature.exp()
+        libm::expf(self.log_temperature)
     }
 
     /// Learns from one batch drawn from `replay`.
@@ -284,9 +284,10 @@ impl Sac {
 
         let gradients = present.pass.result_and_gradient().1.chunks_exact_mut(2 * actions);
         let by_action = action_gradient.chunks_exact(actions);
-        for ((gradient, samples), by_action) in gradients.zip(present.samples.chunks_exact(actions)).zip(by_action) {
+        for (row, (gradient, by_action)) in gradients.zip(by_action).enumerate() {
             for i in 0..actions {
-                (gradient[i], gradient[actions + i]) = samples[i].backward(by_action[i], alpha * share);
+                (gradient[i], gradient[actions + i]) =
+                    present.samples.backward(row * actions + i, by_action[i], alpha * share);
             }
         }
         present.pass.backward(&self.actor.network);
@@ -310,7 +311,7 @@ impl Sac {
         let t = self.updates / self.config.actor_period;
         let log_temperature = std::slice::from_mut(&mut self.log_temperature);
         self.temperature_adam.step(log_temperature, &[gradient], self.config.temperature_learning_rate, t);
-        let floor = self.config.min_temperature.ln() as f32;
+        let floor = libm::log(self.config.min_temperature) as f32;
         // Not max(), which makes a number of NaN.
         if self.log_temperature < floor {
             self.log_temperature = floor;
