@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use crate::Config;
-use crate::buffer::Buffer;
+use crate::buffer::Matrix;
 use crate::gaussian::{Samples, SquashedGaussian};
 use crate::network::Networks;
 use crate::pass::Pass;
@@ -29,7 +29,7 @@ pub struct Actor {
     pub(crate) policy: SquashedGaussian,
     pub(crate) rng: ChaCha8Rng,
     /// Where one observation goes through the network; nothing stays from one action to the next.
-    observation: Buffer,
+    observation: Matrix,
     pass: Pass,
     samples: Samples,
 }
@@ -50,7 +50,7 @@ impl Actor {
     fn with_policy(network: Networks, policy: SquashedGaussian, rng: ChaCha8Rng) -> Self {
         let [first, .., last] = network.sizes[..] else { unreachable!("a network has an input and an output") };
         let (observation, pass, samples) =
-            (Buffer::zeros(first), Pass::new(&network, 1, false), Samples::zeros(last / 2));
+            (Matrix::zeros(1, first), Pass::new(&network, 1, false), Samples::zeros(last / 2));
         Self { network, policy, rng, observation, pass, samples }
     }
 
@@ -88,7 +88,7 @@ impl Actor {
             return action.fill_with(|| self.rng.random_range(-1.0..=1.0));
         }
         self.observation.copy_from_slice(observation);
-        self.pass.forward(&self.network, &self.observation.view(0, &[1, observation.len()]));
+        self.pass.forward(&self.network, &self.observation.view);
         let output = self.pass.result();
         if mode == Act::Mean {
             return action.iter_mut().zip(output).for_each(|(action, mean)| *action = self.policy.mean(*mean));

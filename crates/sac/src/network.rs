@@ -6,11 +6,13 @@ use tch::Tensor;
 
 use crate::buffer::Buffer;
 
-/// The weights of one layer of one network, `y = x W^T + b`: a view into the flat vector.
+/// The weights of one layer of one network, `y = x W^T + b`. Both tensors are views into the flat vector.
 #[derive(Debug)]
 pub(crate) struct Layer {
     /// `(out, in)`, as in PyTorch.
     pub weight: Tensor,
+    /// `(in, out)`.
+    pub transposed: Tensor,
 }
 
 /// One or more equally shaped perceptrons with ReLU between the layers: the actor, or the twin critics.
@@ -27,6 +29,8 @@ pub(crate) struct Networks {
     pub layers: Vec<Vec<Layer>>,
     /// The first weights of all networks, `(networks * first hidden, input)`.
     pub first: Tensor,
+    /// `(input, networks * first hidden)`.
+    pub first_transposed: Tensor,
 }
 
 /// Where a weight or bias lies in the flat vector.
@@ -58,10 +62,13 @@ impl Networks {
             let entry = entries.iter().find(|e| e.name == name).expect("every layer has a weight");
             values.view(entry.offset, &entry.shape)
         };
-        let layer = |name: &str, i: usize| Layer { weight: view(entry_name(name, i, "weight")) };
+        let layer = |name: &str, i: usize| {
+            let weight = view(entry_name(name, i, "weight"));
+            Layer { transposed: weight.tr(), weight }
+        };
         let layers = names.iter().map(|name| (0..sizes.len() - 1).map(|i| layer(name, i)).collect()).collect();
         let first = values.view(0, &[names.len() * sizes[1], sizes[0]]);
-        Self { names: names.to_vec(), sizes: sizes.to_vec(), values, layers, first }
+        Self { names: names.to_vec(), sizes: sizes.to_vec(), values, layers, first_transposed: first.tr(), first }
     }
 
     /// Orthogonal weights, biases zero (as in pytorch_sac).

@@ -13,6 +13,7 @@ use crate::network::Networks;
 use crate::nudge::Nudges;
 use crate::pink::Pink;
 use crate::replay::Replay;
+use crate::simd::wide;
 use crate::value::Value;
 use crate::{Config, Error};
 
@@ -236,10 +237,9 @@ impl Sac {
         let (alpha, t) = (self.temperature(), self.age());
         let Memory { batch, next, done, critic_pass, target_pass, critic_gradient, .. } = &mut self.memory;
         next.draw(&self.actor, &batch.next_input);
-        target_pass.forward(&self.targets, &next.input());
+        target_pass.forward(&self.targets, &next.input.view);
         done.copy_from_slice(&batch.input);
-        let done = done.view(0, &[batch.reward.len(), self.critics.sizes[0]]);
-        critic_pass.forward(&self.critics, &done);
+        critic_pass.forward(&self.critics, &done.view);
 
         let (share, size) = (1.0 / batch.reward.len() as f32, self.value.outputs());
         let mut loss = 0.0;
@@ -253,7 +253,7 @@ impl Sac {
             }
         }
         critic_pass.backward(&self.critics);
-        critic_pass.parameter_gradient(&done, critic_gradient);
+        critic_pass.parameter_gradient(&done.view, critic_gradient);
         let gradient = &critic_gradient.values;
         self.critic_adam.step(&mut self.critics.values, gradient, self.config.critic_learning_rate, t);
         (loss, norm(gradient))
@@ -265,7 +265,7 @@ impl Sac {
         let (alpha, t) = (self.temperature(), self.actor_age());
         let Memory { batch, present, critic_pass, actor_gradient, action_gradient, .. } = &mut self.memory;
         present.draw(&self.actor, &batch.input);
-        critic_pass.forward(&self.critics, &present.input());
+        critic_pass.forward(&self.critics, &present.input.view);
 
         let (observations, actions) = (self.actor.observation_dim(), self.actor.action_dim());
         let (share, size) = (1.0 / self.config.batch_size as f32, self.value.outputs());
@@ -291,7 +291,7 @@ impl Sac {
             }
         }
         present.pass.backward(&self.actor.network);
-        present.pass.parameter_gradient(&present.observations(), actor_gradient);
+        present.pass.parameter_gradient(&present.observations, actor_gradient);
         let entropy = -mean(&present.log_prob);
         let gradient = &actor_gradient.values;
         self.actor_adam.step(&mut self.actor.network.values, gradient, self.config.actor_learning_rate, t);
@@ -326,10 +326,12 @@ impl Sac {
     }
 }
 
-/// Moves `slow` the fraction `share` of the way to `fast` (Polyak averaging).
-fn blend(slow: &mut [f32], fast: &[f32], share: f32) {
-    for (slow, fast) in slow.iter_mut().zip(fast) {
-        *slow += share * (fast - *slow);
+wide! {
+    /// Moves `slow` the fraction `share` of the way to `fast` (Polyak averaging).
+    fn blend(slow: &mut [f32], fast: &[f32], share: f32) {
+        for (slow, fast) in slow.iter_mut().zip(fast) {
+            *slow += share * (fast - *slow);
+        }
     }
 }
 

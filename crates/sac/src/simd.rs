@@ -3,9 +3,9 @@
 //! Both give the same bits. The compiler may do eight additions at once, but neither reorders the sum of a loop nor fuses a product
 //! with an addition, unless it is told to.
 
-/// A function whose body is compiled for AVX2 as well.
+/// Functions whose bodies are compiled for AVX2 as well.
 macro_rules! wide {
-    ($(#[$about:meta])* $visibility:vis fn $name:ident($($argument:ident: $type:ty),* $(,)?) $body:block) => {
+    ($($(#[$about:meta])* $visibility:vis fn $name:ident($($argument:ident: $type:ty),* $(,)?) $body:block)*) => {$(
         $(#[$about])*
         $visibility fn $name($($argument: $type),*) {
             #[inline(always)]
@@ -24,7 +24,7 @@ macro_rules! wide {
             }
             anywhere($($argument),*)
         }
-    };
+    )*};
 }
 pub(crate) use wide;
 
