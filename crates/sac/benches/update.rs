@@ -125,7 +125,8 @@ fn multiply([a, b, out]: &[Tensor; 3]) {
 fn main() {
     // Cargo adds `--bench`.
     let mut arguments = std::env::args().skip(1).filter(|argument| argument != "--bench");
-    let rounds: u32 = arguments.next().map_or(12, |rounds| rounds.parse().expect("the first argument is a number of rounds"));
+    let rounds: u32 =
+        arguments.next().map_or(12, |rounds| rounds.parse().expect("the first argument is a number of rounds"));
     let names: Vec<String> = arguments.collect();
     let known = setups();
     for name in &names {

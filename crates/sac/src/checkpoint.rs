@@ -7,7 +7,7 @@
 //! | `critic.safetensors`, `target.safetensors` | the same for `critic_1` and `critic_2` |
 //! | `optimizer.safetensors` | Adam's moments (`.adam_m`, `.adam_v`) of `online_actor` and `critic`, and `log_temperature` with its own |
 //! | `state.json` | sizes, settings, number of updates (which `actor.safetensors` repeats), states of the random generators, and what the caller adds |
-//! | `replay.bin` | the replay memory, if it was given |
+//! | `replay.bin`, `replay_*.bin` | the replay memory, if it was given; the latter are shared with the checkpoint before, as second names of the same files |
 
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -86,7 +86,7 @@ impl Checkpoint {
         }
         fs::create_dir_all(&new)?;
         // A full disk keeps the old checkpoint, and nothing of the new one.
-        write(&new, sac, replay, caller).inspect_err(|_| drop(fs::remove_dir_all(&new)))?;
+        write(&new, folder, sac, replay, caller).inspect_err(|_| drop(fs::remove_dir_all(&new)))?;
         if folder.exists() {
             fs::rename(folder, &old)?;
         }
@@ -143,9 +143,9 @@ impl Checkpoint {
         }
         sac.log_temperature = optimizer.values(&temperature, "")?[0];
 
-        let path = folder.join("replay.bin");
-        let replay =
-            path.exists().then(|| replay_file::read(&path, config, observation_dim, action_dim)).transpose()?;
+        let replay = replay_file::exists(folder)
+            .then(|| replay_file::read(folder, config, observation_dim, action_dim))
+            .transpose()?;
         Ok(Self { sac, replay, caller: state.caller })
     }
 }
@@ -170,7 +170,8 @@ impl Actor {
     }
 }
 
-fn write(folder: &Path, sac: &Sac, replay: Option<&Replay>, caller: Value) -> Result<(), Error> {
+/// Writes the folder of a checkpoint that will take the place of the one `before`.
+fn write(folder: &Path, before: &Path, sac: &Sac, replay: Option<&Replay>, caller: Value) -> Result<(), Error> {
     let (actor, critics, temperature) = (sac.actor.network.entries(), sac.critics.entries(), log_temperature());
     let of_checkpoint = Some((UPDATES, sac.updates.to_string()));
     write_tensors(&folder.join(POLICY), &[(&actor, "", &sac.average.values)], of_checkpoint)?;
@@ -188,7 +189,7 @@ fn write(folder: &Path, sac: &Sac, replay: Option<&Replay>, caller: Value) -> Re
     ];
     write_tensors(&folder.join("optimizer.safetensors"), &optimizer, None)?;
     if let Some(replay) = replay {
-        replay_file::write(&folder.join("replay.bin"), replay)?;
+        replay_file::write(folder, before, replay)?;
     }
     let state = State {
         format: FORMAT,

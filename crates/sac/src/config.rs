@@ -79,7 +79,7 @@ pub struct Config {
     /// 0: never.
     #[serde(default)]
     pub reset_period: u64,
-    /// Transitions kept; the oldest make room. One takes 4 (2 observations + actions + 2) bytes.
+    /// Transitions kept; the oldest make room. One takes 4 (observation + action + 5) bytes.
     pub replay_capacity: usize,
     /// Episodes that a script plays before the run, and of which half of every batch is drawn; 0 for none. Played by the caller
     /// ([`Sac::update_with_prior`](crate::Sac::update_with_prior)).

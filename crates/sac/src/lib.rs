@@ -39,6 +39,7 @@ mod error;
 mod gaussian;
 mod kernels;
 mod layer_norm;
+mod log;
 mod losses;
 mod math;
 mod memory;
