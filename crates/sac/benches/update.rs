@@ -1,56 +1,97 @@
-//! Time of one action, of one update, and of the matrix products that an update cannot do without; one thread, at the sizes of
-//! the Lift task.
+//! CPU time of one update, of the matrix products that it cannot do without, and of one action; one thread, at the sizes of the Lift task.
 //!
-//! `cargo bench -p sac`; with `-- --save-baseline NAME` and `-- --baseline NAME` two versions are compared.
+//! `cargo bench -p sac` prints a row for each set-up, `cargo bench -p sac -- 1 swift` one round of `swift` alone. Rounds of the set-ups
+//! alternate and the least counts, so that a neighbour on the machine does not.
 
 use std::hint::black_box;
 
-use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rustix::time::{ClockId, clock_gettime};
 use sac::{Act, Config, Preset, Replay, Sac, Transition};
 use tch::{Device, Kind, Tensor};
 
 const OBSERVATIONS: usize = 42;
 const ACTIONS: usize = 7;
+/// Updates and actions per round.
+const UPDATES: u64 = 200;
 
-fn learner(config: &Config) -> (Sac, Replay) {
-    let mut rng = ChaCha8Rng::seed_from_u64(1);
-    let mut numbers = |n| (0..n).map(|_| rng.random_range(-1.0..1.0)).collect::<Vec<f32>>();
-    let mut replay = Replay::new(config, OBSERVATIONS, ACTIONS);
-    for k in 0..20_000 {
-        let transition = Transition {
-            observation: &numbers(OBSERVATIONS),
-            action: &numbers(ACTIONS),
-            reward: numbers(1)[0],
-            next_observation: &numbers(OBSERVATIONS),
-            terminated: false,
-            truncated: k % 500 == 499,
-        };
-        replay.push(&transition).unwrap();
-    }
-    (Sac::new(config, OBSERVATIONS, ACTIONS, 1).unwrap(), replay)
-}
-
-fn presets() -> [(&'static str, Config); 3] {
+/// Name and settings of what is measured.
+fn setups() -> Vec<(&'static str, Config)> {
     let desktop = Preset::DESKTOP.settings();
+    let small = Config { hidden: vec![128, 128], ..desktop.clone() };
     let large_batch = Config { batch_size: 256, ..desktop.clone() };
-    [("desktop", desktop), ("desktop, batch 256", large_batch), ("paper", Preset::PAPER.settings())]
+    vec![("swift", Preset::SWIFT.settings()), ("128x2", small), ("256x2", desktop), ("256x2-batch-256", large_batch)]
 }
 
-fn update(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("update");
-    for (name, config) in presets() {
-        let (mut sac, replay) = learner(&config);
-        group.sample_size(if name == "paper" { 10 } else { 50 });
-        group.bench_function(BenchmarkId::from_parameter(name), |b| b.iter(|| black_box(sac.update(&replay))));
-        let mut multiply = multiply(&products(&config));
-        group.bench_function(BenchmarkId::new("matrix products", name), |b| b.iter(&mut multiply));
+/// What a set-up works with, and the least times so far (ms).
+struct Setup {
+    name: &'static str,
+    sac: Sac,
+    replay: Replay,
+    /// Products of an update of the critics alone, and of one of the actor besides.
+    products: [Vec<[Tensor; 3]>; 2],
+    least: [f64; 3],
+}
+
+impl Setup {
+    fn new(name: &'static str, config: &Config) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let mut numbers = |n| (0..n).map(|_| rng.random_range(-1.0..1.0)).collect::<Vec<f32>>();
+        let mut replay = Replay::new(config, OBSERVATIONS, ACTIONS);
+        let mut observation = numbers(OBSERVATIONS);
+        for k in 0..20_000 {
+            let next_observation = numbers(OBSERVATIONS);
+            let transition = Transition {
+                observation: &observation,
+                action: &numbers(ACTIONS),
+                reward: numbers(1)[0],
+                next_observation: &next_observation,
+                terminated: false,
+                truncated: k % 500 == 499,
+            };
+            replay.push(&transition).unwrap();
+            observation = next_observation;
+        }
+        let mut sac = Sac::new(config, OBSERVATIONS, ACTIONS, 1).unwrap();
+        (0..20).for_each(|_| assert!(sac.update(&replay).is_finite()));
+        let products = products(config).map(|products| products.into_iter().map(tensors).collect());
+        Self { name, sac, replay, products, least: [f64::INFINITY; 3] }
+    }
+
+    fn round(&mut self) {
+        let Self { sac, replay, products, least, .. } = self;
+        let period = sac.config().actor_period;
+        let mut action = [0.0; ACTIONS];
+        let times = [
+            cpu_ms(|_| assert!(black_box(sac.update(replay)).is_finite())),
+            cpu_ms(|k| {
+                products[0].iter().for_each(multiply);
+                if k % period == 0 {
+                    products[1].iter().for_each(multiply);
+                }
+            }),
+            cpu_ms(|_| sac.act(black_box(&[0.3; OBSERVATIONS]), &mut action, Act::Sample)),
+        ];
+        for (least, time) in least.iter_mut().zip(times) {
+            *least = least.min(time);
+        }
     }
 }
 
-/// Rows, inner length and columns of every product of an update.
-fn products(config: &Config) -> Vec<[usize; 3]> {
+/// Mean CPU time of a call (ms).
+fn cpu_ms(mut call: impl FnMut(u64)) -> f64 {
+    let now = || {
+        let time = clock_gettime(ClockId::ProcessCPUTime);
+        1e3 * time.tv_sec as f64 + 1e-6 * time.tv_nsec as f64
+    };
+    let began = now();
+    (0..UPDATES).for_each(&mut call);
+    (now() - began) / UPDATES as f64
+}
+
+/// Rows, inner length and columns of every product of an update: those of each, and those of one that has a step of the actor.
+fn products(config: &Config) -> [Vec<[usize; 3]>; 2] {
     let n = config.batch_size;
     let forward = |sizes: &[usize]| sizes.windows(2).map(|pair| [n, pair[0], pair[1]]).collect::<Vec<_>>();
     // Towards the layer's parameters; towards its input.
@@ -61,34 +102,43 @@ fn products(config: &Config) -> Vec<[usize; 3]> {
     let critic = network(OBSERVATIONS + ACTIONS, 1);
     // Towards the action alone.
     let asked = network(ACTIONS, 1);
-    // Actions for the next and the present observations, and the actor's own step.
-    let of_actor = [forward(&actor), forward(&actor), parameters(&actor), input(&actor[1..])].concat();
-    // Targets, what was done, what the actor would do, and the critics' own step.
-    let of_critic =
-        [forward(&critic), forward(&critic), forward(&critic), parameters(&critic), input(&critic[1..]), input(&asked)];
-    let of_critic = of_critic.concat();
-    [of_actor, of_critic.clone(), of_critic].concat()
+    let twins = |of_one: Vec<[usize; 3]>| [of_one.clone(), of_one].concat();
+    // Actions for the next observations, targets, what was done, and the critics' step.
+    let of_critics = [forward(&critic), forward(&critic), parameters(&critic), input(&critic[1..])].concat();
+    // What the actor would do, its value, and the actor's step.
+    let of_actor = [forward(&actor), parameters(&actor), input(&actor[1..])].concat();
+    let of_asked = [forward(&critic), input(&critic[1..]), input(&asked[..2])].concat();
+    [[forward(&actor), twins(of_critics)].concat(), [of_actor, twins(of_asked)].concat()]
 }
 
-/// Does nothing but them.
-fn multiply(products: &[[usize; 3]]) -> impl FnMut() + use<> {
+fn tensors([rows, inner, columns]: [usize; 3]) -> [Tensor; 3] {
     let random = |rows: usize, columns: usize| {
         Tensor::rand([rows as i64, columns as i64], (Kind::Float, Device::Cpu)).set_requires_grad(false)
     };
-    let tensors: Vec<[Tensor; 3]> =
-        products.iter().map(|&[m, k, n]| [random(m, k), random(k, n), random(m, n)]).collect();
-    move || {
-        for [a, b, out] in &tensors {
-            let _ = a.mm_out(out, b);
-        }
+    [random(rows, inner), random(inner, columns), random(rows, columns)]
+}
+
+fn multiply([a, b, out]: &[Tensor; 3]) {
+    let _ = a.mm_out(out, b);
+}
+
+fn main() {
+    // Cargo adds `--bench`.
+    let mut arguments = std::env::args().skip(1).filter(|argument| argument != "--bench");
+    let rounds: u32 =
+        arguments.next().map_or(12, |rounds| rounds.parse().expect("the first argument is a number of rounds"));
+    let names: Vec<String> = arguments.collect();
+    let known = setups();
+    for name in &names {
+        assert!(known.iter().any(|setup| setup.0 == name), "unknown set-up {name}");
+    }
+    let wanted = known.iter().filter(|(name, _)| names.is_empty() || names.iter().any(|wanted| wanted == name));
+    let mut setups: Vec<Setup> = wanted.map(|(name, config)| Setup::new(name, config)).collect();
+    for _ in 0..rounds {
+        setups.iter_mut().for_each(Setup::round);
+    }
+    println!("setup,update_ms,products_ms,act_ms");
+    for Setup { name, least: [update, products, act], .. } in setups {
+        println!("{name},{update:.4},{products:.4},{act:.5}");
     }
 }
-
-fn act(criterion: &mut Criterion) {
-    let (mut sac, _) = learner(&Config::default());
-    let mut action = [0.0; ACTIONS];
-    criterion.bench_function("act", |b| b.iter(|| sac.act(black_box(&[0.3; OBSERVATIONS]), &mut action, Act::Sample)));
-}
-
-criterion_group!(benches, act, update);
-criterion_main!(benches);

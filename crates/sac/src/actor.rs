@@ -3,11 +3,12 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use tch::Tensor;
 
 use crate::Config;
-use crate::gaussian::SquashedGaussian;
+use crate::buffer::Matrix;
+use crate::gaussian::{Samples, SquashedGaussian};
 use crate::network::Networks;
+use crate::pass::Pass;
 
 /// How an action is chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,12 +22,16 @@ pub enum Act {
 }
 
 /// A policy: a network from an observation to a distribution of actions, and the generator of its noise.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Actor {
     /// `observation -> [mean of each action | raw log std of each action]`.
     pub(crate) network: Networks,
     pub(crate) policy: SquashedGaussian,
     pub(crate) rng: ChaCha8Rng,
+    /// Where one observation goes through the network; nothing stays from one action to the next.
+    observation: Matrix,
+    pass: Pass,
+    samples: Samples,
 }
 
 impl Actor {
@@ -39,7 +44,14 @@ impl Actor {
     }
 
     pub(crate) fn new(config: &Config, network: Networks, rng: ChaCha8Rng) -> Self {
-        Self { network, policy: SquashedGaussian::new(config), rng }
+        Self::with_policy(network, SquashedGaussian::new(config), rng)
+    }
+
+    fn with_policy(network: Networks, policy: SquashedGaussian, rng: ChaCha8Rng) -> Self {
+        let [first, .., last] = network.sizes[..] else { unreachable!("a network has an input and an output") };
+        let (observation, pass, samples) =
+            (Matrix::zeros(1, first), Pass::new(&network, 1, false), Samples::zeros(last / 2));
+        Self { network, policy, rng, observation, pass, samples }
     }
 
     /// Numbers in an observation.
@@ -75,14 +87,20 @@ impl Actor {
         if mode == Act::Random {
             return action.fill_with(|| self.rng.random_range(-1.0..=1.0));
         }
-        let _no_grad = tch::no_grad_guard();
-        let output = self.network.forward(&Tensor::from_slice(observation).unsqueeze(0)).remove(0);
-        let output: Vec<f32> = Vec::try_from(output.view(-1)).expect("f32");
-        for (i, action) in action.iter_mut().enumerate() {
-            *action = match mode {
-                Act::Sample => self.policy.sample(output[i], output[n + i], noise(i, &mut self.rng)).action,
-                _ => self.policy.mean(output[i]),
-            };
+        self.observation.copy_from_slice(observation);
+        self.pass.forward(&self.network, &self.observation.view);
+        let output = self.pass.result();
+        if mode == Act::Mean {
+            return action.iter_mut().zip(output).for_each(|(action, mean)| *action = self.policy.mean(*mean));
         }
+        let noise: Vec<f32> = (0..n).map(|i| noise(i, &mut self.rng)).collect();
+        self.policy.sample(output, &noise, n, &mut self.samples);
+        action.iter_mut().enumerate().for_each(|(i, action)| *action = self.samples.action(i));
+    }
+}
+
+impl Clone for Actor {
+    fn clone(&self) -> Self {
+        Self::with_policy(self.network.clone(), self.policy, self.rng.clone())
     }
 }

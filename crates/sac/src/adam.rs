@@ -1,5 +1,7 @@
 //! Adam (Kingma and Ba, 2015, algorithm 1). Written out because tch hides the optimiser's state, and without it no run can be continued.
 
+use crate::simd::wide;
+
 /// Decay of the mean of gradients.
 const BETA_1: f64 = 0.9;
 /// Decay of the mean of squared gradients.
@@ -29,7 +31,14 @@ impl Adam {
         let scale_v = (1.0 - BETA_2.powi(t)).sqrt().recip() as f32;
         // In f32, 1 - 0.999 is already off by 1.3e-5 of its value.
         let (gain_m, gain_v) = ((1.0 - BETA_1) as f32, (1.0 - BETA_2) as f32);
-        for (((p, &g), m), v) in parameters.iter_mut().zip(gradient).zip(&mut self.m).zip(&mut self.v) {
+        descend(parameters, gradient, &mut self.m, &mut self.v, [gain_m, gain_v, step_size, scale_v]);
+    }
+}
+
+wide! {
+    fn descend(parameters: &mut [f32], gradient: &[f32], m: &mut [f32], v: &mut [f32], factors: [f32; 4]) {
+        let [gain_m, gain_v, step_size, scale_v] = factors;
+        for (((p, &g), m), v) in parameters.iter_mut().zip(gradient).zip(m).zip(v) {
             *m += gain_m * (g - *m);
             *v += gain_v * (g * g - *v);
             *p -= step_size * *m / (v.sqrt() * scale_v + EPSILON);

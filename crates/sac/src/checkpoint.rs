@@ -7,7 +7,7 @@
 //! | `critic.safetensors`, `target.safetensors` | the same for `critic_1` and `critic_2` |
 //! | `optimizer.safetensors` | Adam's moments (`.adam_m`, `.adam_v`) of `online_actor` and `critic`, and `log_temperature` with its own |
 //! | `state.json` | sizes, settings, number of updates (which `actor.safetensors` repeats), states of the random generators, and what the caller adds |
-//! | `replay.bin` | the replay memory, if it was given |
+//! | `replay.bin`, `replay_*.bin` | the replay memory, if it was given; the latter are shared with the checkpoint before, as second names of the same files |
 
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -86,7 +86,7 @@ impl Checkpoint {
         }
         fs::create_dir_all(&new)?;
         // A full disk keeps the old checkpoint, and nothing of the new one.
-        write(&new, sac, replay, caller).inspect_err(|_| drop(fs::remove_dir_all(&new)))?;
+        write(&new, folder, sac, replay, caller).inspect_err(|_| drop(fs::remove_dir_all(&new)))?;
         if folder.exists() {
             fs::rename(folder, &old)?;
         }
@@ -116,6 +116,7 @@ impl Checkpoint {
     fn read(folder: &Path, config: &Config, observation_dim: usize, action_dim: usize) -> Result<Self, Error> {
         let state = read_state(folder, observation_dim, action_dim)?;
         same_settings(&state.config, config).map_err(|problem| Error::checkpoint(&folder.join(STATE), problem))?;
+        config.kernels.insist()?;
         let policy = read_policy(folder, &state, config)?;
         let mut sac = Sac::zeros(config, observation_dim, action_dim);
         (sac.average, sac.updates) = (policy, state.updates);
@@ -142,9 +143,9 @@ impl Checkpoint {
         }
         sac.log_temperature = optimizer.values(&temperature, "")?[0];
 
-        let path = folder.join("replay.bin");
-        let replay =
-            path.exists().then(|| replay_file::read(&path, config, observation_dim, action_dim)).transpose()?;
+        let replay = replay_file::exists(folder)
+            .then(|| replay_file::read(folder, config, observation_dim, action_dim))
+            .transpose()?;
         Ok(Self { sac, replay, caller: state.caller })
     }
 }
@@ -156,19 +157,21 @@ impl Actor {
     ///
     /// As [`Checkpoint::load`].
     pub fn load(folder: &Path, observation_dim: usize, action_dim: usize, seed: u64) -> Result<(Self, Value), Error> {
-        crate::threads::use_one();
         whole(folder, |folder| {
             let state = read_state(folder, observation_dim, action_dim)?;
             let at = |problem: &dyn ToString| Error::checkpoint(&folder.join(STATE), problem.to_string());
             let config = Config::deserialize(&state.config).map_err(|e| at(&e))?;
             config.validate().map_err(|e| at(&e))?;
+            // Those of a learner in the same process, if there is one: an action differs by a rounding, no run goes on from it.
+            config.kernels.choose()?;
             let policy = read_policy(folder, &state, &config)?;
             Ok((Self::new(&config, policy, ChaCha8Rng::seed_from_u64(seed)), state.caller))
         })
     }
 }
 
-fn write(folder: &Path, sac: &Sac, replay: Option<&Replay>, caller: Value) -> Result<(), Error> {
+/// Writes the folder of a checkpoint that will take the place of the one `before`.
+fn write(folder: &Path, before: &Path, sac: &Sac, replay: Option<&Replay>, caller: Value) -> Result<(), Error> {
     let (actor, critics, temperature) = (sac.actor.network.entries(), sac.critics.entries(), log_temperature());
     let of_checkpoint = Some((UPDATES, sac.updates.to_string()));
     write_tensors(&folder.join(POLICY), &[(&actor, "", &sac.average.values)], of_checkpoint)?;
@@ -186,7 +189,7 @@ fn write(folder: &Path, sac: &Sac, replay: Option<&Replay>, caller: Value) -> Re
     ];
     write_tensors(&folder.join("optimizer.safetensors"), &optimizer, None)?;
     if let Some(replay) = replay {
-        replay_file::write(&folder.join("replay.bin"), replay)?;
+        replay_file::write(folder, before, replay)?;
     }
     let state = State {
         format: FORMAT,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, Preset};
+use crate::{Error, Kernels, Preset};
 
 /// Settings of the learner. A field that came later than the first checkpoints is, where a file lacks it, what it was before there was
 /// such a field: off.
@@ -67,6 +67,9 @@ pub struct Config {
     pub log_std_min: f64,
     /// Largest log standard deviation. The range is reached through a tanh, so that no gradient is cut off.
     pub log_std_max: f64,
+    /// Which kernels multiply matrices: the last bits of every number of a run depend on them.
+    #[serde(default)]
+    pub kernels: Kernels,
     /// Actions drawn uniformly at the start of a run, before the first update.
     pub random_steps: u64,
     /// Updates per environment step after that; 0.5 is one every second step. More learns more from each step until the critics
@@ -76,7 +79,7 @@ pub struct Config {
     /// 0: never.
     #[serde(default)]
     pub reset_period: u64,
-    /// Transitions kept; the oldest make room. One takes 4 (2 observations + actions + 2) bytes.
+    /// Transitions kept; the oldest make room. One takes 4 (observation + action + 5) bytes.
     pub replay_capacity: usize,
     /// Episodes that a script plays before the run, and of which half of every batch is drawn; 0 for none. Played by the caller
     /// ([`Sac::update_with_prior`](crate::Sac::update_with_prior)).

@@ -3,6 +3,8 @@
 //! It bounds what a critic can say of actions that no transition holds, so that more updates do less harm (Ball et al., 2023, arXiv
 //! 2302.02948, section 4.2).
 
+use crate::simd::wide;
+
 /// Added to the variance, as in PyTorch.
 pub(crate) const EPSILON: f32 = 1e-5;
 
@@ -24,9 +26,20 @@ impl LayerNorm {
 
     /// x becomes y.
     pub fn forward(&mut self, x: &mut [f32]) {
-        let n = self.size as f32;
-        let runs = x.chunks_exact_mut(self.size).zip(self.normal.chunks_exact_mut(self.size));
-        for ((x, normal), scale) in runs.zip(&mut self.scale) {
+        forward(self.size, x, &mut self.normal, &mut self.scale);
+    }
+
+    /// The derivative by y becomes that by x.
+    pub fn backward(&self, delta: &mut [f32]) {
+        backward(self.size, delta, &self.normal, &self.scale);
+    }
+}
+
+wide! {
+    fn forward(size: usize, x: &mut [f32], normal: &mut [f32], scale: &mut [f32]) {
+        let n = size as f32;
+        let runs = x.chunks_exact_mut(size).zip(normal.chunks_exact_mut(size));
+        for ((x, normal), scale) in runs.zip(scale) {
             let mean = sum(x, |x| x) / n;
             let variance = sum(x, |x| (x - mean) * (x - mean)) / n;
             *scale = (variance + EPSILON).sqrt().recip();
@@ -37,11 +50,10 @@ impl LayerNorm {
         }
     }
 
-    /// The derivative by y becomes that by x.
-    pub fn backward(&self, delta: &mut [f32]) {
-        let n = self.size as f32;
-        let runs = delta.chunks_exact_mut(self.size).zip(self.normal.chunks_exact(self.size));
-        for ((delta, normal), scale) in runs.zip(&self.scale) {
+    fn backward(size: usize, delta: &mut [f32], normal: &[f32], scale: &[f32]) {
+        let n = size as f32;
+        let runs = delta.chunks_exact_mut(size).zip(normal.chunks_exact(size));
+        for ((delta, normal), scale) in runs.zip(scale) {
             let mean = sum(delta, |d| d) / n;
             let slope = sum_products(delta, normal) / n;
             for (d, y) in delta.iter_mut().zip(normal) {
@@ -54,6 +66,7 @@ impl LayerNorm {
 /// Sums side by side: one alone waits for each addition.
 const LANES: usize = 16;
 
+#[inline(always)]
 fn sum(x: &[f32], of: impl Fn(f32) -> f32) -> f32 {
     let mut sums = [0.0; LANES];
     let (chunks, rest) = x.as_chunks::<LANES>();
@@ -65,6 +78,7 @@ fn sum(x: &[f32], of: impl Fn(f32) -> f32) -> f32 {
     sums.iter().sum::<f32>() + rest.iter().map(|&x| of(x)).sum::<f32>()
 }
 
+#[inline(always)]
 fn sum_products(a: &[f32], b: &[f32]) -> f32 {
     let mut sums = [0.0; LANES];
     let ((chunks_a, rest_a), (chunks_b, rest_b)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());

@@ -1,5 +1,7 @@
 //! What an update reports.
 
+use crate::simd::wide;
+
 /// What an update reports, averaged over its batch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Losses {
@@ -42,14 +44,20 @@ pub(crate) fn mean(values: &[f32]) -> f32 {
 
 /// Euclidean norm.
 pub(crate) fn norm(values: &[f32]) -> f32 {
-    // Eight sums side by side: one alone waits for each addition and would take a twentieth of the update.
     let mut sums = [0.0f64; 8];
     let (chunks, rest) = values.as_chunks::<8>();
-    for chunk in chunks {
-        for (sum, &x) in sums.iter_mut().zip(chunk) {
-            *sum += f64::from(x) * f64::from(x);
-        }
-    }
+    add_squares(chunks, &mut sums);
     let rest = rest.iter().map(|&x| f64::from(x) * f64::from(x)).sum::<f64>();
     (sums.iter().sum::<f64>() + rest).sqrt() as f32
+}
+
+wide! {
+    /// Eight sums side by side: one alone waits for each addition and would take a twentieth of the update.
+    fn add_squares(chunks: &[[f32; 8]], sums: &mut [f64; 8]) {
+        for chunk in chunks {
+            for (sum, &x) in sums.iter_mut().zip(chunk) {
+                *sum += f64::from(x) * f64::from(x);
+            }
+        }
+    }
 }

@@ -4,8 +4,8 @@ use tch::Tensor;
 
 use crate::Config;
 use crate::actor::Actor;
-use crate::buffer::Buffer;
-use crate::gaussian::Sample;
+use crate::buffer::Matrix;
+use crate::gaussian::Samples;
 use crate::network::Networks;
 use crate::pass::Pass;
 use crate::replay::Batch;
@@ -19,9 +19,9 @@ pub(crate) struct Memory {
     /// The policy's actions for the present observations.
     pub present: Drawn,
     /// `(batch, observation + action)`: what was seen and done.
-    pub done: Buffer,
+    pub done: Matrix,
     /// `(batch, action)`.
-    pub action_gradient: Buffer,
+    pub action_gradient: Matrix,
     pub actor_gradient: Networks,
     pub critic_gradient: Networks,
     pub critic_pass: Pass,
@@ -35,11 +35,13 @@ pub(crate) struct Drawn {
     /// Standard normal, `(batch, action)`.
     pub noise: Vec<f32>,
     /// `(batch, action)`.
-    pub samples: Vec<Sample>,
+    pub samples: Samples,
     /// log pi, `(batch)`.
     pub log_prob: Vec<f32>,
-    /// `(batch, observation + action)`: what the critics are asked.
-    input: Buffer,
+    /// The observations with the policy's actions, `(batch, observation + action)`: what the critics are asked.
+    pub input: Matrix,
+    /// `(batch, observation)`.
+    pub observations: Tensor,
     pub pass: Pass,
 }
 
@@ -55,8 +57,8 @@ impl Memory {
             batch: Batch::zeros(n, observations, actions),
             next: Drawn::new(actor, n, false),
             present: Drawn::new(actor, n, true),
-            done: Buffer::zeros(n * (observations + actions)),
-            action_gradient: Buffer::zeros(n * actions),
+            done: Matrix::zeros(n, observations + actions),
+            action_gradient: Matrix::zeros(n, actions),
             actor_gradient: actor.network.clone(),
             critic_gradient: critics.clone(),
             critic_pass: critic_pass(true),
@@ -68,12 +70,14 @@ impl Memory {
 impl Drawn {
     fn new(actor: &Actor, rows: usize, back: bool) -> Self {
         let (observation_dim, actions) = (actor.observation_dim(), actor.action_dim());
+        let input = Matrix::zeros(rows, observation_dim + actions);
         Self {
             observation_dim,
             noise: vec![0.0; rows * actions],
-            samples: vec![Sample::default(); rows * actions],
+            samples: Samples::zeros(rows * actions),
             log_prob: vec![0.0; rows],
-            input: Buffer::zeros(rows * (observation_dim + actions)),
+            observations: input.columns(0..observation_dim),
+            input,
             pass: Pass::new(&actor.network, rows, back),
         }
     }
@@ -81,32 +85,16 @@ impl Drawn {
     /// a ~ pi(.|s) and log pi(a|s) for the observations in `rows`, `(batch, observation + action)`, from the noise.
     pub fn draw(&mut self, actor: &Actor, rows: &[f32]) {
         self.input.copy_from_slice(rows);
-        self.pass.forward(&actor.network, &self.observations());
+        self.pass.forward(&actor.network, &self.observations);
         let actions = actor.action_dim();
-        let outputs = self.pass.result().chunks_exact(2 * actions);
-        let width = self.observation_dim + actions;
-        let drawn =
-            self.samples.chunks_exact_mut(actions).zip(&mut self.log_prob).zip(self.input.chunks_exact_mut(width));
-        for ((output, noise), ((samples, log_prob), input)) in outputs.zip(self.noise.chunks_exact(actions)).zip(drawn)
-        {
-            let (mean, raw_log_std) = output.split_at(actions);
+        actor.policy.sample(self.pass.result(), &self.noise, actions, &mut self.samples);
+        let rows = self.log_prob.iter_mut().zip(self.input.chunks_exact_mut(self.observation_dim + actions));
+        for (row, (log_prob, input)) in rows.enumerate() {
             *log_prob = 0.0;
             for i in 0..actions {
-                samples[i] = actor.policy.sample(mean[i], raw_log_std[i], noise[i]);
-                *log_prob += samples[i].log_prob;
-                input[self.observation_dim + i] = samples[i].action;
+                *log_prob += self.samples.log_prob(row * actions + i);
+                input[self.observation_dim + i] = self.samples.action(row * actions + i);
             }
         }
-    }
-
-    /// The observations with the policy's actions, `(batch, observation + action)`.
-    pub fn input(&self) -> Tensor {
-        let rows = self.log_prob.len();
-        self.input.view(0, &[rows, self.input.len() / rows])
-    }
-
-    /// `(batch, observation)`.
-    pub fn observations(&self) -> Tensor {
-        self.input().narrow(1, 0, self.observation_dim as i64)
     }
 }

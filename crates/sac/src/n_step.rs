@@ -22,7 +22,8 @@ pub struct Transition<'a> {
 /// A step whose n rewards are not complete yet.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Pending {
-    pub observation: Vec<f32>,
+    /// Where the memory keeps the observation before the action.
+    pub observation: usize,
     pub action: Vec<f32>,
     /// sum_k gamma^k r_k over the rewards seen so far.
     pub reward: f32,
@@ -43,15 +44,15 @@ impl NStep {
         Self { n, gamma: gamma as f32, pending: VecDeque::with_capacity(n) }
     }
 
-    /// Takes one step and hands every step that is now complete to `emit`, together with the discount of the value of
+    /// Takes one step, whose observation is kept at `observation`, and hands every step that is now complete to `emit`, together with the discount of the value of
     /// `step.next_observation`: gamma^k, or 0 after a termination. The critic's target is `reward + discount * V(next_observation)`.
-    pub fn push(&mut self, step: &Transition, mut emit: impl FnMut(&Pending, f32)) {
+    pub fn push(&mut self, step: &Transition, observation: usize, mut emit: impl FnMut(&Pending, f32)) {
         for pending in &mut self.pending {
             pending.reward += pending.discount * step.reward;
             pending.discount *= self.gamma;
         }
         self.pending.push_back(Pending {
-            observation: step.observation.to_vec(),
+            observation,
             action: step.action.to_vec(),
             reward: step.reward,
             discount: self.gamma,
@@ -83,8 +84,9 @@ mod tests {
                 terminated: terminated && last,
                 truncated: truncated && last,
             };
-            n_step
-                .push(&step, |p, discount| out.push((p.observation[0], p.reward, discount, step.next_observation[0])));
+            n_step.push(&step, k, |p, discount| {
+                out.push((p.observation as f32, p.reward, discount, step.next_observation[0]))
+            });
         }
         if terminated || truncated {
             assert!(n_step.pending.is_empty(), "nothing may leak into the next episode");

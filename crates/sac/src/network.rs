@@ -6,13 +6,13 @@ use tch::Tensor;
 
 use crate::buffer::Buffer;
 
-/// One layer of one network: `y = x W^T + b`. Both tensors are views into the flat vector.
+/// The weights of one layer of one network, `y = x W^T + b`. Both tensors are views into the flat vector.
 #[derive(Debug)]
 pub(crate) struct Layer {
     /// `(out, in)`, as in PyTorch.
     pub weight: Tensor,
-    /// `(out)`.
-    pub bias: Tensor,
+    /// `(in, out)`.
+    pub transposed: Tensor,
 }
 
 /// One or more equally shaped perceptrons with ReLU between the layers: the actor, or the twin critics.
@@ -29,6 +29,8 @@ pub(crate) struct Networks {
     pub layers: Vec<Vec<Layer>>,
     /// The first weights of all networks, `(networks * first hidden, input)`.
     pub first: Tensor,
+    /// `(input, networks * first hidden)`.
+    pub first_transposed: Tensor,
 }
 
 /// Where a weight or bias lies in the flat vector.
@@ -57,16 +59,16 @@ impl Networks {
     pub fn with_values(names: &[&'static str], sizes: &[usize], values: Buffer) -> Self {
         let entries = entries(names, sizes);
         let view = |name: String| {
-            let entry = entries.iter().find(|e| e.name == name).expect("every layer has a weight and a bias");
+            let entry = entries.iter().find(|e| e.name == name).expect("every layer has a weight");
             values.view(entry.offset, &entry.shape)
         };
-        let layer = |name: &str, i: usize| Layer {
-            weight: view(entry_name(name, i, "weight")),
-            bias: view(entry_name(name, i, "bias")),
+        let layer = |name: &str, i: usize| {
+            let weight = view(entry_name(name, i, "weight"));
+            Layer { transposed: weight.tr(), weight }
         };
         let layers = names.iter().map(|name| (0..sizes.len() - 1).map(|i| layer(name, i)).collect()).collect();
         let first = values.view(0, &[names.len() * sizes[1], sizes[0]]);
-        Self { names: names.to_vec(), sizes: sizes.to_vec(), values, layers, first }
+        Self { names: names.to_vec(), sizes: sizes.to_vec(), values, layers, first_transposed: first.tr(), first }
     }
 
     /// Orthogonal weights, biases zero (as in pytorch_sac).
@@ -89,11 +91,6 @@ impl Networks {
         let end = self.names.len() * self.sizes[..layer + 2].windows(2).map(|s| (s[0] + 1) * s[1]).sum::<usize>();
         end - self.names.len() * self.sizes[layer + 1]..end
     }
-
-    /// Output of each network, `(batch, output)`, for `input` `(batch, input)`.
-    pub fn forward(&self, input: &Tensor) -> Vec<Tensor> {
-        self.layers.iter().map(|layers| forward(layers, input)).collect()
-    }
 }
 
 fn entry_name(network: &str, layer: usize, kind: &str) -> String {
@@ -114,13 +111,6 @@ pub(crate) fn entries(names: &[&str], sizes: &[usize]) -> Vec<Entry> {
         }
     }
     entries
-}
-
-/// `x -> W_n ... relu(W_1 x + b_1) ... + b_n`.
-fn forward(layers: &[Layer], input: &Tensor) -> Tensor {
-    let (last, hidden) = layers.split_last().expect("at least one layer");
-    let x = hidden.iter().fold(input.shallow_clone(), |x, layer| x.linear(&layer.weight, Some(&layer.bias)).relu_());
-    x.linear(&last.weight, Some(&last.bias))
 }
 
 impl Clone for Networks {
@@ -145,6 +135,7 @@ mod tests {
     use rand::SeedableRng;
 
     use super::*;
+    use crate::pass::Pass;
 
     #[test]
     fn orthogonal_rows_or_columns() {
@@ -181,7 +172,8 @@ mod tests {
         let mut net = Networks::zeros(&["n"], &[2, 2, 1]);
         // Hidden: relu(x0 - x1 + 1), relu(x1 - 10); output: 3 h0 + 5 h1 - 2.
         net.values.copy_from_slice(&[1.0, -1.0, 0.0, 1.0, 1.0, -10.0, 3.0, 5.0, -2.0]);
-        let y = net.forward(&Tensor::from_slice(&[2.0f32, 1.0, 0.0, 20.0]).view([2, 2])).remove(0);
-        assert_eq!(Vec::<f32>::try_from(y.view(-1)).unwrap(), [4.0, 48.0]);
+        let mut pass = Pass::new(&net, 2, false);
+        pass.forward(&net, &Tensor::from_slice(&[2.0f32, 1.0, 0.0, 20.0]).view([2, 2]));
+        assert_eq!(pass.result(), [4.0, 48.0]);
     }
 }

@@ -5,38 +5,50 @@
 
 use tch::Tensor;
 
-use crate::buffer::Buffer;
+use crate::buffer::Matrix;
 use crate::layer_norm::LayerNorm;
 use crate::network::Networks;
+use crate::simd::wide;
 
 /// Memory for one batch on its way through the networks and, if it has one, back.
 #[derive(Debug)]
 pub(crate) struct Pass {
     networks: usize,
     rows: usize,
-    /// Numbers per row and layer: output size times number of networks, which lie side by side.
-    widths: Vec<usize>,
-    /// Output of each layer, after the ReLU, `(rows, width)`.
-    output: Vec<Buffer>,
-    /// Derivative of the loss by the product and bias of each layer, `(rows, width)`; empty without a way back.
-    delta: Vec<Buffer>,
+    /// Output of each layer, after the ReLU.
+    output: Vec<Numbers>,
+    /// Derivative of the loss by the product and bias of each layer; empty without a way back.
+    delta: Vec<Numbers>,
     /// Between bias and ReLU of each hidden layer; empty without.
     norms: Vec<LayerNorm>,
+}
+
+/// Numbers of every network in one layer, `(rows, networks * size)`.
+#[derive(Debug)]
+struct Numbers {
+    all: Matrix,
+    /// `(networks * size, rows)`.
+    all_transposed: Tensor,
+    /// Those of each network, `(rows, size)`.
+    one: Vec<Tensor>,
+    /// `(size, rows)`.
+    one_transposed: Vec<Tensor>,
+}
+
+impl Numbers {
+    fn zeros(rows: usize, networks: usize, size: usize) -> Self {
+        let all = Matrix::zeros(rows, networks * size);
+        let one: Vec<Tensor> = (0..networks).map(|k| all.columns(k * size..(k + 1) * size)).collect();
+        Self { all_transposed: all.view.tr(), one_transposed: one.iter().map(Tensor::tr).collect(), all, one }
+    }
 }
 
 impl Pass {
     /// For batches of `rows`; without `back` there is only the way forward.
     pub fn new(networks: &Networks, rows: usize, back: bool) -> Self {
-        let widths: Vec<usize> = networks.sizes[1..].iter().map(|size| size * networks.layers.len()).collect();
-        let buffers = || widths.iter().map(|width| Buffer::zeros(rows * width)).collect();
-        Self {
-            networks: networks.layers.len(),
-            rows,
-            output: buffers(),
-            delta: if back { buffers() } else { vec![] },
-            norms: vec![],
-            widths,
-        }
+        let count = networks.layers.len();
+        let numbers = || networks.sizes[1..].iter().map(|&size| Numbers::zeros(rows, count, size)).collect();
+        Self { networks: count, rows, output: numbers(), delta: if back { numbers() } else { vec![] }, norms: vec![] }
     }
 
     /// The same with layer normalisation in every hidden layer.
@@ -48,85 +60,74 @@ impl Pass {
 
     /// Computes the outputs of every network for `input` `(rows, input)`.
     pub fn forward(&mut self, networks: &Networks, input: &Tensor) {
-        for layer in 0..self.widths.len() {
+        let layers = self.output.len();
+        for layer in 0..layers {
             if layer == 0 {
                 // Every network sees the same input: one product for all of them.
-                multiply(&self.all(&self.output, 0), input, &networks.first.tr());
+                multiply(&self.output[0].all.view, input, &networks.first_transposed);
             } else {
-                for (k, layers) in networks.layers.iter().enumerate() {
-                    let x = self.one(&self.output, layer - 1, k);
-                    multiply(&self.one(&self.output, layer, k), &x, &layers[layer].weight.tr());
+                let [x, y] = [layer - 1, layer].map(|layer| &self.output[layer].one);
+                for (k, weights) in networks.layers.iter().enumerate() {
+                    multiply(&y[k], &x[k], &weights[layer].transposed);
                 }
             }
             let bias = &networks.values[networks.biases(layer)];
-            if layer + 1 == self.widths.len() {
-                add_bias(&mut self.output[layer], bias)
+            let output = &mut self.output[layer].all;
+            if layer + 1 == layers {
+                add_bias(output, bias)
             } else if let Some(norm) = self.norms.get_mut(layer) {
-                add_bias(&mut self.output[layer], bias);
-                norm.forward(&mut self.output[layer]);
-                relu(&mut self.output[layer]);
+                add_bias(output, bias);
+                norm.forward(output);
+                relu(output);
             } else {
-                add_bias_relu(&mut self.output[layer], bias)
+                add_bias_relu(output, bias)
             }
         }
     }
 
     /// Outputs of the last layer, `(rows, networks * output)`.
     pub fn result(&self) -> &[f32] {
-        self.output.last().expect("at least one layer")
+        &self.output.last().expect("at least one layer").all
     }
 
     /// [`Pass::result`], and where the derivative of the loss by it is to be written before [`Pass::backward`].
     pub fn result_and_gradient(&mut self) -> (&[f32], &mut [f32]) {
         let (result, gradient) = (self.output.last(), self.delta.last_mut());
-        (result.expect("at least one layer"), gradient.expect("a way back"))
+        (&result.expect("at least one layer").all, &mut gradient.expect("a way back").all)
     }
 
     /// Carries the derivative of the loss from the result back to the first layer.
     pub fn backward(&mut self, networks: &Networks) {
-        for layer in (1..self.widths.len()).rev() {
-            for (k, layers) in networks.layers.iter().enumerate() {
-                let delta = self.one(&self.delta, layer, k);
-                multiply(&self.one(&self.delta, layer - 1, k), &delta, &layers[layer].weight);
+        for layer in (1..self.output.len()).rev() {
+            for (k, weights) in networks.layers.iter().enumerate() {
+                multiply(&self.delta[layer - 1].one[k], &self.delta[layer].one[k], &weights[layer].weight);
             }
-            mask_relu(&mut self.delta[layer - 1], &self.output[layer - 1]);
+            let delta = &mut self.delta[layer - 1].all;
+            mask_relu(delta, &self.output[layer - 1].all);
             if let Some(norm) = self.norms.get(layer - 1) {
-                norm.backward(&mut self.delta[layer - 1]);
+                norm.backward(delta);
             }
         }
     }
 
     /// After [`Pass::backward`]: the derivative by every weight and bias, for the `input` of the way forward.
     pub fn parameter_gradient(&self, input: &Tensor, gradient: &mut Networks) {
-        multiply(&gradient.first, &self.all(&self.delta, 0).tr(), input);
-        for layer in 0..self.widths.len() {
+        multiply(&gradient.first, &self.delta[0].all_transposed, input);
+        for (layer, delta) in self.delta.iter().enumerate() {
             if layer > 0 {
-                for (k, layers) in gradient.layers.iter().enumerate() {
-                    let delta = self.one(&self.delta, layer, k);
-                    multiply(&layers[layer].weight, &delta.tr(), &self.one(&self.output, layer - 1, k));
+                for (k, weights) in gradient.layers.iter().enumerate() {
+                    multiply(&weights[layer].weight, &delta.one_transposed[k], &self.output[layer - 1].one[k]);
                 }
             }
             let biases = gradient.biases(layer);
-            sum_rows(&self.delta[layer], &mut gradient.values[biases]);
+            sum_rows(&delta.all, &mut gradient.values[biases]);
         }
     }
 
     /// After [`Pass::backward`]: the derivative by the inputs from column `from` on, summed over the networks, `(rows, input - from)`.
-    pub fn input_gradient(&self, networks: &Networks, from: usize, gradient: &mut Buffer) {
+    pub fn input_gradient(&self, networks: &Networks, from: usize, gradient: &Matrix) {
         let columns = networks.sizes[0] - from;
-        let weights = networks.first.narrow(1, from as i64, columns as i64);
-        multiply(&gradient.view(0, &[self.rows, columns]), &self.all(&self.delta, 0), &weights);
-    }
-
-    /// All networks in `layer`, `(rows, width)`.
-    fn all(&self, buffers: &[Buffer], layer: usize) -> Tensor {
-        buffers[layer].view(0, &[self.rows, self.widths[layer]])
-    }
-
-    /// Network `k` in `layer`, `(rows, size)`.
-    fn one(&self, buffers: &[Buffer], layer: usize, k: usize) -> Tensor {
-        let size = (self.widths[layer] / self.networks) as i64;
-        self.all(buffers, layer).narrow(1, k as i64 * size, size)
+        multiply(&gradient.view, &self.delta[0].all.view, &networks.first.narrow(1, from as i64, columns as i64));
     }
 }
 
@@ -135,40 +136,42 @@ fn multiply(out: &Tensor, a: &Tensor, b: &Tensor) {
     let _ = a.mm_out(out, b);
 }
 
-fn add_bias(x: &mut [f32], bias: &[f32]) {
-    for row in x.chunks_exact_mut(bias.len()) {
-        for (x, b) in row.iter_mut().zip(bias) {
-            *x += b;
+wide! {
+    fn add_bias(x: &mut [f32], bias: &[f32]) {
+        for row in x.chunks_exact_mut(bias.len()) {
+            for (x, b) in row.iter_mut().zip(bias) {
+                *x += b;
+            }
         }
     }
-}
 
-fn add_bias_relu(x: &mut [f32], bias: &[f32]) {
-    for row in x.chunks_exact_mut(bias.len()) {
-        for (x, b) in row.iter_mut().zip(bias) {
-            *x = (*x + b).max(0.0);
+    fn add_bias_relu(x: &mut [f32], bias: &[f32]) {
+        for row in x.chunks_exact_mut(bias.len()) {
+            for (x, b) in row.iter_mut().zip(bias) {
+                *x = (*x + b).max(0.0);
+            }
         }
     }
-}
 
-fn relu(x: &mut [f32]) {
-    for x in x {
-        *x = x.max(0.0);
+    fn relu(x: &mut [f32]) {
+        for x in x {
+            *x = x.max(0.0);
+        }
     }
-}
 
-/// Zero where the ReLU was closed.
-fn mask_relu(delta: &mut [f32], output: &[f32]) {
-    for (d, &y) in delta.iter_mut().zip(output) {
-        *d = if y > 0.0 { *d } else { 0.0 };
+    /// Zero where the ReLU was closed.
+    fn mask_relu(delta: &mut [f32], output: &[f32]) {
+        for (d, &y) in delta.iter_mut().zip(output) {
+            *d = if y > 0.0 { *d } else { 0.0 };
+        }
     }
-}
 
-fn sum_rows(x: &[f32], sum: &mut [f32]) {
-    sum.fill(0.0);
-    for row in x.chunks_exact(sum.len()) {
-        for (s, x) in sum.iter_mut().zip(row) {
-            *s += x;
+    fn sum_rows(x: &[f32], sum: &mut [f32]) {
+        sum.fill(0.0);
+        for row in x.chunks_exact(sum.len()) {
+            for (s, x) in sum.iter_mut().zip(row) {
+                *s += x;
+            }
         }
     }
 }

@@ -6,6 +6,8 @@
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
+use crate::math::exp;
+
 /// Octaves: the slowest process forgets in 2^8 = 256 actions, half an episode.
 const OCTAVES: usize = 9;
 
@@ -27,7 +29,7 @@ impl Pink {
     /// The next number for action `index`.
     pub fn next(&mut self, index: usize, rng: &mut ChaCha8Rng) -> f32 {
         for (octave, x) in self.processes[index].iter_mut().enumerate() {
-            let keep = (-1.0 / (1u32 << octave) as f32).exp();
+            let keep = exp(-1.0 / (1u32 << octave) as f32);
             let fresh: f32 = StandardNormal.sample(rng);
             *x = keep * *x + (1.0 - keep * keep).sqrt() * fresh;
         }

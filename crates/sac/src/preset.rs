@@ -9,7 +9,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::config::value_range;
-use crate::{ActorValue, Config};
+use crate::{ActorValue, Config, Kernels};
 
 /// A named set of settings.
 #[derive(Clone, Copy)]
@@ -80,6 +80,7 @@ fn paper() -> Config {
         target_entropy: None,
         log_std_min: -5.0,
         log_std_max: 2.0,
+        kernels: Kernels::Fast,
         random_steps: 5000,
         updates_per_step: 1.0,
         reset_period: 0,

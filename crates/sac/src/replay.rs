@@ -5,23 +5,29 @@ use std::ops::Range;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
+use crate::log::Log;
 use crate::n_step::{NStep, Transition};
 use crate::{Config, Error};
 
-/// A ring of transitions in f32, one row each: `[observation | action | next observation | reward | discount]`.
+/// The last [`Config::replay_capacity`] transitions, in f32.
 ///
-/// `reward` sums up to n rewards and `discount` multiplies the value of the next observation (see [`Config::n_step`]); 0 after a
-/// termination. Memory grows with use up to [`Config::replay_capacity`] rows.
+/// The reward of a transition sums up to n rewards, and its discount multiplies the value of the next observation (see
+/// [`Config::n_step`]); 0 after a termination. An observation is kept once: the one after a step is mostly the one before the next step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Replay {
     pub(crate) observation_dim: usize,
     pub(crate) action_dim: usize,
     pub(crate) capacity: usize,
-    /// Row that the next transition is written to once the ring is full.
-    pub(crate) oldest: usize,
-    pub(crate) rows: Vec<f32>,
+    /// As they were seen.
+    pub(crate) observations: Log,
+    /// A row for each transition: `[action | reward | discount | where its observation is | how many further the next one is]`.
+    pub(crate) transitions: Log,
     pub(crate) n_step: NStep,
 }
+
+/// Numbers of a row besides the action. A place takes two: f32 counts to 2^24 only.
+const BESIDES_ACTION: usize = 5;
+const HALF: usize = 1 << 20;
 
 /// Transitions drawn for one update, laid out for it.
 #[derive(Debug)]
@@ -47,18 +53,24 @@ impl Batch {
 impl Replay {
     /// An empty memory.
     pub fn new(config: &Config, observation_dim: usize, action_dim: usize) -> Self {
-        let n_step = NStep::new(config.n_step, config.gamma);
-        Self { observation_dim, action_dim, capacity: config.replay_capacity, oldest: 0, rows: Vec::new(), n_step }
+        Self {
+            observation_dim,
+            action_dim,
+            capacity: config.replay_capacity,
+            observations: Log::new(observation_dim),
+            transitions: Log::new(action_dim + BESIDES_ACTION),
+            n_step: NStep::new(config.n_step, config.gamma),
+        }
     }
 
     /// Number of stored transitions. The last n - 1 steps of a running episode still wait for their rewards and do not count.
     pub fn len(&self) -> usize {
-        self.rows.len() / self.width()
+        self.transitions.len().min(self.capacity)
     }
 
     /// Whether nothing is stored yet.
     pub fn is_empty(&self) -> bool {
-        self.rows.is_empty()
+        self.transitions.len() == 0
     }
 
     /// Takes one step of the environment. Steps of an episode must come in order, and its last one must be `terminated` or `truncated`.
@@ -85,27 +97,34 @@ impl Replay {
                 return Err(Error::NotFinite { what, index, value: values[index] });
             }
         }
-        let Self { rows, oldest, capacity, n_step, .. } = self;
-        n_step.push(step, |first, discount| {
-            let scalars = [first.reward, discount];
-            let row = [first.observation.as_slice(), &first.action, step.next_observation, &scalars];
-            let width = row.iter().map(|part| part.len()).sum::<usize>();
-            if rows.len() < *capacity * width {
-                // Doubles, but never past the capacity: a full memory holds no spare room.
-                if rows.len() == rows.capacity() {
-                    rows.reserve_exact(rows.len().max(1024 * width).min(*capacity * width - rows.len()));
-                }
-                row.iter().for_each(|part| rows.extend_from_slice(part));
-            } else {
-                let mut at = *oldest * width;
-                for part in row {
-                    rows[at..at + part.len()].copy_from_slice(part);
-                    at += part.len();
-                }
-                *oldest = (*oldest + 1) % *capacity;
-            }
+        let observation = self.place_of(step.observation);
+        self.observations.push(&[step.next_observation]);
+        let next = self.observations.len() - 1;
+        let Self { transitions, n_step, .. } = self;
+        n_step.push(step, observation, |first, discount| {
+            let place = [first.observation / HALF, first.observation % HALF, next - first.observation];
+            transitions.push(&[&first.action, &[first.reward, discount], &place.map(|n| n as f32)]);
         });
+        let oldest = self.transitions.len() - self.len();
+        self.transitions.forget_before(oldest);
+        if !self.is_empty() {
+            self.observations.forget_before(self.places(oldest)[0]);
+        }
         Ok(())
+    }
+
+    /// Where an observation is kept: it is the last one, or is added.
+    fn place_of(&mut self, observation: &[f32]) -> usize {
+        let last = self.observations.len().checked_sub(1);
+        // By bits: a zero may have a sign.
+        let same = |row: &[f32]| row.iter().zip(observation).all(|(a, b)| a.to_bits() == b.to_bits());
+        match last.filter(|last| same(self.observations.row(*last))) {
+            Some(last) => last,
+            None => {
+                self.observations.push(&[observation]);
+                self.observations.len() - 1
+            }
+        }
     }
 
     /// Draws transitions, each uniformly and with replacement, into `places` of the batch.
@@ -113,21 +132,29 @@ impl Replay {
         assert!(!self.is_empty(), "an update needs at least one transition in the replay memory");
         let (o, a) = (self.observation_dim, self.action_dim);
         for i in places {
-            let row = self.row(rng.random_range(0..self.len() as u32) as usize);
-            batch.input[i * (o + a)..][..o + a].copy_from_slice(&row[..o + a]);
-            batch.next_input[i * (o + a)..][..o].copy_from_slice(&row[o + a..o + a + o]);
-            batch.reward[i] = row[o + a + o];
-            batch.discount[i] = row[o + a + o + 1];
+            let transition = self.drawn(rng.random_range(0..self.len() as u32) as usize);
+            let (row, [observation, next]) = (self.transitions.row(transition), self.places(transition));
+            batch.input[i * (o + a)..][..o].copy_from_slice(self.observations.row(observation));
+            batch.input[i * (o + a) + o..][..a].copy_from_slice(&row[..a]);
+            batch.next_input[i * (o + a)..][..o].copy_from_slice(self.observations.row(next));
+            batch.reward[i] = row[a];
+            batch.discount[i] = row[a + 1];
         }
     }
 
-    fn row(&self, index: usize) -> &[f32] {
-        &self.rows[index * self.width()..][..self.width()]
+    /// The transition that `drawn` below [`Replay::len`] stands for: its number modulo the capacity, as in a ring. So a seed draws the
+    /// same transitions as when this memory was one.
+    fn drawn(&self, drawn: usize) -> usize {
+        let oldest = self.transitions.len() - self.len();
+        oldest + (drawn + self.capacity - oldest % self.capacity) % self.capacity
     }
 
-    /// Numbers per row.
-    pub(crate) fn width(&self) -> usize {
-        2 * self.observation_dim + self.action_dim + 2
+    /// Where a transition's observation and its next one are kept.
+    fn places(&self, transition: usize) -> [usize; 2] {
+        let row = self.transitions.row(transition);
+        let [high, low, further] = [2, 3, 4].map(|i| row[self.action_dim + i] as usize);
+        let observation = high * HALF + low;
+        [observation, observation + further]
     }
 }
 
@@ -154,23 +181,84 @@ mod tests {
         replay.push(&step).unwrap();
     }
 
-    #[test]
-    fn the_oldest_make_room() {
-        let mut replay = replay(3);
-        (0..5).for_each(|k| push(&mut replay, k as f32));
-        assert_eq!(replay.len(), 3);
-        let first: Vec<f32> = (0..3).map(|i| replay.row(i)[0]).collect();
-        assert_eq!(first, [3.0, 4.0, 2.0]);
-        assert_eq!(replay.row(1), [4.0, -4.0, 0.4, 5.0, -5.0, 40.0, 0.5]);
+    /// A ring of whole rows, as this memory was once.
+    struct Ring {
+        rows: Vec<Vec<f32>>,
+        oldest: usize,
+        capacity: usize,
+        n_step: NStep,
+        observations: Vec<Vec<f32>>,
+    }
+
+    impl Ring {
+        fn push(&mut self, step: &Transition) {
+            let Self { rows, oldest, capacity, n_step, observations } = self;
+            observations.push(step.observation.to_vec());
+            n_step.push(step, observations.len() - 1, |first, discount| {
+                let observation = &observations[first.observation];
+                let row = [observation, &first.action, step.next_observation, &[first.reward, discount]].concat();
+                if rows.len() < *capacity {
+                    rows.push(row);
+                } else {
+                    rows[*oldest] = row;
+                    *oldest = (*oldest + 1) % *capacity;
+                }
+            });
+        }
+    }
+
+    /// Steps of episodes of all lengths, of which some begin where the last one ended, and now and then a step that begins anywhere.
+    fn steps(count: usize, mut take: impl FnMut(&Transition)) {
+        let mut rng = ChaCha8Rng::seed_from_u64(2);
+        let mut observation = [0.0, -0.0];
+        for _ in 0..count {
+            let next_observation = [rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0)];
+            let ends = rng.random_range(0..40);
+            take(&Transition {
+                observation: &observation,
+                action: &[rng.random_range(-1.0..1.0)],
+                reward: rng.random_range(-1.0..1.0),
+                next_observation: &next_observation,
+                terminated: ends == 0,
+                truncated: ends == 1,
+            });
+            observation = if ends < 2 || rng.random_bool(0.01) { [0.0, -0.0] } else { next_observation };
+        }
     }
 
     #[test]
-    fn memory_grows_with_use_and_stops_at_the_capacity() {
-        let mut replay = replay(1500);
-        push(&mut replay, 0.0);
-        assert!(replay.rows.capacity() <= 1024 * 7);
-        (1..3000).for_each(|k| push(&mut replay, k as f32));
-        assert_eq!(replay.rows.capacity(), 1500 * 7);
+    fn draws_what_a_ring_of_whole_rows_draws() {
+        for (capacity, n) in [(50, 1), (20_000, 3), (1_000_000, 3)] {
+            let config = Config { replay_capacity: capacity, n_step: n, ..Config::default() };
+            let mut replay = Replay::new(&config, 2, 1);
+            let n_step = NStep::new(n, config.gamma);
+            let mut ring = Ring { rows: vec![], oldest: 0, capacity, n_step, observations: vec![] };
+            steps(50_000, |step| {
+                replay.push(step).unwrap();
+                ring.push(step);
+            });
+            assert_eq!(replay.len(), ring.rows.len());
+            let mut batch = Batch::zeros(2000, 2, 1);
+            replay.sample(0..2000, &mut ChaCha8Rng::seed_from_u64(1), &mut batch);
+            let mut rng = ChaCha8Rng::seed_from_u64(1);
+            for i in 0..2000 {
+                let (input, next) = (&batch.input[3 * i..][..3], &batch.next_input[3 * i..][..2]);
+                let found = [input, next, &[batch.reward[i], batch.discount[i]]].concat();
+                let expected = &ring.rows[rng.random_range(0..ring.rows.len() as u32) as usize];
+                let bits = |row: &[f32]| row.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+                assert_eq!(bits(&found), bits(expected), "capacity {capacity}, draw {i}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_observation_is_kept_once_and_forgotten_with_its_transition() {
+        let mut replay = replay(20_000);
+        (0..100_000).for_each(|k| push(&mut replay, k as f32));
+        assert_eq!((replay.len(), replay.observations.len(), replay.transitions.len()), (20_000, 100_001, 100_000));
+        // 80 000 of each are not needed, four segments and a part of the fifth.
+        assert_eq!((replay.observations.forgotten, replay.transitions.forgotten), (4, 4));
+        assert_eq!((replay.observations.segments.len(), replay.transitions.segments.len()), (2, 2));
     }
 
     #[test]

@@ -1,121 +1,289 @@
-//! The replay memory on disk: a header, the rows, the steps that wait for their rewards, and a checksum of it all. Little endian.
+//! The replay memory on disk, in a checkpoint's folder: a file for each full segment of its logs, which never changes, and `replay.bin`
+//! with all the rest: their hashes, the rows after them, the steps that wait for their rewards, and a checksum of it all. Little endian.
+//!
+//! A save links the segments that the checkpoint before it has (a second name of the same file), and writes the others.
 
-use std::io::{BufReader, BufWriter, Read, Write};
-use std::path::Path;
+use std::collections::HashMap;
+use std::io::Read;
+use std::path::{Path, PathBuf};
 
-use fs_err::File;
+use blake3::Hash;
+use fs_err as fs;
 
+use crate::log::{SEGMENT, Segment, bytes};
 use crate::n_step::Pending;
-use crate::{Config, Error, Replay};
+use crate::{Config, Error, Replay, synced_file};
 
-const MAGIC: &[u8; 8] = b"SACRPLY1";
-/// Magic word and six numbers.
-const HEADER_BYTES: u64 = 8 + 6 * 8;
-const HASH_BYTES: u64 = 32;
+const FILE: &str = "replay.bin";
+const MAGIC: &[u8; 8] = b"SACRPLY2";
+/// Of earlier programs.
+const OLD_MAGIC: &[u8; 8] = b"SACRPLY1";
+/// What the files of the two logs are called.
+const NAMES: [&str; 2] = ["observations", "transitions"];
+const HASH_BYTES: usize = 32;
 
-/// Writes `replay` to a new file and waits until it is on the disk.
-pub(crate) fn write(path: &Path, replay: &Replay) -> Result<(), Error> {
-    let mut out =
-        Hashing { inner: BufWriter::with_capacity(1 << 20, File::create(path)?), hash: blake3::Hasher::new() };
-    let pending = &replay.n_step.pending;
-    let header =
-        [replay.observation_dim, replay.action_dim, replay.capacity, replay.len(), replay.oldest, pending.len()];
-    out.write(MAGIC)?;
-    header.iter().try_for_each(|&n| out.write(&(n as u64).to_le_bytes()))?;
-    out.write_floats(&replay.rows)?;
-    for step in pending {
-        out.write_floats(&step.observation)?;
-        out.write_floats(&step.action)?;
-        out.write_floats(&[step.reward, step.discount])?;
+/// Whether a checkpoint has a replay memory.
+pub(crate) fn exists(folder: &Path) -> bool {
+    folder.join(FILE).exists()
+}
+
+/// What `replay.bin` says before its numbers.
+struct Head {
+    /// Observations, actions, capacity.
+    sizes: [usize; 3],
+    /// Of each log: segments forgotten, full segments, numbers after them.
+    lengths: [[usize; 3]; 2],
+    /// Steps that wait for their rewards.
+    pending: usize,
+    /// Of each log's full segments.
+    hashes: [Vec<Hash>; 2],
+}
+
+impl Head {
+    /// Reads it off the start of a whole file; what is left are the numbers.
+    fn read(content: &[u8]) -> Result<(Self, &[u8]), Error> {
+        let mut rest = &content[MAGIC.len()..];
+        let (sizes, lengths) = (counts(&mut rest)?, [counts(&mut rest)?, counts(&mut rest)?]);
+        let [pending] = counts(&mut rest)?;
+        let mut hash = || array(&mut rest).map(Hash::from_bytes);
+        let mut hashes = |count| (0..count).map(|_| hash()).collect::<Result<_, Error>>();
+        let hashes = [hashes(lengths[0][1])?, hashes(lengths[1][1])?];
+        Ok((Self { sizes, lengths, pending, hashes }, rest))
     }
-    let Hashing { mut inner, hash } = out;
-    inner.write_all(hash.finalize().as_bytes())?;
-    inner.flush()?;
-    Ok(inner.get_ref().sync_all()?)
+}
+
+/// The content of a whole `replay.bin`, or what is wrong with it.
+fn whole(content: &[u8]) -> Result<(), &'static str> {
+    if content.starts_with(OLD_MAGIC) {
+        return Err("the replay memory of an earlier version, which this one cannot go on from: begin the run anew");
+    }
+    if !content.starts_with(MAGIC) {
+        return Err("not a replay memory, or cut off");
+    }
+    let body = content.len().saturating_sub(HASH_BYTES);
+    let agrees = blake3::hash(&content[..body]).as_bytes() == &content[body..];
+    if agrees { Ok(()) } else { Err("the checksum does not agree: damaged or cut off") }
+}
+
+/// Hashes of the segments that a checkpoint has, by their paths; none if it has no whole replay memory.
+fn segments_of(folder: &Path) -> HashMap<PathBuf, Hash> {
+    let content = fs::read(folder.join(FILE)).unwrap_or_default();
+    let head = whole(&content).ok().and_then(|()| Head::read(&content).ok());
+    let of_log = |(name, ([forgotten, ..], hashes)): (&'static str, ([usize; 3], Vec<Hash>))| {
+        (forgotten..).zip(hashes).map(move |(number, hash)| (segment_path(folder, name, number), hash))
+    };
+    head.into_iter()
+        .flat_map(|(head, _)| NAMES.into_iter().zip(head.lengths.into_iter().zip(head.hashes)).flat_map(of_log))
+        .collect()
+}
+
+/// Writes `replay` into the new folder of a checkpoint, where `before` is the checkpoint that it will take the place of, and waits until
+/// it is on the disk.
+pub(crate) fn write(folder: &Path, before: &Path, replay: &Replay) -> Result<(), Error> {
+    let logs = [&replay.observations, &replay.transitions];
+    let there = segments_of(before);
+    for (name, log) in NAMES.into_iter().zip(logs) {
+        for (number, segment) in (log.forgotten..).zip(&log.segments) {
+            let (file, old) = (segment_path(folder, name, number), segment_path(before, name, number));
+            let linked = there.get(&old) == Some(&segment.hash) && fs::hard_link(&old, &file).is_ok();
+            // Not every drive knows second names.
+            if !linked {
+                synced_file::write(&file, &bytes(&segment.numbers))?;
+            }
+        }
+    }
+    let pending = &replay.n_step.pending;
+    let lengths = logs.map(|log| [log.forgotten, log.segments.len(), log.tail.len()]);
+    let sizes = [replay.observation_dim, replay.action_dim, replay.capacity];
+    let counts = [&sizes[..], lengths.as_flattened(), &[pending.len()]].concat();
+    let mut out = MAGIC.to_vec();
+    out.extend(counts.into_iter().flat_map(|n| (n as u64).to_le_bytes()));
+    for segment in logs.into_iter().flat_map(|log| &log.segments) {
+        out.extend(segment.hash.as_bytes());
+    }
+    logs.into_iter().for_each(|log| out.extend(bytes(&log.tail)));
+    for step in pending {
+        out.extend((step.observation as u64).to_le_bytes());
+        out.extend(bytes(&step.action));
+        out.extend(bytes(&[step.reward, step.discount]));
+    }
+    out.extend(blake3::hash(&out).as_bytes());
+    synced_file::write(&folder.join(FILE), &out)
 }
 
 /// Reads what [`write()`] wrote.
-pub(crate) fn read(path: &Path, config: &Config, observation_dim: usize, action_dim: usize) -> Result<Replay, Error> {
-    let error = |problem: String| Error::checkpoint(path, problem);
-    let file = File::open(path)?;
-    let length = file.metadata()?.len();
-    let mut input = Hashing { inner: BufReader::with_capacity(1 << 20, file), hash: blake3::Hasher::new() };
-    if length < HEADER_BYTES || &input.read::<8>()? != MAGIC {
-        return Err(error("not a replay memory, or cut off".into()));
-    }
-    let mut header = [0; 6];
-    for n in &mut header {
-        *n = u64::from_le_bytes(input.read()?) as usize;
-    }
-    let [observations, actions, capacity, len, oldest, pending] = header;
+pub(crate) fn read(folder: &Path, config: &Config, observation_dim: usize, action_dim: usize) -> Result<Replay, Error> {
+    let path = folder.join(FILE);
+    let content = fs::read(&path)?;
+    whole(&content).map_err(|problem| Error::checkpoint(&path, problem))?;
+    let (head, mut rest) = Head::read(&content)?;
     let mut replay = Replay::new(config, observation_dim, action_dim);
-    if (observations, actions, capacity) != (observation_dim, action_dim, replay.capacity) {
-        let expected = replay.capacity;
-        return Err(error(format!(
-            "holds {observations} observations, {actions} actions and room for {capacity} transitions; {observation_dim}, \
-             {action_dim} and {expected} expected"
-        )));
+    let expected = [observation_dim, action_dim, replay.capacity];
+    if head.sizes != expected {
+        let words = |[observations, actions, capacity]: [usize; 3]| {
+            format!("{observations} observations, {actions} actions and room for {capacity} transitions")
+        };
+        let problem = format!("holds {}; {} expected", words(head.sizes), words(expected));
+        return Err(Error::checkpoint(&path, problem));
     }
-    // Compared before memory is asked for: a damaged length must not ask for all of it. In u128, which cannot overflow here.
-    let floats = len as u128 * replay.width() as u128 + pending as u128 * (observations + actions + 2) as u128;
-    let expected = u128::from(HEADER_BYTES + HASH_BYTES) + 4 * floats;
-    if u128::from(length) != expected || len > capacity {
-        return Err(error(format!("{length} bytes long, {expected} expected: damaged or cut off")));
+    let logs = [&mut replay.observations, &mut replay.transitions];
+    let found = NAMES.into_iter().zip(head.lengths).zip(head.hashes);
+    for (log, ((name, [forgotten, _, tail]), hashes)) in logs.into_iter().zip(found) {
+        log.forgotten = forgotten;
+        for (number, hash) in (forgotten..).zip(hashes) {
+            log.segments.push_back(read_segment(&segment_path(folder, name, number), log.width, hash)?);
+        }
+        log.tail = floats(&mut rest, tail)?;
     }
-    replay.oldest = oldest;
-    replay.rows = input.read_floats(len * replay.width())?;
-    for _ in 0..pending {
-        let (observation, action) = (input.read_floats(observations)?, input.read_floats(actions)?);
-        let [reward, discount] = [f32::from_le_bytes(input.read()?), f32::from_le_bytes(input.read()?)];
+    for _ in 0..head.pending {
+        let [observation] = counts(&mut rest)?;
+        let (action, numbers) = (floats(&mut rest, action_dim)?, floats(&mut rest, 2)?);
+        let (reward, discount) = (numbers[0], numbers[1]);
         replay.n_step.pending.push_back(Pending { observation, action, reward, discount });
-    }
-    let computed = input.hash.finalize();
-    if &input.read::<32>()? != computed.as_bytes() {
-        return Err(error("the checksum does not agree: damaged".into()));
     }
     Ok(replay)
 }
 
-/// Hashes what passes through.
-struct Hashing<T> {
-    inner: T,
-    hash: blake3::Hasher,
+fn read_segment(path: &Path, width: usize, hash: Hash) -> Result<Segment, Error> {
+    let content = fs::read(path)?;
+    if content.len() != 4 * SEGMENT * width {
+        let (length, expected) = (content.len(), 4 * SEGMENT * width);
+        return Err(Error::checkpoint(path, format!("{length} bytes long, {expected} expected: damaged or cut off")));
+    }
+    if blake3::hash(&content) != hash {
+        return Err(Error::checkpoint(
+            path,
+            format!("not the part that {FILE} beside it names: damaged, or of another run"),
+        ));
+    }
+    let numbers = floats(&mut content.as_slice(), SEGMENT * width)?;
+    Ok(Segment { numbers, hash })
 }
 
-impl<T: Write> Hashing<T> {
-    fn write(&mut self, bytes: &[u8]) -> Result<(), Error> {
-        self.hash.update(bytes);
-        Ok(self.inner.write_all(bytes)?)
-    }
-
-    fn write_floats(&mut self, values: &[f32]) -> Result<(), Error> {
-        let mut bytes = Vec::new();
-        for part in values.chunks(1 << 16) {
-            bytes.clear();
-            bytes.extend(part.iter().flat_map(|x| x.to_le_bytes()));
-            self.write(&bytes)?;
-        }
-        Ok(())
-    }
+fn segment_path(folder: &Path, name: &str, number: usize) -> PathBuf {
+    folder.join(format!("replay_{name}_{number:06}.bin"))
 }
 
-impl<T: Read> Hashing<T> {
-    fn read<const N: usize>(&mut self) -> Result<[u8; N], Error> {
-        let mut bytes = [0; N];
-        self.inner.read_exact(&mut bytes)?;
-        self.hash.update(&bytes);
-        Ok(bytes)
+fn counts<const N: usize>(rest: &mut &[u8]) -> Result<[usize; N], Error> {
+    let mut counts = [0; N];
+    for count in &mut counts {
+        *count = u64::from_le_bytes(array(rest)?) as usize;
+    }
+    Ok(counts)
+}
+
+/// The next bytes. That they are there is known: the checksum has been compared.
+fn array<const N: usize>(rest: &mut &[u8]) -> Result<[u8; N], Error> {
+    let mut bytes = [0; N];
+    rest.read_exact(&mut bytes)?;
+    Ok(bytes)
+}
+
+fn floats(rest: &mut &[u8], count: usize) -> Result<Vec<f32>, Error> {
+    let missing = || std::io::Error::from(std::io::ErrorKind::UnexpectedEof);
+    let (here, after) = rest.split_at_checked(count.saturating_mul(4)).ok_or_else(missing)?;
+    *rest = after;
+    Ok(here.as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::MetadataExt;
+
+    use super::*;
+    use crate::Transition;
+
+    fn config() -> Config {
+        Config { replay_capacity: 40_000, n_step: 3, ..Config::default() }
     }
 
-    fn read_floats(&mut self, count: usize) -> Result<Vec<f32>, Error> {
-        let mut values = Vec::with_capacity(count);
-        let mut bytes = vec![0; 4 * count.min(1 << 16)];
-        while values.len() < count {
-            let part = &mut bytes[..4 * (count - values.len()).min(1 << 16)];
-            self.inner.read_exact(part)?;
-            self.hash.update(part);
-            values.extend(part.as_chunks().0.iter().map(|x| f32::from_le_bytes(*x)));
+    /// Episodes of 700 steps.
+    fn play(replay: &mut Replay, steps: std::ops::Range<usize>) {
+        for k in steps {
+            let observe = |k: usize| [(k as f32).sin(), k as f32];
+            let step = Transition {
+                observation: &observe(k),
+                action: &[(k as f32).cos()],
+                reward: k as f32,
+                next_observation: &observe(k + 1),
+                terminated: false,
+                truncated: k % 700 == 699,
+            };
+            replay.push(&step).unwrap();
         }
-        Ok(values)
+    }
+
+    /// A checkpoint's folder with the memory after so many steps, its predecessor being `before`.
+    fn save(root: &Path, before: &str, replay: &Replay) -> PathBuf {
+        let folder = root.join(replay.observations.len().to_string());
+        fs::create_dir(&folder).unwrap();
+        write(&folder, &root.join(before), replay).unwrap();
+        folder
+    }
+
+    #[test]
+    fn what_is_on_disk_is_not_written_again_and_what_is_forgotten_goes() {
+        let root = tempfile::tempdir().unwrap();
+        let mut replay = Replay::new(&config(), 2, 1);
+        play(&mut replay, 0..35_000);
+        let first = save(root.path(), "none", &replay);
+        play(&mut replay, 35_000..90_000);
+        let second = save(root.path(), first.file_name().unwrap().to_str().unwrap(), &replay);
+        let names = |folder: &Path| {
+            let mut names: Vec<String> = fs::read_dir(folder)
+                .unwrap()
+                .map(|file| file.unwrap().file_name().into_string().unwrap())
+                .filter(|name| name.contains("transitions"))
+                .collect();
+            names.sort();
+            names
+        };
+        let numbered = |numbers: std::ops::Range<usize>| {
+            numbers.map(|n| format!("replay_transitions_{n:06}.bin")).collect::<Vec<_>>()
+        };
+        // 35 000 are two segments and a bit; of 90 000, five and a bit, the first 50 000 are not needed: three segments.
+        assert_eq!((names(&first), names(&second)), (numbered(0..2), numbered(3..5)));
+        assert_eq!(read(&second, &config(), 2, 1).unwrap(), replay);
+
+        play(&mut replay, 90_000..91_000);
+        let third = save(root.path(), second.file_name().unwrap().to_str().unwrap(), &replay);
+        let inode = |folder: &Path, name: &str| fs::metadata(folder.join(name)).unwrap().ino();
+        for name in names(&second) {
+            assert_eq!(inode(&second, &name), inode(&third, &name), "{name} was written again");
+        }
+        // A checkpoint goes, and the next keeps what it shared with it.
+        fs::remove_dir_all(&second).unwrap();
+        let mut loaded = read(&third, &config(), 2, 1).unwrap();
+        assert_eq!(loaded, replay);
+        play(&mut replay, 91_000..99_000);
+        play(&mut loaded, 91_000..99_000);
+        assert_eq!(loaded, replay);
+    }
+
+    #[test]
+    fn a_segment_that_is_another_is_neither_shared_nor_read() {
+        let root = tempfile::tempdir().unwrap();
+        let [mut replay, mut other] = [(); 2].map(|()| Replay::new(&config(), 2, 1));
+        play(&mut replay, 0..20_000);
+        play(&mut other, 700..21_400);
+        let folder = save(root.path(), "none", &other);
+        let folder = save(root.path(), folder.file_name().unwrap().to_str().unwrap(), &replay);
+        assert_eq!(read(&folder, &config(), 2, 1).unwrap(), replay);
+
+        let name = "replay_observations_000000.bin";
+        let refused = || read(&folder, &config(), 2, 1).unwrap_err().to_string();
+        let whole = fs::read(folder.join(name)).unwrap();
+        let mut flipped = whole.clone();
+        flipped[70_000] ^= 1;
+        fs::write(folder.join(name), flipped).unwrap();
+        assert!(
+            refused().ends_with(&format!(
+                "{name}: not the part that replay.bin beside it names: damaged, or of another run"
+            ))
+        );
+        fs::write(folder.join(name), &whole[..whole.len() - 1]).unwrap();
+        assert!(refused().ends_with("131071 bytes long, 131072 expected: damaged or cut off"), "{}", refused());
+        fs::remove_file(folder.join(name)).unwrap();
+        assert!(refused().contains(name), "{}", refused());
     }
 }

@@ -13,6 +13,7 @@ use crate::network::Networks;
 use crate::nudge::Nudges;
 use crate::pink::Pink;
 use crate::replay::Replay;
+use crate::simd::wide;
 use crate::value::Value;
 use crate::{Config, Error};
 
@@ -61,9 +62,10 @@ impl Sac {
     ///
     /// # Errors
     ///
-    /// [`Error::Config`] if a setting is out of range.
+    /// [`Error::Config`] if a setting is out of range, or if this process multiplies with other kernels already.
     pub fn new(config: &Config, observation_dim: usize, action_dim: usize, seed: u64) -> Result<Self, Error> {
         config.validate()?;
+        config.kernels.insist()?;
         let stream = |stream: Stream| {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             rng.set_stream(stream as u64);
@@ -79,7 +81,6 @@ impl Sac {
 
     /// A learner of the right sizes whose weights and generators are yet to be set.
     pub(crate) fn zeros(config: &Config, observation_dim: usize, action_dim: usize) -> Self {
-        crate::threads::use_one();
         let rng = ChaCha8Rng::seed_from_u64(0);
         let network = Networks::zeros(Actor::NAMES, &Actor::sizes(config, observation_dim, action_dim));
         let actor = Actor::new(config, network, rng.clone());
@@ -87,7 +88,7 @@ impl Sac {
         let sizes = [&[observation_dim + action_dim], config.hidden.as_slice(), &[value.outputs()]].concat();
         let critics = Networks::zeros(&["critic_1", "critic_2"], &sizes);
         Self {
-            log_temperature: config.initial_temperature.ln() as f32,
+            log_temperature: libm::log(config.initial_temperature) as f32,
             actor_adam: Adam::new(actor.network.values.len()),
             critic_adam: Adam::new(critics.values.len()),
             temperature_adam: Adam::new(1),
@@ -158,7 +159,7 @@ impl Sac {
 
     /// Weight of the entropy, in reward per nat.
     pub fn temperature(&self) -> f32 {
-        self.log_temperature.exp()
+        libm::expf(self.log_temperature)
     }
 
     /// Learns from one batch drawn from `replay`.
@@ -236,10 +237,9 @@ impl Sac {
         let (alpha, t) = (self.temperature(), self.age());
         let Memory { batch, next, done, critic_pass, target_pass, critic_gradient, .. } = &mut self.memory;
         next.draw(&self.actor, &batch.next_input);
-        target_pass.forward(&self.targets, &next.input());
+        target_pass.forward(&self.targets, &next.input.view);
         done.copy_from_slice(&batch.input);
-        let done = done.view(0, &[batch.reward.len(), self.critics.sizes[0]]);
-        critic_pass.forward(&self.critics, &done);
+        critic_pass.forward(&self.critics, &done.view);
 
         let (share, size) = (1.0 / batch.reward.len() as f32, self.value.outputs());
         let mut loss = 0.0;
@@ -253,7 +253,7 @@ impl Sac {
             }
         }
         critic_pass.backward(&self.critics);
-        critic_pass.parameter_gradient(&done, critic_gradient);
+        critic_pass.parameter_gradient(&done.view, critic_gradient);
         let gradient = &critic_gradient.values;
         self.critic_adam.step(&mut self.critics.values, gradient, self.config.critic_learning_rate, t);
         (loss, norm(gradient))
@@ -265,7 +265,7 @@ impl Sac {
         let (alpha, t) = (self.temperature(), self.actor_age());
         let Memory { batch, present, critic_pass, actor_gradient, action_gradient, .. } = &mut self.memory;
         present.draw(&self.actor, &batch.input);
-        critic_pass.forward(&self.critics, &present.input());
+        critic_pass.forward(&self.critics, &present.input.view);
 
         let (observations, actions) = (self.actor.observation_dim(), self.actor.action_dim());
         let (share, size) = (1.0 / self.config.batch_size as f32, self.value.outputs());
@@ -284,13 +284,14 @@ impl Sac {
 
         let gradients = present.pass.result_and_gradient().1.chunks_exact_mut(2 * actions);
         let by_action = action_gradient.chunks_exact(actions);
-        for ((gradient, samples), by_action) in gradients.zip(present.samples.chunks_exact(actions)).zip(by_action) {
+        for (row, (gradient, by_action)) in gradients.zip(by_action).enumerate() {
             for i in 0..actions {
-                (gradient[i], gradient[actions + i]) = samples[i].backward(by_action[i], alpha * share);
+                (gradient[i], gradient[actions + i]) =
+                    present.samples.backward(row * actions + i, by_action[i], alpha * share);
             }
         }
         present.pass.backward(&self.actor.network);
-        present.pass.parameter_gradient(&present.observations(), actor_gradient);
+        present.pass.parameter_gradient(&present.observations, actor_gradient);
         let entropy = -mean(&present.log_prob);
         let gradient = &actor_gradient.values;
         self.actor_adam.step(&mut self.actor.network.values, gradient, self.config.actor_learning_rate, t);
@@ -310,7 +311,7 @@ impl Sac {
         let t = self.updates / self.config.actor_period;
         let log_temperature = std::slice::from_mut(&mut self.log_temperature);
         self.temperature_adam.step(log_temperature, &[gradient], self.config.temperature_learning_rate, t);
-        let floor = self.config.min_temperature.ln() as f32;
+        let floor = libm::log(self.config.min_temperature) as f32;
         // Not max(), which makes a number of NaN.
         if self.log_temperature < floor {
             self.log_temperature = floor;
@@ -325,10 +326,12 @@ impl Sac {
     }
 }
 
-/// Moves `slow` the fraction `share` of the way to `fast` (Polyak averaging).
-fn blend(slow: &mut [f32], fast: &[f32], share: f32) {
-    for (slow, fast) in slow.iter_mut().zip(fast) {
-        *slow += share * (fast - *slow);
+wide! {
+    /// Moves `slow` the fraction `share` of the way to `fast` (Polyak averaging).
+    fn blend(slow: &mut [f32], fast: &[f32], share: f32) {
+        for (slow, fast) in slow.iter_mut().zip(fast) {
+            *slow += share * (fast - *slow);
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! What a critic's outputs say of a value: one number, or a histogram (HL-Gauss: Farebrother et al., 2024, arXiv 2403.03950).
 
 use crate::Config;
+use crate::math::exp;
 
 /// Standard deviation of a target's distribution, in widths of a bin (their section 3).
 const SPREAD: f32 = 0.75;
@@ -38,7 +39,7 @@ impl Value {
             Value::Number => outputs[0],
             Value::Histogram { centres } => {
                 let (largest, sum) = scale(outputs);
-                outputs.iter().zip(centres).map(|(x, c)| (x - largest).exp() / sum * c).sum()
+                outputs.iter().zip(centres).map(|(x, c)| exp(x - largest) / sum * c).sum()
             }
         }
     }
@@ -50,7 +51,7 @@ impl Value {
             Value::Histogram { centres } => {
                 let (value, (largest, sum)) = (self.read(outputs), scale(outputs));
                 for ((g, x), c) in gradient.iter_mut().zip(outputs).zip(centres) {
-                    *g = weight * (x - largest).exp() / sum * (c - value);
+                    *g = weight * exp(x - largest) / sum * (c - value);
                 }
             }
         }
@@ -78,8 +79,8 @@ impl Value {
                     let right = below(c + half);
                     let wanted = (right - left) / all;
                     left = right;
-                    loss -= wanted * (x - largest - sum.ln());
-                    *g = weight * ((x - largest).exp() / sum - wanted);
+                    loss -= wanted * (x - largest - libm::logf(sum));
+                    *g = weight * (exp(x - largest) / sum - wanted);
                 }
                 loss
             }
@@ -90,7 +91,7 @@ impl Value {
 /// Largest logit, and the sum of exp(x - largest): no exponential overflows.
 fn scale(outputs: &[f32]) -> (f32, f32) {
     let largest = outputs.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-    (largest, outputs.iter().map(|x| (x - largest).exp()).sum())
+    (largest, outputs.iter().map(|x| exp(x - largest)).sum())
 }
 
 #[cfg(test)]

@@ -176,7 +176,7 @@ fn a_missing_damaged_or_foreign_checkpoint_is_refused_in_one_line() {
         ("critic.safetensors", "damaged or cut off"),
         ("target.safetensors", "damaged or cut off"),
         ("optimizer.safetensors", "damaged or cut off"),
-        ("replay.bin", "bytes long"),
+        ("replay.bin", "damaged or cut off"),
         ("state.json", "EOF"),
     ] {
         let whole = fs::read(path.join(file)).unwrap();
@@ -187,10 +187,16 @@ fn a_missing_damaged_or_foreign_checkpoint_is_refused_in_one_line() {
         assert!(message(OBSERVATIONS).contains(&format!("last/{file}: ")), "{file}: {}", message(OBSERVATIONS));
         fs::write(path.join(file), whole).unwrap();
     }
-    let mut flipped = fs::read(path.join("replay.bin")).unwrap();
+    let whole = fs::read(path.join("replay.bin")).unwrap();
+    let mut flipped = whole.clone();
     flipped[1000] ^= 1;
     fs::write(path.join("replay.bin"), flipped).unwrap();
-    assert!(message(OBSERVATIONS).ends_with("last/replay.bin: the checksum does not agree: damaged"));
+    assert!(message(OBSERVATIONS).ends_with("last/replay.bin: the checksum does not agree: damaged or cut off"));
+    fs::write(path.join("replay.bin"), [b"SACRPLY1", &whole[8..]].concat()).unwrap();
+    assert!(
+        message(OBSERVATIONS).contains("of an earlier version, which this one cannot go on from: begin the run anew")
+    );
+    fs::write(path.join("replay.bin"), whole).unwrap();
 
     // A weight of another shape.
     fs::copy(path.join("critic.safetensors"), path.join("actor.safetensors")).unwrap();

@@ -17,6 +17,9 @@ pub struct Continuation {
     pub commit: String,
     /// As in [`Manifest`].
     pub command: Vec<String>,
+    /// As in [`Manifest`].
+    #[serde(default)]
+    pub kernel: String,
 }
 
 /// Where a run came from: `manifest.json`.
@@ -28,7 +31,7 @@ pub struct Manifest {
     pub command: Vec<String>,
     /// Commit of the checkout the program was built in, with `-dirty` if it was changed.
     pub commit: String,
-    /// Who took the run on after an interruption, if it was another program or another command.
+    /// Who took the run on after an interruption, if it was another program, another command or another kernel.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub continued: Vec<Continuation>,
     /// Hash of the configuration.
@@ -37,6 +40,13 @@ pub struct Manifest {
     pub seed: u64,
     /// Processor model.
     pub cpu: String,
+    /// The learner's `kernels`, and what libtorch's MKL says of those that it took; empty in older manifests. Another kernel gives other
+    /// last bits.
+    #[serde(default)]
+    pub kernels: String,
+    /// See `kernels`.
+    #[serde(default)]
+    pub kernel: String,
     /// Version of this program.
     pub version: String,
     /// Start, seconds since 1970.
@@ -66,10 +76,11 @@ impl RunFolder {
     pub fn begin_manifest(&self, config: &RunConfig, step: u64) -> Result<Manifest> {
         let mut manifest = Manifest::start(config);
         if step > 0 {
-            let Manifest { commit, command, .. } = manifest;
+            let Manifest { commit, command, kernel, .. } = manifest;
             manifest = self.manifest()?;
             let last = manifest.continued.last();
-            let known = last.map_or((&manifest.commit, &manifest.command), |last| (&last.commit, &last.command));
+            let begun = (&manifest.commit, &manifest.command, &manifest.kernel);
+            let known = last.map_or(begun, |last| (&last.commit, &last.command, &last.kernel));
             // Another program may know other settings.
             let same_program = *known.0 == commit && manifest.version == env!("CARGO_PKG_VERSION");
             ensure!(
@@ -78,8 +89,8 @@ impl RunFolder {
                 self.config().display()
             );
             manifest.config_hash = config.hash();
-            if known != (&commit, &command) {
-                manifest.continued.push(Continuation { step, commit, command });
+            if known != (&commit, &command, &kernel) {
+                manifest.continued.push(Continuation { step, commit, command, kernel });
             }
             manifest.status = "running".into();
         }
@@ -106,7 +117,7 @@ impl Manifest {
         commits.join(" ")
     }
 
-    /// A run that starts now.
+    /// A run that starts now, its learner made already.
     pub fn start(config: &RunConfig) -> Self {
         let since_1970 = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
         Manifest {
@@ -117,6 +128,8 @@ impl Manifest {
             config_hash: config.hash(),
             seed: config.seed,
             cpu: cpu_model(),
+            kernels: format!("{:?}", config.learner.kernels).to_lowercase(),
+            kernel: sac::kernel(),
             version: env!("CARGO_PKG_VERSION").into(),
             started_unix_s: since_1970.map_or(0, |t| t.as_secs()),
             status: "running".into(),

@@ -1,5 +1,6 @@
 use super::*;
 use crate::Transition;
+use crate::simd::with_and_without_avx2;
 
 fn small() -> Config {
     Config { hidden: vec![8], batch_size: 4, ..Config::default() }
@@ -179,4 +180,16 @@ fn as_many_episodes_as_said_have_pink_noise() {
     };
     let [white, half, pink] = [0.0, 0.5, 1.0].map(pink_episodes);
     assert!(white == 0 && (10..30).contains(&half) && pink == 40, "{white} {half} {pink}");
+}
+
+#[test]
+fn an_update_has_the_same_bits_without_avx2() {
+    let config = Config { layer_norm: true, hidden: vec![19, 24], batch_size: 13, ..small() };
+    let [with, without] = with_and_without_avx2(|| {
+        let mut sac = Sac::new(&config, 2, 1, 3).unwrap();
+        let replay = replay(&config, 1.0);
+        let losses: Vec<Losses> = (0..9).map(|_| sac.update(&replay)).collect();
+        (losses, sac.critics.values.to_vec(), sac.average.values.to_vec())
+    });
+    assert_eq!(with, without);
 }

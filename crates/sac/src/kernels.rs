@@ -1,0 +1,134 @@
+//! Which of libtorch's kernels multiply matrices, and on how many threads: decided once per process, before its first product.
+//!
+//! libtorch multiplies by Intel's MKL, which asks [`mkl_serv_intel_cpu_true`] whether the processor is Intel's, and is content with kernels
+//! for SSE2 or the like if it is not, whatever instructions the processor has.
+
+use std::ffi::{CStr, c_char, c_int};
+use std::sync::OnceLock;
+
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+
+/// Which kernels multiply matrices.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kernels {
+    /// The fastest that the processor has instructions for, whoever made it.
+    #[default]
+    Fast,
+    /// Those that give the same bits on every x86-64 processor (MKL's `MKL_CBWR=COMPATIBLE`): a fifth as fast as AVX-512.
+    Portable,
+}
+
+/// What this process multiplies with, and what came of asking MKL for it.
+static CHOSEN: OnceLock<(Kernels, Result<(), &'static str>)> = OnceLock::new();
+
+impl Kernels {
+    /// Decides for this process. The first call counts, and returns what was decided.
+    ///
+    /// One thread multiplies: with another busy process beside it, threads that wait for each other slow an update some thirtyfold.
+    /// Use one process per seed instead.
+    pub(crate) fn choose(self) -> Result<Self, Error> {
+        let (chosen, made) = CHOSEN.get_or_init(|| {
+            tch::set_num_interop_threads(1);
+            tch::set_num_threads(1);
+            (self, self.ask_for())
+        });
+        made.map(|()| *chosen).map_err(|allowed| self.refused(allowed))
+    }
+
+    /// The same for a learner: its numbers depend on the kernels, so none but its own will do.
+    pub(crate) fn insist(self) -> Result<(), Error> {
+        match self.choose()? {
+            chosen if chosen == self => Ok(()),
+            Kernels::Fast => Err(self.refused("fast, with which this process multiplies already")),
+            Kernels::Portable => Err(self.refused("portable, with which this process multiplies already")),
+        }
+    }
+
+    fn refused(self, allowed: &'static str) -> Error {
+        Error::Config { field: "kernels", value: format!("{self:?}").to_lowercase(), allowed }
+    }
+
+    fn ask_for(self) -> Result<(), &'static str> {
+        /// `MKL_CBWR_COMPATIBLE`.
+        const COMPATIBLE: c_int = 3;
+        if self == Kernels::Fast {
+            return Ok(());
+        }
+        let set = symbol(c"mkl_serv_cbwr_set").ok_or("fast, as this libtorch has no MKL")?;
+        // SAFETY: MKL's mkl_cbwr_set, which libtorch exports under the name it has inside: int (int).
+        let set: extern "C" fn(c_int) -> c_int = unsafe { std::mem::transmute(set) };
+        if set(COMPATIBLE) == 0 { Ok(()) } else { Err("fast, as MKL has multiplied already or knows no such mode") }
+    }
+}
+
+/// Whether the processor is Intel's: MKL's own function of this name is not asked where a program has one. Yes, as its kernels for AVX2 and
+/// AVX-512 work on every processor that has these instructions. The build script makes the linker show it to libtorch.
+#[unsafe(no_mangle)]
+extern "C" fn mkl_serv_intel_cpu_true() -> c_int {
+    1
+}
+
+/// What MKL says of the instructions that its kernels are made for, such as `Intel(R) Advanced Vector Extensions 2 (Intel(R) AVX2) enabled
+/// processors`, with its version before it. They are decided on by the first learner or actor of the process.
+pub fn kernel() -> String {
+    /// MKL's `MKLVersion`.
+    #[repr(C)]
+    struct Version {
+        numbers: [c_int; 3],
+        status: *const c_char,
+        build: *const c_char,
+        processor: *const c_char,
+        platform: *const c_char,
+    }
+    let Some(get) = symbol(c"mkl_serv_get_version") else { return "not MKL".into() };
+    // SAFETY: MKL's mkl_get_version, which libtorch exports under the name it has inside: void (MKLVersion *). It fills the struct with
+    // pointers to strings that stay.
+    unsafe {
+        let get: extern "C" fn(*mut Version) = std::mem::transmute(get);
+        let mut version = std::mem::zeroed();
+        get(&mut version);
+        let Version { numbers: [major, minor, update], processor, .. } = version;
+        let processor = if processor.is_null() { c"unknown" } else { CStr::from_ptr(processor) };
+        format!("MKL {major}.{minor}.{update}: {}", processor.to_string_lossy())
+    }
+}
+
+/// What libtorch finds under a name.
+fn symbol(name: &CStr) -> Option<*const ()> {
+    // SAFETY: looks a name up; calls nothing.
+    let found = unsafe { libc::dlsym(libc::RTLD_DEFAULT, name.as_ptr()) };
+    (!found.is_null()).then_some(found.cast_const().cast())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Without it, a processor that is not Intel's multiplies at half its speed.
+    #[test]
+    fn libtorch_asks_this_program_who_made_the_processor() {
+        Kernels::Fast.insist().unwrap();
+        assert_eq!(symbol(c"mkl_serv_intel_cpu_true"), Some(mkl_serv_intel_cpu_true as *const ()));
+    }
+
+    #[test]
+    fn a_process_has_one_kind_of_kernels() {
+        Kernels::Fast.insist().unwrap();
+        assert_eq!(Kernels::Portable.choose().unwrap(), Kernels::Fast);
+        let error = Kernels::Portable.insist().unwrap_err().to_string();
+        assert_eq!(error, "kernels = portable is out of range: fast, with which this process multiplies already");
+    }
+
+    #[test]
+    fn the_kernel_has_the_name_that_mkl_gives_it() {
+        Kernels::Fast.insist().unwrap();
+        let name = kernel();
+        assert!(name.starts_with("MKL 20") && name.contains("Intel(R)"), "{name}");
+        if is_x86_feature_detected!("avx2") {
+            assert!(name.contains("Advanced Vector Extensions"), "{name}");
+        }
+    }
+}
