@@ -58,7 +58,7 @@ mod tests {
         draw_force(&mut image, &camera, &Vector3::z(), &Vector3::new(0.0, 0.0, 0.5));
         assert!(image == blank, "half a newton is not drawn");
         draw_force(&mut image, &camera, &Vector3::z(), &Vector3::new(0.0, 0.0, 80.0));
-        let inked = |row: usize, column: usize| image.rgb[3 * (120 * row + column) + 2] < 128;
+        let inked = |row: usize, column: usize| image.rgb[3 * (120 * row + column) + 1] < 128;
         // 32 cm at 2 m: 50 / tan 0.5 * 0.16 = 14.6 rows.
         assert!(inked(47, 60) && inked(37, 60) && !inked(33, 60) && !inked(53, 60));
         // The head is wider than the shaft.
