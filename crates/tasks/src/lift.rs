@@ -112,7 +112,11 @@ impl Task for Lift {
         };
         if self.scene().is_grasped(simulation) {
             let up = Translation3::new(tool.x, tool.y, TABLE_HEIGHT + 0.12);
-            Waypoint { pose: Pose::from_parts(up, straight_down(&(y.pose.rotation * Vector3::x()))), grip: 1.0, force: 0.0 }
+            Waypoint {
+                pose: Pose::from_parts(up, straight_down(&(y.pose.rotation * Vector3::x()))),
+                grip: 1.0,
+                force: 0.0,
+            }
         } else if sideways < 0.012 && above < 0.012 {
             waypoint(centre.z, 1.0)
         } else if sideways < 0.012 && turn < 0.15 {

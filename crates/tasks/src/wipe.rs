@@ -161,11 +161,7 @@ impl Task for Wipe {
         };
         let down = in_contact(y) || (distance(&target) < 0.02 && tool.z < TABLE_HEIGHT + 0.025);
         let press = down && y.pose.rotation.angle_to(&level) < 0.15;
-        Waypoint {
-            pose: at(target.x, target.y, 0.015),
-            grip: 0.0,
-            force: if press { EXPERT_FORCE } else { 0.0 },
-        }
+        Waypoint { pose: at(target.x, target.y, 0.015), grip: 0.0, force: if press { EXPERT_FORCE } else { 0.0 } }
     }
 
     fn achievement(&self) -> &'static str {
