@@ -8,8 +8,8 @@ use std::f32::consts::LOG2_E;
 pub(crate) fn exp(x: f32) -> f32 {
     /// Adding 1.5 * 2^23 leaves no bits for a fraction: a sum is rounded to an integer, which stands in its lowest bits.
     const ROUND: f32 = 12_582_912.0;
-    /// ln 2, in two parts: the product of the first with an integer has no rounding.
-    const LN_2: [f32; 2] = [0.693_359_375, -2.121_944_4e-4];
+    /// ln 2, in two parts: the first, 0.693359375, has few bits, so that its product with an integer is exact.
+    const LN_2: [f32; 2] = [0.693_359_4, -2.121_944_4e-4];
     let x = x.clamp(-87.0, 88.0);
     let rounded = x * LOG2_E + ROUND;
     let n = rounded - ROUND;
@@ -36,7 +36,7 @@ pub(crate) fn ln_1p(x: f32) -> f32 {
 pub(crate) fn tanh(x: f32) -> f32 {
     // Cephes' tanhf: a polynomial near zero, where the difference below would cancel.
     let z = x * x;
-    let near = polynomial(z, [-5.704_988_7e-3, 2.063_909e-2, -5.373_971_6e-2, 1.333_144_2e-1, -3.333_328_2e-1]);
+    let near = polynomial(z, [-5.704_988_7e-3, 2.063_909e-2, -5.373_971_6e-2, 1.333_144_2e-1, -3.333_328e-1]);
     let near = near * z * x + x;
     let far = (1.0 - 2.0 / (exp(2.0 * x.abs()) + 1.0)).copysign(x);
     if x.abs() < 0.625 { near } else { far }

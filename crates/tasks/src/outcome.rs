@@ -361,7 +361,7 @@ mod tests {
         };
         let after = |actions: f64| Some(actions * 0.05 + 0.02);
         assert_eq!(stopping_in(1), (false, after(1.0), Some(StopReason::JointSpeed), Some(1.5)));
-        assert_eq!(stopping_in(3).0, false, "in the very action that fulfils the task");
+        assert!(!stopping_in(3).0, "in the very action that fulfils the task");
         let (success, time, _, speed) = stopping_in(4);
         assert!(success && (time.unwrap() - 0.22).abs() < 1e-12 && speed == Some(0.0));
         assert_eq!(stopping_in(10), (true, None, None, Some(0.0)));
