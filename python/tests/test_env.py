@@ -165,7 +165,7 @@ def bad(words, kind=ValueError, **keywords):
         bad("env.space.stiffness.adaptive.alpha (axis x) = 100000 is unstable", space={"stiffness": {"adaptive": {"alpha": 1e5}}}),
         bad("control_hz = 500 is not a whole multiple of policy_hz = 30", controller={"policy_hz": 30}),
         bad("invalid type: string", horizon="many"),
-        bad("setup = \"tiny\": known are paper-steps, small-steps", setup="tiny"),
+        bad("setup = \"tiny\": known are paper-steps, small-steps, solve", setup="tiny"),
         bad("horizon is a object", TypeError, horizon=object()),
         bad("horizon = 1180591620717411303424 is too large", horizon=2**70),
         bad("hinge_spring: door has it, lift has not", disturbance={"hinge_spring": 1.0}),

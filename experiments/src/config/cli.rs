@@ -126,7 +126,7 @@ pub fn parse_space(text: &str) -> Result<ActionSpace, String> {
 }
 
 fn setup_parser() -> impl TypedValueParser<Value = String> {
-    PossibleValuesParser::new(SETUPS.map(|(name, _, help)| PossibleValue::new(name).help(help)))
+    PossibleValuesParser::new(SETUPS.map(|setup| PossibleValue::new(setup.name).help(setup.purpose)))
 }
 
 /// Reads a task's name for clap, which lists the known ones.
