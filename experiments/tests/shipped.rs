@@ -99,8 +99,9 @@ fn shipped_configurations_are_read() {
     let demo = read("demo.toml");
     assert_eq!(
         (demo.steps, RunFolder::below(Path::new("."), &demo).path()),
-        (100_000, Path::new("./lift/aforce/seed_1"))
+        (60_000, Path::new("./lift/aforce/seed_1"))
     );
+    assert!(demo.env.stops, "of the set-up to solve a task");
     let mut all: Vec<_> = std::fs::read_dir(shipped("")).unwrap().map(|file| file.unwrap().file_name()).collect();
     all.sort();
     assert_eq!(shipped_sweep("observation.toml").runs.len(), 8);

@@ -126,7 +126,7 @@ mod tests {
             ("env.controller.force = [10.0]", "env.controller.force is a list; a table is wanted"),
             ("env.horizon = 0", "env.horizon = 0 is not allowed; allowed: 1 to 1000000"),
             ("env.space = 'aforze'", "did you mean `aforce`"),
-            ("setup = 'tiny'", "known are paper-steps, small-steps"),
+            ("setup = 'tiny'", "known are paper-steps, small-steps, solve"),
         ] {
             let error = format!("{:#}", keys(text).unwrap_err());
             assert!(error.contains(words), "{text}: {error}");

@@ -145,22 +145,27 @@ pub struct Stored {
     pub discount: f32,
 }
 
-/// The replay memory of a run's last checkpoint, laid out as `crates/sac/src/replay_file.rs` says.
+/// The replay memory of a run's last checkpoint, laid out as `crates/sac/src/replay_file.rs` says; of a run so short that no segment of it
+/// is full.
 pub fn stored(run: &Path) -> Vec<Stored> {
     let bytes = std::fs::read(run.join("checkpoints/last/replay.bin")).unwrap();
-    let header = |n: usize| u64::from_le_bytes(bytes[8 + 8 * n..][..8].try_into().unwrap()) as usize;
-    let [observations, actions, _capacity, rows, oldest, waiting] = std::array::from_fn(header);
-    assert_eq!((oldest, waiting), (0, 0), "in order, and nothing waits for further rewards");
-    let floats: Vec<f32> = bytes[56..bytes.len() - 32].as_chunks().0.iter().map(|x| f32::from_le_bytes(*x)).collect();
-    assert_eq!(floats.len(), rows * (2 * observations + actions + 2));
-    let row = |row: &[f32]| {
-        let (observation, rest) = row.split_at(observations);
-        let (action, rest) = rest.split_at(actions);
-        let (next, rest) = rest.split_at(observations);
-        let [observation, action, next] = [observation, action, next].map(<[f32]>::to_vec);
-        Stored { observation, action, next, reward: rest[0], discount: rest[1] }
+    let count = |n: usize| u64::from_le_bytes(bytes[8 + 8 * n..][..8].try_into().unwrap()) as usize;
+    let [dim, actions, _capacity, 0, 0, seen, 0, 0, done, waiting] = std::array::from_fn(count) else {
+        panic!("nothing is forgotten, and no segment is full");
     };
-    floats.chunks_exact(floats.len() / rows).map(row).collect()
+    assert_eq!(waiting, 0, "nothing waits for further rewards");
+    let floats: Vec<f32> = bytes[88..bytes.len() - 32].as_chunks().0.iter().map(|x| f32::from_le_bytes(*x)).collect();
+    assert_eq!(floats.len(), seen + done);
+    let (observations, rows) = floats.split_at(seen);
+    let observation = |place: usize| observations[place * dim..][..dim].to_vec();
+    let row = |row: &[f32]| {
+        let (action, rest) = row.split_at(actions);
+        let [reward, discount, high, low, further] = rest.try_into().unwrap();
+        let place = high as usize * (1 << 20) + low as usize;
+        let (seen, next) = (observation(place), observation(place + further as usize));
+        Stored { observation: seen, action: action.to_vec(), next, reward, discount }
+    };
+    rows.chunks_exact(actions + 5).map(row).collect()
 }
 
 /// Standard error of a command that must fail with `code`: one line, except for help with the command line and for a
