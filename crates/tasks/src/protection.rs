@@ -66,7 +66,7 @@ impl Protection {
         within("protection.link_force", link_force, 0.0..=1e6)
     }
 
-    /// Why the arm would stop now, if it would: `speed` is its fastest joint's ([`speed_share`]). Of several reasons the first
+    /// Why the arm would stop now, if it would: `speed` is that of the joint nearest to its limit, as a share of it. Of several reasons the first
     /// in the order of [`StopReason`] is told.
     pub fn stop(&self, speed: f64, contact: &ContactReading) -> Option<StopReason> {
         [
