@@ -106,12 +106,10 @@ fn quantile(sorted: &[f64], share: f64) -> f64 {
 
 /// Between which the ratio of quantile number `at` here to that of robosuite lies: a factor of 2, but where one jam decides. In one
 /// of its episodes of Door with `variable` robosuite presses link 3 9 mm deep into the door's frame, with up to 100 kN for 36 actions:
-/// there its 99 and 99.9 % bound what is pressed here from above alone. Of Lift with `variable` the last thousandth is a handful of
-/// actions.
+/// there its 99.9 % bound what is pressed here from above alone.
 fn bounds(task: &str, space: &str, at: usize) -> (f64, f64) {
     match (task, space, at) {
-        ("door", "variable", 1 | 2) => (0.0, 2.0),
-        ("lift", "variable", 2) => (0.5, 3.0),
+        ("door", "variable", 2) => (0.0, 2.0),
         _ => (0.5, 2.0),
     }
 }
