@@ -40,6 +40,13 @@ impl Preset {
         settings: swift,
     };
 
+    /// Stable-Baselines3's defaults: the learner that most readers know.
+    pub const PLAIN: Preset = Preset {
+        name: "plain",
+        summary: "Stable-Baselines3's defaults: 2 x 256, batch 256, an update per action, white noise; four times swift's time",
+        settings: plain,
+    };
+
     /// `swift`, which also learns from the script: its runs are not to be compared with others.
     pub const SWIFT_PRIOR: Preset = Preset {
         name: "swift-prior",
@@ -48,7 +55,8 @@ impl Preset {
     };
 
     /// Every preset.
-    pub const ALL: &[Preset] = &[Preset::PAPER, Preset::DESKTOP, Preset::SWIFT, Preset::SWIFT_PRIOR];
+    pub const ALL: &[Preset] = 
+        &[Preset::PAPER, Preset::DESKTOP, Preset::SWIFT, Preset::PLAIN, Preset::SWIFT_PRIOR];
 
     /// Its settings.
     pub fn settings(self) -> Config {
@@ -123,6 +131,22 @@ fn swift() -> Config {
         // White noise opens no doors, pink noise alone slows Lift.
         pink_noise: 0.5,
         ..desktop()
+    }
+}
+
+/// Stable-Baselines3 2.9's `SAC("MlpPolicy", env)`. Two things are this crate's: the weights begin orthogonal, and the log standard deviation
+/// is bounded through a tanh (in Stable-Baselines3 it is clamped), so that the first policy's noise is 0.2 before the squashing and not 1.
+fn plain() -> Config {
+    Config {
+        hidden: vec![256, 256],
+        batch_size: 256,
+        actor_learning_rate: 3e-4,
+        critic_learning_rate: 3e-4,
+        temperature_learning_rate: 3e-4,
+        target_period: 1,
+        initial_temperature: 1.0,
+        random_steps: 100,
+        ..paper()
     }
 }
 
@@ -231,6 +255,24 @@ mod tests {
         prior_episodes = 0
         scaled_observations = true
 
+        [plain]
+        hidden = [256, 256]
+        batch_size = 256
+        actor_learning_rate = 0.0003
+        critic_learning_rate = 0.0003
+        temperature_learning_rate = 0.0003
+        gamma = 0.99
+        n_step = 1
+        tau = 0.005
+        target_period = 1
+        initial_temperature = 1.0
+        log_std_min = -5.0
+        log_std_max = 2.0
+        random_steps = 100
+        updates_per_step = 1.0
+        replay_capacity = 1_000_000
+        scaled_observations = false
+
         [swift-prior]
         hidden = [128, 128]
         batch_size = 128
@@ -279,6 +321,6 @@ mod tests {
             assert_eq!(serde_json::from_str::<Preset>(&text).unwrap(), *preset);
         }
         let error = serde_json::from_str::<Preset>("\"laptop\"").unwrap_err().to_string();
-        assert!(error.contains("laptop") && error.contains("known are paper, desktop, swift, swift-prior"), "{error}");
+        assert!(error.contains("laptop") && error.contains("known are paper, desktop, swift, plain, swift-prior"), "{error}");
     }
 }
