@@ -4,19 +4,9 @@ PYTHON ?= python3
 CARGO ?= cargo
 RUN = $(CARGO) run --quiet --release --bin
 DEMO = runs/demo/lift/aforce/seed_1
-OLD = experiments/configs/first-tables
-# The environment of results/table-1, the same in all of its runs, and its spaces.
-TABLE_1 = --config results/table-1/lift/aforce/seed_1/config.toml --episodes 30
-TABLE_1_SPACES = --tasks lift,door,wipe --spaces $(OLD)/spaces/aforce-1s2.toml,variable,osc,$(OLD)/spaces/aforce-1s2-force.toml,variable-force,osc-force,$(OLD)/spaces/low-continued-force.toml
-# There, AFORCE's stiffness from another lower bound on (1/s2), the stem of the target's name.
-# The law relaxes in 2 s and tolerates 3.75 cm and 0.275 rad whatever its bound.
-BOUNDS = $(foreach bound,80 40 20 10 5,runs/lower-bound/random_$(bound).csv runs/lower-bound/expert_$(bound).csv)
-FROM_BOUND = --spaces $(OLD)/spaces/aforce-1s2.toml $(shell $(PYTHON) -c 'g = (300 - $*) / 2; print(*(\
-	f"--set env.space.stiffness.adaptive.{key}" for key in (f"k_min={$*}", f"k_0={$*}", f"gamma={g}", f"beta=[{g/0.0375},{g/0.275}]")))')
 
 # What needs no learning.
-BASELINES = $(patsubst %,runs/%.csv,experts experts_table_1 experts_paper_steps random_table_1 random_paper_steps random_robosuite_steps \
-	random_robosuite_jump random_1000 noise/random noise/expert)
+BASELINES = $(patsubst %,runs/%.csv,experts_paper_steps random_paper_steps random_1000 noise/random noise/expert)
 
 # Where `make gallery` puts what results/gallery has.
 GALLERY ?= runs/gallery
@@ -91,18 +81,10 @@ book:
 bench: setup
 	$(CARGO) bench --workspace
 
-# What is in results/, once more below runs/, on two cores: the wiping experiment (a minute), experts and random actions
-# (2.8 hours), 112 runs of 20 to 50 minutes and one of two hours, two at a time, and their tables; then the study.
-reproduce: setup $(BASELINES) $(BOUNDS)
+# What is in results/, once more below runs/: experts and random actions (half a second of one core per episode, and random_1000 has
+# 18 000 of them), the wiping experiment (a minute), then the study.
+reproduce: setup $(BASELINES)
 	$(RUN) wiping -- --out runs/wiping
-	$(RUN) sweep -- $(OLD)/small-steps.toml
-	$(RUN) sweep -- $(OLD)/reference.toml
-	$(RUN) sweep -- $(OLD)/leash.toml
-	$(RUN) sweep -- $(OLD)/tolerance.toml
-	$(RUN) sweep -- $(OLD)/soft-lift.toml
-	$(RUN) sweep -- $(OLD)/soft-wipe.toml
-	$(RUN) sweep -- $(OLD)/table-1.toml
-	$(RUN) report -- runs
 	$(MAKE) study
 
 # The study of results/study, once more below runs/study: its learner's tournament (122 runs), its stages in the order of what they decide
@@ -131,18 +113,6 @@ study: setup
 runs/experts.csv: | setup
 	$(RUN) baselines -- expert --tasks lift,door,wipe --episodes 50 --out $@
 
-runs/experts_table_1.csv: | setup
-	$(RUN) baselines -- expert $(TABLE_1_SPACES) $(TABLE_1) --out $@
-
-runs/random_table_1.csv: | setup
-	$(RUN) baselines -- random $(TABLE_1_SPACES) $(TABLE_1) --out $@
-
-runs/lower-bound/random_%.csv: | setup
-	$(RUN) baselines -- random --tasks lift,door $(TABLE_1) $(FROM_BOUND) --out $@
-
-runs/lower-bound/expert_%.csv: | setup
-	$(RUN) baselines -- expert --tasks lift,door $(TABLE_1) $(FROM_BOUND) --out $@
-
 runs/random_paper_steps.csv: | setup
 	$(RUN) baselines -- random --tasks lift,door,wipe --spaces aforce,low,variable,osc,robosuite-variable,robosuite-osc --episodes 30 --out $@
 
@@ -152,12 +122,6 @@ runs/experts_paper_steps.csv: | setup
 # What noise costs, factor by factor; with the script beside random actions.
 runs/noise/%.csv: | setup
 	$(RUN) baselines -- $* --sweep experiments/configs/noise.toml --episodes 30 --out $@ --plot runs/noise/$*
-
-runs/random_robosuite_steps.csv: | setup
-	$(RUN) baselines -- random --tasks lift,door,wipe --spaces variable,osc --setup paper-steps --episodes 30 --out $@
-
-runs/random_robosuite_jump.csv: | setup
-	$(RUN) baselines -- random --tasks lift,door,wipe --spaces variable,osc --setup paper-steps --set env.controller.interpolation.linear.ramp_ratio=0.04 --episodes 30 --out $@
 
 runs/random_1000.csv: | setup
 	$(RUN) baselines -- random --tasks lift,door,wipe --spaces aforce,low,variable,osc,robosuite-variable,robosuite-osc --episodes 1000 --out $@

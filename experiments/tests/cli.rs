@@ -165,10 +165,10 @@ fn committed_tables_and_curves_are_of_the_committed_runs() {
         }
     }
     study.assert().success();
-    program("report").arg(&results).arg("--out").arg(out.path()).assert().success();
+    program("report").arg(&results).arg("--pages").arg("--out").arg(out.path()).assert().success();
     let made = WalkDir::new(out.path()).into_iter().map(|entry| entry.unwrap().into_path());
     let texts: Vec<_> = made.filter(|path| path.is_file()).collect();
-    for filled in ["claims.md", "table-1/README.md", "small-steps/README.md"] {
+    for filled in ["claims.md", "study/README.md", "noise/README.md"] {
         assert!(texts.contains(&out.path().join(filled)), "{filled}");
     }
     for text in texts {
@@ -176,7 +176,7 @@ fn committed_tables_and_curves_are_of_the_committed_runs() {
         let [made, committed] = [out.path(), &results].map(|root| std::fs::read_to_string(root.join(text)).unwrap());
         assert!(
             made == committed,
-            "{}: run report results/study with its hypotheses, then report results",
+            "{}: run report results/study with its hypotheses, then report results --pages",
             text.display()
         );
     }

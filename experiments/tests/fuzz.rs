@@ -9,7 +9,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use experiments::config::{RunConfig, sweep};
+use experiments::report::archive;
 use experiments::report::columns::Columns;
+use experiments::report::record::Table;
 use experiments::run::csv_table::CsvTable;
 use experiments::run::csv_writer::{cut_after, last_step};
 use experiments::run::disturbances;
@@ -144,10 +146,10 @@ fn texts(names: &[&str]) -> Vec<Vec<u8>> {
 fn toml_that_people_write() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mangled.toml");
-    let mut runs = texts(&["results/table-1/lift/aforce/seed_1/config.toml", "experiments/configs/demo.toml"]);
+    let mut runs = texts(&["experiments/configs/plain-osc.toml", "experiments/configs/demo.toml"]);
     runs.push(RunConfig::preset(sac::Preset::DESKTOP).to_toml().into_bytes());
     fuzz("configuration of a run", &path, &runs, inputs(), 0, || drop(RunConfig::resolve(Some(&path), &[])));
-    let sweeps = texts(&["experiments/configs/observation.toml", "experiments/configs/first-tables/leash.toml"]);
+    let sweeps = texts(&["experiments/configs/observation.toml", "experiments/configs/study/hidden.toml"]);
     fuzz("sweep", &path, &sweeps, inputs(), 0, || drop(sweep::read(&path)));
     let lists = texts(&["experiments/configs/disturbances.toml"]);
     fuzz("disturbances", &path, &lists, inputs(), 0, || drop(disturbances::read(&path, TaskName::Lift)));
@@ -157,10 +159,12 @@ fn toml_that_people_write() {
 fn tables_that_people_edit() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mangled.csv");
-    let run = "results/table-1/lift/aforce/seed_1";
-    let tables = ["episodes.csv", "eval.csv", "progress.csv"].map(|name| {
-        let text = fs::read_to_string(root().join(run).join(name)).unwrap();
-        text.lines().take(4).map(|line| format!("{line}\n")).collect::<String>().into_bytes()
+    let run = archive::read(&root().join("results/study/tuned")).unwrap().remove(0);
+    let tables = [Table::Episodes, Table::Eval, Table::Progress].map(|table| {
+        let CsvTable { headers, rows, .. } = run.csv(table).unwrap().unwrap();
+        let mut writer = csv::Writer::from_writer(vec![]);
+        [&headers].into_iter().chain(&rows[..3]).for_each(|row| writer.write_record(row).unwrap());
+        writer.into_inner().unwrap()
     });
     fuzz("table", &path, &tables, inputs(), 0, || {
         drop(CsvTable::read(&path));

@@ -8,6 +8,7 @@ use common::{assert_same, error, expect, few, note, program, run_folder, start, 
 use experiments::config::cli::EnvArgs;
 use experiments::config::{RunConfig, RunId};
 use experiments::report::columns::Columns;
+use experiments::report::record::Record;
 use experiments::run::csv_writer::CsvWriter;
 use experiments::run::folder::RunFolder;
 use experiments::run::rollout::evaluate;
@@ -62,7 +63,7 @@ fn the_best_checkpoint_plays_its_evaluation_again() {
     let run = run_folder(folder.path());
 
     // Whatever was best: played with mean actions. Sampled ones are played from the same starts.
-    let of = |policy| Columns::evaluations(&RunFolder::open(&run).unwrap(), policy).unwrap();
+    let of = |policy| Record::of_folder(&RunFolder::open(&run).unwrap()).unwrap().evaluations(policy).unwrap();
     let [means, sampled] = ["mean", "sampled"].map(|policy| of(policy).mean_by_step("return").unwrap());
     assert_eq!((means.len(), sampled.len()), (5, 5));
     assert!(means.iter().zip(&sampled).all(|(mean, sampled)| mean.1 != sampled.1));

@@ -31,7 +31,8 @@ def test_a_policy_of_train_is_evaluated():
     from stable_baselines3.common.evaluation import evaluate_policy
     from stable_baselines3.common.vec_env import DummyVecEnv
 
-    policy = aforce.Policy.load(ROOT / "results" / "table-1" / "lift" / "osc" / "seed_1")
+    (kept,) = (ROOT / "results" / "study" / "table-1" / "lift" / "osc").glob("seed_*")
+    policy = aforce.Policy.load(kept)
     env = policy.make(horizon=20)
     observation, _ = env.reset(seed=1)
     total, truncated = 0.0, False

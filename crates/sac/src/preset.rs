@@ -55,8 +55,7 @@ impl Preset {
     };
 
     /// Every preset.
-    pub const ALL: &[Preset] = 
-        &[Preset::PAPER, Preset::DESKTOP, Preset::SWIFT, Preset::PLAIN, Preset::SWIFT_PRIOR];
+    pub const ALL: &[Preset] = &[Preset::PAPER, Preset::DESKTOP, Preset::SWIFT, Preset::PLAIN, Preset::SWIFT_PRIOR];
 
     /// Its settings.
     pub fn settings(self) -> Config {
@@ -321,6 +320,9 @@ mod tests {
             assert_eq!(serde_json::from_str::<Preset>(&text).unwrap(), *preset);
         }
         let error = serde_json::from_str::<Preset>("\"laptop\"").unwrap_err().to_string();
-        assert!(error.contains("laptop") && error.contains("known are paper, desktop, swift, plain, swift-prior"), "{error}");
+        assert!(
+            error.contains("laptop") && error.contains("known are paper, desktop, swift, plain, swift-prior"),
+            "{error}"
+        );
     }
 }

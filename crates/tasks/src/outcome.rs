@@ -13,7 +13,7 @@ use crate::task::HELD;
 /// empty if there is none; `fulfilled_...` covers the actions after which it stands fulfilled. `stop_...` says when and why a
 /// real arm would have stopped itself, and is empty if it would not have.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "documented once, in results/README.md")]
+#[allow(missing_docs, reason = "documented once, in docs/columns.md")]
 pub struct Outcome {
     #[serde(rename = "return")]
     pub total: f64,

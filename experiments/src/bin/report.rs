@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use clap::Parser;
 use experiments::config::cli;
 use experiments::report::comparable::comparable;
@@ -44,6 +44,9 @@ struct Arguments {
     /// What was expected before the runs: writes verdicts.csv (repeatable; each file is corrected by itself)
     #[arg(long, value_name = "FILE")]
     hypotheses: Vec<PathBuf>,
+    /// Only fill in the texts (NAME.j2) of this folder and those below it, but for folders that have a report of their own
+    #[arg(long, conflicts_with_all = ["hypotheses"])]
+    pages: bool,
 }
 
 fn main() -> ExitCode {
@@ -51,9 +54,12 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<ExitCode> {
-    let folders = find_runs(&arguments.runs)?;
+    if arguments.pages {
+        return pages(&arguments.runs, arguments.out.as_ref().unwrap_or(&arguments.runs));
+    }
+    let found = find_runs(&arguments.runs)?;
     ensure!(
-        !folders.is_empty(),
+        !found.is_empty(),
         "{}: no run folder below it that is not a search's (search.csv)",
         arguments.runs.display()
     );
@@ -62,22 +68,23 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
 
     let (mut runs, mut rows) = (vec![], vec![]);
     let mut ending = ExitCode::SUCCESS;
-    for folder in folders {
-        match RunSummary::of(&folder, &arguments.runs).with_context(|| folder.path().display().to_string()) {
-            Ok(row) => {
-                if !folder.done().exists() {
-                    program::tell(format_args!(
-                        "{}: not done, {} steps so far",
-                        folder.path().display(),
-                        row.env_steps
-                    ));
+    for found in found {
+        let read = found.map_err(|(folder, reason)| (folder.path().to_path_buf(), folder.done().exists(), reason));
+        let summed_up = read.and_then(|run| match RunSummary::of(&run, &arguments.runs) {
+            Ok(row) => Ok((run, row)),
+            Err(reason) => Err((run.path, run.done, reason)),
+        });
+        match summed_up {
+            Ok((run, row)) => {
+                if !run.done {
+                    program::tell(format_args!("{}: not done, {} steps so far", run.path.display(), row.env_steps));
                 }
                 rows.push(row);
-                runs.push(folder);
+                runs.push(run);
             }
-            Err(reason) => {
-                program::tell(format_args!("left out: {reason:#}"));
-                if folder.done().exists() {
+            Err((path, done, reason)) => {
+                program::tell(format_args!("left out: {}: {reason:#}", path.display()));
+                if done {
                     ending = ExitCode::from(cli::SOME_FAILED);
                 }
             }
@@ -185,6 +192,26 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
     program::say(format_args!("{} runs in {} tables of a task", rows.len(), sections.len()));
     program::written(&written);
     Ok(ending)
+}
+
+/// Texts whose tables are there already.
+fn pages(root: &Path, out: &Path) -> Result<ExitCode> {
+    let mut written = vec![];
+    for template in text::find_templates(root)? {
+        let has_report =
+            |folder: &Path| folder != root && folder.join("runs.csv").exists() && folder.join("summary.csv").exists();
+        let between = template.ancestors().skip(1).take_while(|folder| folder.starts_with(root));
+        if between.into_iter().any(has_report) {
+            continue;
+        }
+        let filled = out.join(template.strip_prefix(root)?).with_extension("");
+        file::prepare(&filled)?;
+        file::replace(&filled, text::fill(&template, &filled, &[], &[])?.as_bytes())?;
+        written.push(filled);
+    }
+    ensure!(!written.is_empty(), "{}: no NAME.j2 there or below", root.display());
+    program::written(&written);
+    Ok(ExitCode::SUCCESS)
 }
 
 /// A table without rows is none: an earlier one would speak of other runs.

@@ -67,8 +67,7 @@ impl RunConfig {
     pub fn resolve(file: Option<&Path>, overrides: &[(String, Value)]) -> Result<Self> {
         let mut layers = vec![];
         if let Some(path) = file {
-            let text = fs_err::read_to_string(path).context(settings::WANTED)?;
-            layers.push(settings::of_file(path, text).map_err(|problem| bad(problem.to_string()))?);
+            layers.push(layer(path, fs_err::read_to_string(path).context(settings::WANTED)?)?);
         }
         let mut flags = Table::new();
         for (key, value) in overrides {
@@ -79,6 +78,14 @@ impl RunConfig {
         }
         layers.push((Source::named("command line"), flags));
         Self::from_layers(layers)
+    }
+
+    /// What the `text` of a file says.
+    ///
+    /// # Errors
+    /// As [`RunConfig::resolve`].
+    pub fn of_text(text: &str, path: &Path) -> Result<Self> {
+        Self::from_layers(vec![layer(path, text.into())?])
     }
 
     /// Resolves named tables, of which the last wins, and checks the result.
@@ -195,6 +202,11 @@ pub fn parse_override(text: &str) -> Result<(String, Value), String> {
     let table: Result<Table, _> = format!("value = {value}").parse();
     let value = table.ok().and_then(|mut t| t.remove("value")).unwrap_or_else(|| Value::String(value.into()));
     Ok((key.trim().into(), value))
+}
+
+/// A file's settings, under its name.
+fn layer(path: &Path, text: String) -> Result<(Source, Table)> {
+    settings::of_file(path, text).map_err(|problem| bad(problem.to_string()))
 }
 
 #[cfg(test)]

@@ -6,12 +6,11 @@ use std::path::Path;
 use anyhow::{Result, bail, ensure};
 use output::statistics::{mean, mean_of, quantile};
 
-use crate::config::RunConfig;
 use crate::run::csv_table::CsvTable;
-use crate::run::folder::RunFolder;
-use crate::run::rows::{COLUMNS, SCHEMA};
+use crate::run::rows::SCHEMA;
 
 /// A table as named columns of numbers; booleans are 0 and 1, empty cells are NaN.
+#[derive(Debug, Clone)]
 pub struct Columns(CsvTable);
 
 impl Columns {
@@ -23,29 +22,36 @@ impl Columns {
         known(CsvTable::read(path)?).map(Columns)
     }
 
-    /// The evaluations of a run with `policy`, `mean` or `sampled`, but for a last one that is under way or was cut short. Tables
-    /// before schema 5 have mean actions only.
+    /// Of a table.
     ///
     /// # Errors
-    /// If they, or the run's configuration, cannot be read.
-    pub fn evaluations(run: &RunFolder, policy: &str) -> Result<Self> {
-        let mut table = known(CsvTable::read(&run.eval())?)?;
+    /// If it is of another schema.
+    pub fn of(table: CsvTable) -> Result<Self> {
+        known(table).map(Columns)
+    }
+
+    /// Of a table of evaluations those with `policy`, `mean` or `sampled`, but for a last one of fewer than `episodes`: it is under way, or
+    /// was cut short.
+    ///
+    /// # Errors
+    /// If there is no such column.
+    pub fn evaluations(self, policy: &str, episodes: usize) -> Result<Self> {
+        let Columns(mut table) = self;
         table.keep("policy", policy)?;
         let steps = table.steps()?;
         let of_last = steps.iter().rev().take_while(|&step| Some(step) == steps.last()).count();
-        let config = RunConfig::resolve(Some(&run.config()), &[])?;
-        if of_last < config.evaluation_episodes as usize {
+        if of_last < episodes {
             table.rows.truncate(steps.len() - of_last);
         }
         Ok(Columns(table))
     }
 
-    /// The rows of a CSV file by what a column of it says, in the order in which that comes first.
+    /// The rows by what a column says, in the order in which that comes first.
     ///
     /// # Errors
-    /// As [`Columns::read`], or if there is no such column.
-    pub fn by_text(path: &Path, column: &str) -> Result<Vec<(String, Self)>> {
-        let parts = known(CsvTable::read(path)?)?.split(column)?;
+    /// If there is no such column.
+    pub fn by_text(&self, column: &str) -> Result<Vec<(String, Self)>> {
+        let parts = self.0.clone().split(column)?;
         Ok(parts.into_iter().map(|(text, table)| (text, Columns(table))).collect())
     }
 
@@ -54,10 +60,10 @@ impl Columns {
         self.0.rows.is_empty()
     }
 
-    /// The values of a column, from the top; NaN where it is a column of ours that the table is too old to have.
+    /// The values of a column, from the top; NaN where a cell is empty.
     ///
     /// # Errors
-    /// If no table has such a column, or a cell of it is no finite number; so for every method.
+    /// If the table has no such column, or a cell of it is no finite number; so for every method.
     pub fn values(&self, column: &str) -> Result<Vec<f64>> {
         let number = |(row, cell): (usize, &str)| match cell {
             "true" => Ok(1.0),
@@ -71,9 +77,6 @@ impl Columns {
                 }
             },
         };
-        if self.0.position(column).is_none() && COLUMNS.iter().flatten().any(|known| known == column) {
-            return Ok(vec![f64::NAN; self.0.rows.len()]);
-        }
         self.0.column(column)?.into_iter().enumerate().map(number).collect()
     }
 
@@ -113,12 +116,10 @@ impl Columns {
         Ok(quantile(&values, share))
     }
 
-    /// The share of the rows that have a number there; NaN if the table is too old to have the column.
-    pub fn share_with(&self, column: &str) -> Result<f64> {
-        if self.0.position(column).is_none() {
-            return Ok(f64::NAN);
-        }
-        Ok(self.points(column)?.len() as f64 / self.0.rows.len() as f64)
+    /// The share of the episodes in which a real arm would have stopped itself; NaN if the tables do not know.
+    pub fn stopped_share(&self) -> Result<f64> {
+        let known = self.points("success_before_stop")?.len();
+        Ok(if known == 0 { f64::NAN } else { self.points("stop_time_s")?.len() as f64 / known as f64 })
     }
 
     /// Mean of the largest force (N) while the task stands fulfilled, over the rows in which it does.
@@ -147,13 +148,18 @@ fn by_step(points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     sums.into_iter().map(|(step, (sum, n))| (step as f64, sum / n)).collect()
 }
 
-/// The table, if its columns mean what this program knows: early tables do not tell their schema.
+/// The last commit whose programs read tables of schema 1 to 5.
+const READS_EARLIER: &str = "d3b96bb";
+
+/// The table, if its columns mean what this program knows.
 fn known(table: CsvTable) -> Result<CsvTable> {
     let Some(at) = table.position("schema") else { return Ok(table) };
     for (row, cells) in table.rows.iter().enumerate() {
-        let known = cells[at].parse().is_ok_and(|schema: u32| (1..=SCHEMA).contains(&schema));
         let (path, line, schema) = (table.path().display(), row + 2, &cells[at]);
-        ensure!(known, "{path}, line {line}: schema {schema:?}; this program reads 1 to {SCHEMA}");
+        ensure!(
+            *schema == SCHEMA.to_string(),
+            "{path}, line {line}: schema {schema:?}; this program reads {SCHEMA}. Earlier tables are read at commit {READS_EARLIER}"
+        );
     }
     Ok(table)
 }
@@ -167,7 +173,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("eval.csv");
         let header = "schema,step,success_held,success_without_hand";
-        let rows = ["5,1,true,false", "5,1,true,true", "5,2,false,true", "5,2,false,false", "5,3,true,false"];
+        let rows = ["6,1,true,false", "6,1,true,true", "6,2,false,true", "6,2,false,false", "6,3,true,false"];
         fs_err::write(&path, format!("{header}\n{}\n", rows.join("\n"))).unwrap();
         let table = || Columns::read(&path).unwrap();
         assert_eq!(table().success_by_hand().unwrap(), 2.0 / 5.0);

@@ -4,8 +4,8 @@ use anyhow::{Result, bail, ensure};
 
 use crate::config::RunConfig;
 use crate::report::groups::Section;
+use crate::report::record::Record;
 use crate::report::summary::RunSummary;
-use crate::run::folder::RunFolder;
 
 /// Runs of a group stand for each other: they have to differ in their seed and in nothing else. Groups are compared: their
 /// runs may also differ in the action space, in the learner (and how long it trains) if their presets
@@ -13,15 +13,16 @@ use crate::run::folder::RunFolder;
 ///
 /// # Errors
 /// Names two runs that do not fit together, and in what they differ.
-pub fn comparable(runs: &[RunFolder], rows: &[RunSummary]) -> Result<()> {
-    let mut seen: Vec<(&RunFolder, &RunSummary, RunConfig)> = vec![];
+pub fn comparable(runs: &[Record], rows: &[RunSummary]) -> Result<()> {
+    let mut seen: Vec<(&Record, &RunSummary)> = vec![];
     for (run, row) in runs.iter().zip(rows) {
-        let config = RunConfig::resolve(Some(&run.config()), &[])?;
-        for (other, their_row, theirs) in &seen {
+        let config = &run.config;
+        for (other, their_row) in &seen {
+            let theirs = &other.config;
             if Section::of(row) != Section::of(their_row) {
                 continue;
             }
-            let (there, here) = (other.path().display(), run.path().display());
+            let (there, here) = (other.path.display(), run.path.display());
             ensure!(
                 row.label() != their_row.label() || theirs.seed != config.seed,
                 "{there} and {here} have the same seed: keep them in different folders"
@@ -56,7 +57,7 @@ pub fn comparable(runs: &[RunFolder], rows: &[RunSummary]) -> Result<()> {
                 config.steps
             );
         }
-        seen.push((run, row, config));
+        seen.push((run, row));
     }
     Ok(())
 }
@@ -71,12 +72,13 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let paths = ["lift/osc/seed_1".to_string(), format!("lift/{space}/seed_2")];
         paths.iter().for_each(|path| drop(run(root.path(), path, 2.0, 0.0)));
-        let folders = paths.map(|path| RunFolder::at(&root.path().join(path)));
+        let folders = paths.map(|path| crate::run::folder::RunFolder::at(&root.path().join(path)));
         let config = format!("seed = 2\n{}", fs_err::read_to_string(folders[1].config()).unwrap());
         let changed = changes.iter().fold(config, |text, (from, to)| text.replace(from, to));
         fs_err::write(folders[1].config(), changed).unwrap();
-        let rows: Vec<_> = folders.iter().map(|folder| RunSummary::of(folder, root.path()).unwrap()).collect();
-        comparable(&folders, &rows)
+        let runs = folders.map(|folder| Record::of_folder(&folder).unwrap());
+        let rows: Vec<_> = runs.iter().map(|run| RunSummary::of(run, root.path()).unwrap()).collect();
+        comparable(&runs, &rows)
     }
 
     #[test]

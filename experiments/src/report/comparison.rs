@@ -26,7 +26,7 @@ pub const ENERGIES: [Metric; 4] = [
 /// A row of `comparison.csv`: a space against `aforce` (with force where `aforce` has it) in the same section, with the
 /// same preset and variant, or else without a variant.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-#[allow(missing_docs, reason = "documented once, in results/README.md")]
+#[allow(missing_docs, reason = "documented once, in docs/columns.md")]
 pub struct ComparisonRow {
     pub experiment: String,
     pub task: String,

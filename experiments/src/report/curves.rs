@@ -5,7 +5,7 @@ use output::plot::{self, Panel, Series};
 use output::statistics::{FEWEST_FOR_INTERVAL, interval, iqm, range};
 
 use crate::config::{self, RunConfig, RunId};
-use crate::report::columns::Columns;
+use crate::report::record::{Record, Table};
 use crate::report::summary::{self, RunSummary};
 use crate::run::folder::RunFolder;
 
@@ -18,7 +18,7 @@ const PANELS: [[&str; 3]; 3] = [
     ["Success at the end of an episode", "share of episodes", "success"],
     ["Mechanical energy", "J per action", "energy_per_action_j"],
 ];
-/// Of one run only: tables of earlier programs lack it.
+/// Of one run only.
 const STIFFNESS: [&str; 3] = ["Stiffness along the axes, mean", "N/m", "stiffness_translation_n_per_m"];
 /// Of several runs.
 const FORCE: [&str; 3] = ["Contact force that 99 % of the actions stay below", "N", "p99_contact_force_n"];
@@ -28,9 +28,10 @@ const FORCE: [&str; 3] = ["Contact force that 99 % of the actions stay below", "
 /// # Errors
 /// If a table cannot be read or a picture not written.
 pub fn draw(folder: &RunFolder) -> Result<()> {
-    let training = Columns::read(&folder.episodes())?;
+    let run = Record::of_folder(folder)?;
+    let training = run.columns(Table::Episodes)?;
     let policies = ["mean", "sampled"];
-    let evaluations = policies.iter().map(|policy| Columns::evaluations(folder, policy)).collect::<Result<Vec<_>>>()?;
+    let evaluations = policies.iter().map(|policy| run.evaluations(policy)).collect::<Result<Vec<_>>>()?;
     let panels = PANELS.iter().chain([&STIFFNESS]).map(|&[title, unit, column]| {
         let training = in_thousands(training.running_mean(column, WINDOW)?);
         let mut series = vec![Series::new(format!("training, mean of {WINDOW} episodes"), training)];
@@ -39,8 +40,7 @@ pub fn draw(folder: &RunFolder) -> Result<()> {
         }
         Ok(panel(title, unit, series))
     });
-    let config = RunConfig::resolve(Some(&folder.config()), &[])?;
-    plot::write(&title(&config), &panels.collect::<Result<Vec<_>>>()?, &folder.curves())
+    plot::write(&title(&run.config), &panels.collect::<Result<Vec<_>>>()?, &folder.curves())
 }
 
 /// Which run it is, in words.
@@ -54,7 +54,7 @@ fn title(config: &RunConfig) -> String {
 ///
 /// # Errors
 /// If a table cannot be read.
-pub fn of_runs(runs: &[(&RunFolder, &RunSummary)]) -> Result<Vec<Panel>> {
+pub fn of_runs(runs: &[(&Record, &RunSummary)]) -> Result<Vec<Panel>> {
     // The preset is told where there are two.
     let one_preset = runs.iter().all(|(_, run)| run.preset == runs[0].1.preset);
     let label = |run: &RunSummary| if one_preset { config::label(&run.space, &run.variant) } else { run.label() };
@@ -64,7 +64,7 @@ pub fn of_runs(runs: &[(&RunFolder, &RunSummary)]) -> Result<Vec<Panel>> {
             labels.push(label(run));
         }
     }
-    let tables = runs.iter().map(|(folder, _)| Columns::evaluations(folder, "mean")).collect::<Result<Vec<_>>>()?;
+    let tables = runs.iter().map(|(run, _)| run.evaluations("mean")).collect::<Result<Vec<_>>>()?;
     let drawn = |&[title, unit, column]: &[&str; 3]| {
         let of_group = |group: &String| {
             let seeds = runs.iter().zip(&tables).filter(|((_, run), _)| label(run) == *group);

@@ -6,13 +6,13 @@ use serde::Serialize;
 
 use crate::report::columns::Columns;
 use crate::report::groups::Group;
+use crate::report::record::{Record, Table};
 use crate::report::summary::RunSummary;
 use crate::run::disturbances::UNDISTURBED;
-use crate::run::folder::RunFolder;
 
 /// A row of `robustness.csv`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-#[allow(missing_docs, reason = "documented once, in results/README.md")]
+#[allow(missing_docs, reason = "documented once, in docs/columns.md")]
 pub struct DisturbedRow {
     pub experiment: String,
     pub task: String,
@@ -57,17 +57,17 @@ impl Means {
     }
 }
 
-/// The rows of a group, of those of its runs in whose folders `evaluate --disturb` left a table; `folders` are those of `rows`.
+/// The rows of a group, of those of its runs for which `evaluate --disturb` left a table; `runs` are those of `rows`.
 ///
 /// # Errors
 /// If a table cannot be read, has no undisturbed episodes or is of another policy than the run's best.
-pub fn disturbed(group: &Group, folders: &[RunFolder], rows: &[RunSummary]) -> Result<Vec<DisturbedRow>> {
+pub fn disturbed(group: &Group, runs: &[Record], rows: &[RunSummary]) -> Result<Vec<DisturbedRow>> {
     // By disturbance, in the order of the first table: undisturbed and disturbed means of every run.
     let mut cases: Vec<(String, Vec<[Means; 2]>)> = vec![];
-    let of_group = folders.iter().zip(rows).filter(|(_, row)| group.has(row));
-    for (folder, path) in of_group.map(|(folder, _)| (folder, folder.disturbed())).filter(|(_, path)| path.exists()) {
-        is_of_its_policy(folder)?;
-        let tables = Columns::by_text(&path, "disturbance")?;
+    for (run, _) in runs.iter().zip(rows).filter(|(_, row)| group.has(row)) {
+        let Some(played) = run.csv(Table::Disturbed)?.map(Columns::of).transpose()? else { continue };
+        is_of_its_policy(run, &played)?;
+        let (tables, path) = (played.by_text("disturbance")?, run.place(Table::Disturbed));
         let of = |name: &str| tables.iter().find(|(case, _)| case == name).map(|(_, table)| Means::of(table));
         let undisturbed = of(UNDISTURBED).with_context(|| format!("{}: no undisturbed episodes", path.display()))??;
         for (name, table) in tables.iter().filter(|(name, _)| name != UNDISTURBED) {
@@ -118,16 +118,16 @@ pub fn disturbed(group: &Group, folders: &[RunFolder], rows: &[RunSummary]) -> R
 }
 
 /// A run that was taken on may have got a better policy than that which was disturbed. All are to be of one kind: the best.
-fn is_of_its_policy(folder: &RunFolder) -> Result<()> {
-    let path = folder.disturbed();
-    let policies = Columns::by_text(&path, "policy")?;
+fn is_of_its_policy(run: &Record, played: &Columns) -> Result<()> {
+    let path = run.place(Table::Disturbed);
+    let policies = played.by_text("policy")?;
     ensure!(
         policies.iter().all(|(policy, _)| policy == "mean"),
         "{}: its episodes are to be of mean actions: evaluate --disturb without --sample",
         path.display()
     );
-    let played = Columns::read(&path)?.values("step")?;
-    let evaluations = Columns::evaluations(folder, "mean")?.mean_by_step("return")?;
+    let played = played.values("step")?;
+    let evaluations = run.evaluations("mean")?.mean_by_step("return")?;
     let better = |best: (f64, f64), next: (f64, f64)| if next.1 > best.1 { next } else { best };
     let best = evaluations.into_iter().reduce(better).map_or(f64::NAN, |evaluation| evaluation.0);
     ensure!(
@@ -143,6 +143,7 @@ mod tests {
     use super::*;
     use crate::report::groups::groups;
     use crate::report::summary::tests::run;
+    use crate::run::folder::RunFolder;
 
     #[test]
     fn a_disturbed_episode_is_held_against_the_undisturbed_ones_of_its_run() {
@@ -152,22 +153,23 @@ mod tests {
             let name = folder.strip_prefix(root.path()).unwrap().to_str().unwrap();
             run(root.path(), name, 2.0, 0.0)
         });
+        let runs = folders.each_ref().map(|folder| Record::of_folder(&RunFolder::at(folder)).unwrap());
         let folders = folders.each_ref().map(|folder| RunFolder::at(folder));
         // The first touches nothing; the third was not disturbed.
         let header = "disturbance,policy,schema,step,success,return,energy_per_action_j,arm_max_contact_force_n";
         for (folder, with) in folders.iter().zip([
-            "push,mean,5,80000,false,40,3,0\npush,mean,5,80000,true,60,3,0\n",
-            "push,mean,5,80000,true,300,3,30\n",
+            "push,mean,6,80000,false,40,3,0\npush,mean,6,80000,true,60,3,0\n",
+            "push,mean,6,80000,true,300,3,30\n",
         ]) {
             let without = if with.contains("300") {
-                "none,mean,5,80000,true,400,2,10\n"
+                "none,mean,6,80000,true,400,2,10\n"
             } else {
-                "none,mean,5,80000,true,100,2,0\n"
+                "none,mean,6,80000,true,100,2,0\n"
             };
             fs_err::write(folder.disturbed(), format!("{header}\n{without}{with}")).unwrap();
         }
         let groups = groups(&rows);
-        let found = disturbed(&groups[0], &folders, &rows).unwrap();
+        let found = disturbed(&groups[0], &runs, &rows).unwrap();
         let [row] = found.as_slice() else { panic!("one disturbance: {found:?}") };
         assert_eq!((row.disturbance.as_str(), row.n_seeds, row.episodes), ("push", 2, 3));
         assert_eq!((row.success, row.success_undisturbed), (0.75, 1.0));
@@ -180,12 +182,12 @@ mod tests {
         );
         assert_eq!((row.energy_ratio, row.largest_force_ratio), (Some(1.5), Some(3.0)));
         for (row, problem) in [
-            ("push,mean,5,80000", "disturbed.csv: no undisturbed episodes"),
-            ("none,mean,5,70000", "not of the best policy, which is of action 80000"),
-            ("none,sampled,5,80000", "are to be of mean actions"),
+            ("push,mean,6,80000", "disturbed.csv: no undisturbed episodes"),
+            ("none,mean,6,70000", "not of the best policy, which is of action 80000"),
+            ("none,sampled,6,80000", "are to be of mean actions"),
         ] {
             fs_err::write(folders[0].disturbed(), format!("{header}\n{row},true,1,1,1\n")).unwrap();
-            let told = format!("{:#}", disturbed(&groups[0], &folders, &rows).unwrap_err());
+            let told = format!("{:#}", disturbed(&groups[0], &runs, &rows).unwrap_err());
             assert!(told.contains(problem), "{told}");
         }
     }

@@ -42,7 +42,7 @@ struct Wanted {
 
 /// A row of `energy_ratio.csv`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-#[allow(missing_docs, reason = "documented once, in results/README.md")]
+#[allow(missing_docs, reason = "documented once, in docs/columns.md")]
 pub struct EnergyRatioRow {
     pub task: String,
     pub stage: String,

@@ -119,7 +119,7 @@ pub fn or_nan(value: Option<f64>) -> f64 {
 
 /// A row of `summary.csv`: one number of a group, over its seeds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-#[allow(missing_docs, reason = "documented once, in results/README.md")]
+#[allow(missing_docs, reason = "documented once, in docs/columns.md")]
 pub struct SummaryRow {
     pub experiment: String,
     pub task: String,

@@ -1,5 +1,6 @@
 //! Run folders to tables and pictures.
 
+pub mod archive;
 pub mod columns;
 pub mod comparable;
 pub mod comparison;
@@ -9,6 +10,7 @@ pub mod energy_ratio;
 pub mod groups;
 pub mod markdown;
 pub mod published;
+pub mod record;
 pub mod scatter;
 pub mod search;
 pub mod summary;

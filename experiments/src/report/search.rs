@@ -8,7 +8,7 @@ use output::statistics::mean;
 use serde::Serialize;
 
 use crate::config::{RunConfig, RunId};
-use crate::report::columns::Columns;
+use crate::report::record::Record;
 use crate::run::folder::{RunFolder, State};
 
 /// A candidate after a round: a row of `search.csv`.
@@ -93,9 +93,10 @@ fn score(config: &RunConfig, out: &Path, actions: u64) -> Result<Option<f64>> {
     if run.state(&round) != State::Done && !run.has_come_past(&round) {
         return Ok(None);
     }
+    let recorded = Record::of_folder(&run)?;
     let mut returns = vec![];
     for policy in ["mean", "sampled"] {
-        let points = Columns::evaluations(&run, policy)?.mean_by_step("return")?;
+        let points = recorded.evaluations(policy)?.mean_by_step("return")?;
         let late = |step: f64| 4.0 * step > 3.0 * actions as f64 && step <= actions as f64;
         returns.extend(points.iter().filter(|point| late(point.0)).map(|point| point.1));
     }

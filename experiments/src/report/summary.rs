@@ -6,22 +6,23 @@ use std::path::{Path, PathBuf};
 use anyhow::{Error, Result, ensure};
 use serde::Serialize;
 
-use crate::config::{self, RunConfig};
+use crate::config;
+use crate::report::archive;
 use crate::report::columns::Columns;
+use crate::report::record::{Record, Table};
 use crate::run::clock::Spent;
 use crate::run::folder::RunFolder;
+use crate::run::rows::SCHEMA;
 use output::statistics::{mean, mean_of};
 
 /// Evaluations at the end of a run whose mean is its final return.
 const LAST: usize = 5;
-/// The first schema whose evaluations are played with sampled actions too.
-const EVALUATES_SAMPLED: u32 = 5;
 /// An evaluation return that counts as solved, of at most 500.
 pub const SOLVED: f64 = 450.0;
 
 /// A row of `runs.csv`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
-#[allow(missing_docs, reason = "documented once, in results/README.md")]
+#[allow(missing_docs, reason = "documented once, in docs/columns.md")]
 pub struct RunSummary {
     pub schema: u32,
     pub experiment: String,
@@ -97,22 +98,30 @@ pub struct RunSummary {
     pub stopped_episode_share: Option<f64>,
     pub final_success_before_stop: Option<f64>,
     pub sampled_success_before_stop: Option<f64>,
+    pub end_return: Option<f64>,
+    pub end_success: Option<f64>,
+    pub end_success_held: Option<f64>,
+    pub end_success_before_stop: Option<f64>,
+    pub end_energy_per_action_j: Option<f64>,
+    pub end_energy_to_success_j: Option<f64>,
+    pub end_time_to_success_s: Option<f64>,
+    pub end_arm_max_contact_force_median_n: Option<f64>,
     pub wall_s: f64,
     pub cpu_s: Option<f64>,
     pub commit: String,
 }
 
-/// All folders below `root` in which a run has left something, sorted by path and seed, each once however many links lead there; but for those
-/// of a search, which was to choose and is ranked in its search.csv.
+/// All runs below `root`, in folders and in archives, sorted by path and seed, each once however many links lead there; but for those
+/// of a search, which was to choose and is ranked in its search.csv. One that cannot be read comes as its folder and the reason.
 ///
 /// # Errors
-/// If a folder cannot be read.
-pub fn find_runs(root: &Path) -> Result<Vec<RunFolder>> {
+/// If a folder or an archive cannot be read.
+pub fn find_runs(root: &Path) -> Result<Vec<Result<Record, (RunFolder, Error)>>> {
     find_new_runs(root, &mut HashSet::new())
 }
 
 /// Those below `root` but not below a folder that was looked into already.
-fn find_new_runs(root: &Path, seen: &mut HashSet<PathBuf>) -> Result<Vec<RunFolder>> {
+fn find_new_runs(root: &Path, seen: &mut HashSet<PathBuf>) -> Result<Vec<Result<Record, (RunFolder, Error)>>> {
     if !seen.insert(fs_err::canonicalize(root)?) {
         return Ok(vec![]);
     }
@@ -120,12 +129,12 @@ fn find_new_runs(root: &Path, seen: &mut HashSet<PathBuf>) -> Result<Vec<RunFold
     paths.sort_by_cached_key(|path| (seed(path), path.clone()));
     let folder = RunFolder::at(root);
     if folder.episodes().is_file() || folder.done().is_file() {
-        return Ok(vec![folder]);
+        return Ok(vec![Record::of_folder(&folder).map_err(|reason| (folder, reason))]);
     }
     if root.join("search.csv").is_file() {
         return Ok(vec![]);
     }
-    let mut runs = vec![];
+    let mut runs = if archive::is_archive(root) { archive::read(root)?.into_iter().map(Ok).collect() } else { vec![] };
     for path in paths.into_iter().filter(|path| path.is_dir()) {
         runs.extend(find_new_runs(&path, seen)?);
     }
@@ -154,37 +163,30 @@ impl RunSummary {
     ///
     /// # Errors
     /// If one is missing or damaged, or the run was never evaluated.
-    pub fn of(run: &RunFolder, root: &Path) -> Result<Self> {
-        let config = RunConfig::resolve(Some(&run.config()), &[])?;
-        let manifest = run.manifest()?;
-        let (training, eval) = (Columns::read(&run.episodes())?, Columns::evaluations(run, "mean")?);
+    pub fn of(run: &Record, root: &Path) -> Result<Self> {
+        let Record { config, manifest, done, .. } = run;
+        let (training, eval) = (run.columns(Table::Episodes)?, run.evaluations("mean")?);
         let lengths = training.values("length")?;
-        ensure!(!lengths.is_empty(), "{}: no training episode", run.path().display());
-        let schema = training.values("schema")?[0] as u32;
+        ensure!(!lengths.is_empty(), "{}: no training episode", run.path.display());
         let returns = eval.mean_by_step("return")?;
-        ensure!(!returns.is_empty(), "{}: no evaluation", run.path().display());
+        ensure!(!returns.is_empty(), "{}: no evaluation", run.path.display());
         // The last evaluations: of a number that not every episode has, those of their episodes that have it.
         let before = returns.len().checked_sub(LAST + 1).map_or(0.0, |i| returns[i].0);
         let eval = eval.after(before)?;
         let at_end = |column: &str| eval.mean(column);
-        let sampled_eval = if schema >= EVALUATES_SAMPLED {
-            let sampled = Columns::evaluations(run, "sampled")?.after(before)?;
-            ensure!(!sampled.is_empty(), "{}: no evaluation with sampled actions", run.path().display());
-            sampled
-        } else {
-            // By what the actor earned while it learned, which is not averaged. Of very long episodes none may have ended since.
-            let late = Columns::read(&run.episodes())?.after(before)?;
-            if late.is_empty() { Columns::read(&run.episodes())? } else { late }
-        };
+        let sampled_eval = run.evaluations("sampled")?.after(before)?;
+        ensure!(!sampled_eval.is_empty(), "{}: no evaluation with sampled actions", run.path.display());
         let sampled = |column: &str| sampled_eval.mean(column);
-        // Tables of an earlier schema lack some columns.
+        // A cell may be empty in every row.
         let known = |value: f64| (!value.is_nan()).then_some(value);
         let last_but_one = returns.len().checked_sub(2).map_or(0.0, |i| returns[i].0);
-        let last_sampled = (schema >= EVALUATES_SAMPLED)
-            .then(|| Columns::evaluations(run, "sampled")?.after(last_but_one))
-            .transpose()?;
+        let last_sampled = sampled_eval.clone().after(last_but_one)?;
+        let last_policy = run.csv(Table::End)?.map(Columns::of).transpose()?;
+        let end = |of: &dyn Fn(&Columns) -> Result<f64>| {
+            Ok::<_, Error>(last_policy.as_ref().map(of).transpose()?.and_then(known))
+        };
         let solved = returns.iter().find(|p| p.1 >= SOLVED).map(|p| p.0);
-        let progress = Columns::read(&run.progress())?;
+        let progress = run.columns(Table::Progress)?;
         let minutes_to_450 = |clock: &str| {
             let clock = progress.points(clock)?;
             Ok::<_, Error>(solved.and_then(|at| clock.iter().find(|p| p.0 >= at)).map(|p| p.1 / 60.0))
@@ -198,11 +200,10 @@ impl RunSummary {
         };
         // The manifest is written when a run ends; of one that has not, the last row of its progress tells.
         let so_far = |clock: &str| Ok::<_, Error>(progress.points(clock)?.last().map_or(0.0, |point| point.1));
-        let done = run.done().exists();
-        let spent = if done { manifest.spent } else { Spent { wall_s: so_far("wall_s")?, cpu_s: so_far("cpu_s")? } };
+        let spent = if *done { manifest.spent } else { Spent { wall_s: so_far("wall_s")?, cpu_s: so_far("cpu_s")? } };
         Ok(RunSummary {
-            schema,
-            experiment: experiment(run.path(), root),
+            schema: SCHEMA,
+            experiment: run.experiment(root),
             task: config.env.task.as_str().into(),
             space: config.env.space.name.clone(),
             variant: config.variant.clone(),
@@ -211,7 +212,7 @@ impl RunSummary {
             position_step_m: config.env.space.step(&config.env.controller, 0),
             rotation_step_rad: config.env.space.step(&config.env.controller, 3),
             env_steps: training.values("step")?.last().map_or(0, |&step| step as u64),
-            done,
+            done: *done,
             final_return: at_end("return")?,
             curve_return: mean_of(&returns, |p| p.1),
             best_return: returns.iter().map(|p| p.1).fold(f64::MIN, f64::max),
@@ -270,26 +271,24 @@ impl RunSummary {
             sampled_arm_max_contact_force_q90_n: known(sampled_eval.quantile("arm_max_contact_force_n", 0.9)?),
             sampled_max_force_to_success_median_n: known(sampled_eval.quantile("max_force_to_success_n", 0.5)?),
             sampled_max_force_to_success_q90_n: known(sampled_eval.quantile("max_force_to_success_n", 0.9)?),
-            last_sampled_return: last_sampled.as_ref().map(|last| last.mean("return")).transpose()?,
-            last_sampled_success_by_hand: last_sampled
-                .as_ref()
-                .map(Columns::success_by_hand)
-                .transpose()?
-                .and_then(known),
-            stopped_episode_share: known(training.share_with("stop_time_s")?),
+            last_sampled_return: known(last_sampled.mean("return")?),
+            last_sampled_success_by_hand: known(last_sampled.success_by_hand()?),
+            stopped_episode_share: known(training.stopped_share()?),
             final_success_before_stop: known(at_end("success_before_stop")?),
             sampled_success_before_stop: known(sampled("success_before_stop")?),
+            end_return: end(&|last| last.mean("return"))?,
+            end_success: end(&|last| last.mean("success"))?,
+            end_success_held: end(&|last| last.mean("success_held"))?,
+            end_success_before_stop: end(&|last| last.mean("success_before_stop"))?,
+            end_energy_per_action_j: end(&|last| last.mean("energy_per_action_j"))?,
+            end_energy_to_success_j: end(&|last| last.mean("energy_to_success_j"))?,
+            end_time_to_success_s: end(&|last| last.mean("time_to_success_s"))?,
+            end_arm_max_contact_force_median_n: end(&|last| last.quantile("arm_max_contact_force_n", 0.5))?,
             wall_s: spent.wall_s,
             cpu_s: (spent.cpu_s > 0.0).then_some(spent.cpu_s),
             commit: manifest.commits(),
         })
     }
-}
-
-/// What lies between `root` and the TASK/LABEL/seed_N of a run.
-fn experiment(run: &Path, root: &Path) -> String {
-    let folders: Vec<_> = run.strip_prefix(root).unwrap_or(run).iter().map(|name| name.to_string_lossy()).collect();
-    folders[..folders.len().saturating_sub(3)].join("/")
 }
 
 #[cfg(test)]

@@ -3,13 +3,12 @@
 use anyhow::Result;
 use serde::Serialize;
 
-use crate::report::columns::Columns;
+use crate::report::record::{Record, Table};
 use crate::report::summary::RunSummary;
-use crate::run::folder::RunFolder;
 
 /// A row of `tournament.csv`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-#[allow(missing_docs, reason = "documented once, in results/README.md")]
+#[allow(missing_docs, reason = "documented once, in docs/columns.md")]
 pub struct TournamentRow {
     pub experiment: String,
     pub variant: String,
@@ -35,11 +34,11 @@ impl TournamentRow {
     ///
     /// # Errors
     /// If a table cannot be read.
-    pub fn of(run: &RunFolder, summary: &RunSummary) -> Result<Option<Self>> {
+    pub fn of(run: &Record, summary: &RunSummary) -> Result<Option<Self>> {
         let minutes: Vec<(f64, f64)> =
-            Columns::read(&run.progress())?.points("cpu_s")?.into_iter().map(|(step, s)| (step, s / 60.0)).collect();
+            run.columns(Table::Progress)?.points("cpu_s")?.into_iter().map(|(step, s)| (step, s / 60.0)).collect();
         let Some(cpu_min) = summary.cpu_s.map(|s| s / 60.0).filter(|_| !minutes.is_empty()) else { return Ok(None) };
-        let returns = Columns::evaluations(run, "mean")?.mean_by_step("return")?;
+        let returns = run.evaluations("mean")?.mean_by_step("return")?;
         // The last evaluation that began by then; of a run that had not ended by then.
         let at = |limit: f64| {
             let step = minutes.iter().take_while(|(_, time)| *time <= limit).last()?.0;

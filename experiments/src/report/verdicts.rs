@@ -58,7 +58,7 @@ enum Expected {
 
 /// A row of `verdicts.csv`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-#[allow(missing_docs, reason = "documented once, in results/README.md")]
+#[allow(missing_docs, reason = "documented once, in docs/columns.md")]
 pub struct VerdictRow {
     pub experiment: String,
     pub task: String,

@@ -6,6 +6,7 @@ use anyhow::{Context, Result};
 use serde::Serialize;
 
 /// What is complete of a CSV file: a kill may have cut its last line.
+#[derive(Debug, Clone)]
 pub struct CsvTable {
     path: PathBuf,
     /// Names of the columns; none of a file in which nothing has been written yet.
@@ -25,7 +26,16 @@ impl CsvTable {
         Self::parse(path, whole).with_context(|| path.display().to_string())
     }
 
-    fn parse(path: &Path, text: &str) -> Result<Self> {
+    /// Of parts.
+    pub fn new(path: &Path, headers: csv::StringRecord, rows: Vec<csv::StringRecord>) -> Self {
+        CsvTable { path: path.into(), headers, rows }
+    }
+
+    /// The table that `text` is, of the file `path`.
+    ///
+    /// # Errors
+    /// If it is not a table.
+    pub fn parse(path: &Path, text: &str) -> Result<Self> {
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let headers = reader.headers()?.clone();
         Ok(CsvTable { path: path.into(), headers, rows: reader.into_records().collect::<csv::Result<_>>()? })

@@ -46,7 +46,7 @@ impl CsvWriter {
         let exact = exact.into_inner()?;
         let mut text = csv::Writer::from_writer(vec![]);
         for record in csv::ReaderBuilder::new().has_headers(false).from_reader(exact.as_slice()).records() {
-            text.write_record(record?.iter().map(rounded))?;
+            text.write_record(record?.iter().map(|cell| rounded(cell, DIGITS)))?;
         }
         let before = file.metadata()?.len();
         file.write_all(&text.into_inner()?).inspect_err(|_| drop(file.set_len(before)))?;
@@ -63,11 +63,14 @@ impl CsvWriter {
     }
 }
 
-/// A cell as it is written: of a fraction seven digits tell all that a simulation of contacts can.
-pub(super) fn rounded(cell: &str) -> String {
+/// Digits of a fraction in the tables of a run: they tell all that a simulation of contacts can.
+pub(super) const DIGITS: usize = 7;
+
+/// A cell as it is written: a fraction has so many digits.
+pub(crate) fn rounded(cell: &str, digits: usize) -> String {
     match cell.parse::<f64>() {
         Ok(value) if cell.contains(['.', 'e']) && value.is_finite() => {
-            let rounded: f64 = format!("{value:.6e}").parse().expect("written just now");
+            let rounded: f64 = format!("{value:.*e}", digits - 1).parse().expect("written just now");
             format!("{rounded:?}")
         }
         _ => cell.into(),
@@ -167,7 +170,7 @@ mod tests {
     #[test]
     fn fractions_have_seven_digits() {
         let cells = ["0.1234567891", "123456.7891", "1.0", "-1e-12", "12345678901", "true", "a.b", ""];
-        let written = cells.map(rounded);
+        let written = cells.map(|cell| rounded(cell, DIGITS));
         assert_eq!(written, ["0.1234568", "123456.8", "1.0", "-1e-12", "12345678901", "true", "a.b", ""]);
     }
 

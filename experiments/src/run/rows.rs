@@ -1,5 +1,5 @@
 //! The tables a run leaves behind, one row type per file. What each column means stands in
-//! `results/README.md`. No wall-clock time but in `progress.csv`: the same seed gives the same bytes.
+//! `docs/columns.md`. No wall-clock time but in `progress.csv`: the same seed gives the same bytes.
 
 use std::sync::LazyLock;
 
@@ -13,7 +13,7 @@ pub const SCHEMA: u32 = 6;
 
 /// Columns before the outcome in `episodes.csv`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "documented once, in results/README.md")]
+#[allow(missing_docs, reason = "documented once, in docs/columns.md")]
 pub struct TrainingKey {
     pub schema: u32,
     pub task: String,
@@ -25,14 +25,14 @@ pub struct TrainingKey {
 
 /// The column before those of `eval.csv` in the table of a grid of disturbances.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
-#[allow(missing_docs, reason = "documented once, in results/README.md")]
+#[allow(missing_docs, reason = "documented once, in docs/columns.md")]
 pub struct CaseKey<'a> {
     pub disturbance: &'a str,
 }
 
 /// Columns before the outcome in `eval.csv`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "documented once, in results/README.md")]
+#[allow(missing_docs, reason = "documented once, in docs/columns.md")]
 pub struct EvaluationKey {
     pub schema: u32,
     pub task: String,
@@ -47,7 +47,7 @@ pub struct EvaluationKey {
 /// One row of `progress.csv`: the clock, and the learner, averaged over the updates since the last row; empty cells if
 /// there was none.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "documented once, in results/README.md")]
+#[allow(missing_docs, reason = "documented once, in docs/columns.md")]
 pub struct ProgressRow {
     pub schema: u32,
     pub step: u64,

@@ -7,7 +7,7 @@ use tasks::Outcome;
 
 use crate::config::{RunConfig, RunId};
 use crate::run::csv_table::CsvTable;
-use crate::run::csv_writer::{CsvWriter, cut_after, last_step, rounded, takes};
+use crate::run::csv_writer::{CsvWriter, DIGITS, cut_after, last_step, rounded, takes};
 use crate::run::folder::RunFolder;
 use crate::run::rows::{EvaluationKey, ProgressRow, TrainingKey};
 
@@ -68,7 +68,7 @@ impl Tables {
 fn of_run(path: &Path, config: &RunConfig) -> Result<()> {
     let table = if path.exists() { CsvTable::read(path)? } else { return Ok(()) };
     let RunId { task, space, seed, .. } = RunId::of(config);
-    for (column, ours) in [("task", task), ("space", rounded(&space)), ("seed", seed.to_string())] {
+    for (column, ours) in [("task", task), ("space", rounded(&space, DIGITS)), ("seed", seed.to_string())] {
         if let Some(other) = table.column(column)?.into_iter().find(|there| *there != ours) {
             bail!("{}: has rows of another run, with {column} {other}, not {ours}", path.display());
         }

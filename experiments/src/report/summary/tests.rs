@@ -1,58 +1,80 @@
 use super::*;
+use tasks::Outcome;
+
+use crate::config::RunConfig;
 use crate::report::comparison::comparison;
 use crate::report::groups::groups;
+use crate::run::csv_table::CsvTable;
+use crate::run::csv_writer::CsvWriter;
+use crate::run::rows::{EvaluationKey, ProgressRow, TrainingKey};
 
 /// A run of 8 evaluations with returns from 10 to 80, each after 10 000 actions in two episodes, and a minute of work.
 pub(crate) fn run(root: &Path, folder: &str, energy: f64, offset: f64) -> RunSummary {
     let path = root.join(folder);
     fs_err::create_dir_all(&path).unwrap();
-    let write = |name: &str, header: &str, rows: Vec<String>| {
-        fs_err::write(path.join(name), format!("{header}\n{}\n", rows.join("\n"))).unwrap();
-    };
     let space = folder.rsplit('/').nth(1).unwrap();
     let text = format!("preset = \"desktop\"\nsteps = 80000\nevaluation_episodes = 2\n[env]\nspace = \"{space}\"\n");
     fs_err::write(path.join("config.toml"), text).unwrap();
     let folder = RunFolder::open(&path).unwrap();
     let config = RunConfig::resolve(Some(&folder.config()), &[]).unwrap();
     folder.begin_manifest(&config, 0).unwrap();
-    let columns = "return,success,success_any,energy_j,energy_per_action_j";
-    let eval = (1..=8).flat_map(|k| {
-        // Two episodes, one better than the other.
-        [-5.0, 5.0].map(|d| {
-            format!("2,{},mean,{},{},true,1,{}", 10_000 * k, 10.0 * f64::from(k) + d + offset, k % 2 == 0, energy)
-        })
-    });
-    write("eval.csv", &format!("schema,step,policy,{columns}"), eval.collect());
-    let training = (1..=16).map(|k| {
-        let long = if k == 1 { 1 } else { 5000 };
-        let total = energy * f64::from(long);
-        let energies = [0.7, -0.1, 30.0, 0.2].map(|share| (share * total).to_string()).join(",");
-        let (penalised, impulse, diverged) = (k % 4 / 3, 2 * k, k > 14);
-        format!(
-            "2,{},{k},true,true,{total},{energy},{long},{penalised},{k},{impulse},{diverged},{},{energies}",
-            5000 * k,
-            10 * k
-        )
-    });
-    let header = format!(
-        "schema,step,{columns},length,penalised_steps,penalty,excess_impulse_ns,diverged,mean_stiffness,\
-         energy_positive_j,energy_net_j,squared_torque_nm2s,copper_loss_j"
-    );
-    write("episodes.csv", &header, training.collect());
-    write("progress.csv", "step,wall_s", (1..=40).map(|k| format!("{},{}", 2000 * k, 12 * k)).collect());
-    RunSummary::of(&folder, root).unwrap()
+    let outcome = |total: f64, success: bool, length: usize| Outcome {
+        total,
+        success,
+        success_any: true,
+        length,
+        energy_j: energy * length as f64,
+        energy_per_action_j: energy,
+        ..Outcome::default()
+    };
+    let mut eval = CsvWriter::append(&folder.eval()).unwrap();
+    for k in 1..=8u64 {
+        // Two episodes of each policy, one better than the other; a sampled action earns 1 less.
+        for (policy, less) in [("mean", 0.0), ("sampled", 1.0)] {
+            for d in [-5.0, 5.0] {
+                let key =
+                    EvaluationKey { schema: SCHEMA, step: 10_000 * k, policy: policy.into(), ..Default::default() };
+                eval.write((key, outcome(10.0 * k as f64 + d + offset - less, k % 2 == 0, 500))).unwrap();
+            }
+        }
+    }
+    let mut training = CsvWriter::append(&folder.episodes()).unwrap();
+    for k in 1..=16u64 {
+        let of_training = outcome(k as f64, true, if k == 1 { 1 } else { 5000 });
+        let share = |share: f64| share * of_training.energy_j;
+        let row = Outcome {
+            penalised_steps: usize::from(k % 4 == 3),
+            penalty: k as f64,
+            excess_impulse_ns: 2.0 * k as f64,
+            diverged: k > 14,
+            mean_stiffness: 10.0 * k as f64,
+            energy_positive_j: share(0.7),
+            energy_net_j: share(-0.1),
+            squared_torque_nm2s: share(30.0),
+            copper_loss_j: share(0.2),
+            ..of_training
+        };
+        training
+            .write((TrainingKey { schema: SCHEMA, step: 5000 * k, episode: k, ..Default::default() }, row))
+            .unwrap();
+    }
+    let mut progress = CsvWriter::append(&folder.progress()).unwrap();
+    for k in 1..=40u64 {
+        let wall_s = 12.0 * k as f64;
+        progress.write(ProgressRow { schema: SCHEMA, step: 2000 * k, wall_s, ..Default::default() }).unwrap();
+    }
+    RunSummary::of(&Record::of_folder(&folder).unwrap(), root).unwrap()
 }
 
 #[test]
 fn a_run_is_summed_up() {
     let root = tempfile::tempdir().unwrap();
     let row = run(root.path(), "steps/large/lift/osc/seed_1", 2.0, 0.0);
-    assert_eq!((row.schema, row.experiment.as_str(), row.space.as_str()), (2, "steps/large", "osc"));
+    assert_eq!((row.schema, row.experiment.as_str(), row.space.as_str()), (SCHEMA, "steps/large", "osc"));
     assert_eq!((row.env_steps, row.final_return, row.best_return), (80_000, 60.0, 80.0), "the last five of eight");
     assert_eq!(row.curve_return, 45.0, "all eight");
     assert_eq!((row.final_success, row.final_success_any), (0.6, 1.0), "evaluations 4, 6, 8 of 4 to 8");
-    // Episodes after the third evaluation: 7 to 16.
-    assert_eq!((row.sampled_return, row.sampled_success, row.sampled_energy_per_action_j), (11.5, 1.0, 2.0));
+    assert_eq!((row.sampled_return, row.sampled_success, row.sampled_energy_per_action_j), (59.0, 0.6, 2.0));
     assert_eq!((row.steps_to_450, row.wall_min_to_450), (None, None));
     // Per action, not per episode: the first episode is one action long.
     let energies = [
@@ -73,58 +95,75 @@ fn a_run_is_summed_up() {
     assert_eq!(solved.experiment, "");
 }
 
+/// The cells of a column anew, by the row's number from 1 on and what was there.
+fn rewrite(table: &Path, column: &str, cell: impl Fn(usize, &str) -> String) {
+    let CsvTable { headers, rows, .. } = CsvTable::read(table).unwrap();
+    let at = headers.iter().position(|name| name == column).unwrap();
+    let mut writer = csv::Writer::from_path(table).unwrap();
+    writer.write_record(&headers).unwrap();
+    for (row, cells) in rows.iter().enumerate() {
+        let replaced = |(place, old): (usize, &str)| if place == at { cell(row + 1, old) } else { old.into() };
+        writer.write_record(cells.iter().enumerate().map(replaced)).unwrap();
+    }
+    writer.flush().unwrap();
+}
+
+fn summary_of(folder: &RunFolder, root: &Path) -> RunSummary {
+    RunSummary::of(&Record::of_folder(folder).unwrap(), root).unwrap()
+}
+
 /// Sixteen training episodes with penalties of 1 to 16, every fourth of which a real arm would have stopped in.
 #[test]
 fn forces_are_told_by_quantiles_and_success_by_what_an_arm_allows() {
     let root = tempfile::tempdir().unwrap();
     let path = "lift/osc/seed_1";
-    let old = run(root.path(), path, 2.0, 0.0);
-    assert_eq!((old.median_penalty_per_episode, old.q90_penalty_per_episode), (8.5, 14.5));
-    assert_eq!((old.stopped_episode_share, old.final_success_before_stop), (None, None), "a table without the columns");
+    let row = run(root.path(), path, 2.0, 0.0);
+    assert_eq!((row.median_penalty_per_episode, row.q90_penalty_per_episode), (8.5, 14.5));
     let folder = RunFolder::at(&root.path().join(path));
     for table in [folder.episodes(), folder.eval()] {
-        let text = fs_err::read_to_string(&table).unwrap();
-        let with = |(row, line): (usize, &str)| match row {
-            0 => format!(
-                "{line},stop_time_s,success_before_stop,arm_max_contact_force_n,max_force_to_success_n
-"
-            ),
-            row if row % 4 == 0 => format!(
-                "{line},1.5,false,{row}000,
-"
-            ),
-            row => format!(
-                "{line},,true,{row},{row}
-"
-            ),
-        };
-        fs_err::write(&table, text.lines().enumerate().map(with).collect::<String>()).unwrap();
+        let stopped = |row: usize| row.is_multiple_of(4);
+        rewrite(&table, "stop_time_s", |row, _| if stopped(row) { "1.5".into() } else { String::new() });
+        rewrite(&table, "success_before_stop", |row, _| (!stopped(row)).to_string());
+        rewrite(&table, "arm_max_contact_force_n", |row, _| {
+            if stopped(row) { format!("{row}000.0") } else { format!("{row}.0") }
+        });
     }
-    let row = RunSummary::of(&folder, root.path()).unwrap();
+    let row = summary_of(&folder, root.path());
     assert_eq!((row.stopped_episode_share, row.median_arm_max_contact_force_n), (Some(0.25), Some(10.5)));
     assert_eq!(row.q90_arm_max_contact_force_n, Some(10_000.0));
-    assert_eq!(row.final_success_before_stop, Some(0.7), "three of the last ten evaluation episodes");
+    assert_eq!((row.final_success_before_stop, row.sampled_success_before_stop), (Some(1.0), Some(0.5)));
 }
 
-/// What a run's tables are too old to tell is empty, not zero, and the rest stays.
+/// Of the last policy a run has numbers once it was played on.
 #[test]
-fn a_table_that_lacks_a_column_is_read_without_it() {
+fn the_last_policy_is_summed_up_apart() {
+    let root = tempfile::tempdir().unwrap();
+    let path = "lift/osc/seed_1";
+    assert_eq!(run(root.path(), path, 2.0, 0.0).end_return, None);
+    let folder = RunFolder::at(&root.path().join(path));
+    let mut end = CsvWriter::append(&folder.path().join(Table::End.file())).unwrap();
+    for (total, success) in [(400.0, true), (100.0, false)] {
+        let key = EvaluationKey { schema: SCHEMA, step: 80_000, policy: "mean".into(), ..Default::default() };
+        end.write((key, Outcome { total, success, success_before_stop: success, ..Outcome::default() })).unwrap();
+    }
+    let row = summary_of(&folder, root.path());
+    assert_eq!((row.end_return, row.end_success_before_stop), (Some(250.0), Some(0.5)));
+    assert_eq!(row.end_time_to_success_s, None, "no cell is filled");
+}
+
+/// What a run's tables do not know is empty, not zero, and the rest stays.
+#[test]
+fn an_empty_column_is_no_number() {
     let root = tempfile::tempdir().unwrap();
     let path = "lift/osc/seed_1";
     let whole = run(root.path(), path, 2.0, 0.0);
     let folder = RunFolder::at(&root.path().join(path));
-    let absent = [(folder.episodes(), "diverged"), (folder.episodes(), "penalty"), (folder.eval(), "success_any")];
-    for (table, column) in absent {
-        let text = fs_err::read_to_string(&table).unwrap();
-        let at = text.lines().next().unwrap().split(',').position(|name| name == column).unwrap();
-        let without = |line: &str| {
-            let cells = line.split(',').enumerate().filter(|(index, _)| *index != at);
-            cells.map(|(_, cell)| cell).collect::<Vec<_>>().join(",") + "\n"
-        };
-        fs_err::write(&table, text.lines().map(without).collect::<String>()).unwrap();
+    for column in ["diverged", "penalty", "success_before_stop"] {
+        rewrite(&folder.episodes(), column, |_, _| String::new());
     }
-    let row = RunSummary::of(&folder, root.path()).unwrap();
-    assert_eq!(row.diverged_episodes, None);
+    rewrite(&folder.eval(), "success_any", |_, _| String::new());
+    let row = summary_of(&folder, root.path());
+    assert_eq!((row.diverged_episodes, row.stopped_episode_share), (None, None));
     assert!(row.mean_penalty_per_episode.is_nan() && row.final_success_any.is_nan());
     assert_eq!((row.final_return, row.penalised_action_share), (whole.final_return, whole.penalised_action_share));
     let out = root.path().join("runs.csv");
@@ -132,7 +171,19 @@ fn a_table_that_lacks_a_column_is_read_without_it() {
     let text = fs_err::read_to_string(&out).unwrap();
     assert!(!text.contains("NaN") && text.contains(",,"), "{text}");
     crate::report::curves::draw(&folder).unwrap();
-    assert!(Columns::read(&folder.eval()).unwrap().values("sucess_any").is_err(), "a misspelt column is no old one");
+    assert!(Columns::read(&folder.eval()).unwrap().values("sucess_any").is_err(), "a misspelt column");
+}
+
+/// Tables of an earlier program are refused with the commit that reads them.
+#[test]
+fn an_earlier_schema_is_refused() {
+    let root = tempfile::tempdir().unwrap();
+    let path = "lift/osc/seed_1";
+    run(root.path(), path, 2.0, 0.0);
+    let folder = RunFolder::at(&root.path().join(path));
+    rewrite(&folder.episodes(), "schema", |_, _| "5".into());
+    let told = RunSummary::of(&Record::of_folder(&folder).unwrap(), root.path()).unwrap_err().to_string();
+    assert!(told.contains("episodes.csv, line 2: schema \"5\"") && told.contains("at commit d3b96bb"), "{told}");
 }
 
 /// A run that lost its skill has no time to success, however fast it once was.
@@ -142,21 +193,27 @@ fn the_end_of_a_run_is_its_last_five_evaluations_for_every_column() {
     run(root.path(), "door/osc/seed_1", 2.0, 0.0);
     let folder = RunFolder::at(&root.path().join("door/osc/seed_1"));
     let evaluations = |last: Option<f64>| {
-        let mut table = String::from(
-            "schema,step,policy,return,success,time_to_success_s,fulfilled_time_s,fulfilled_max_force_n\n",
-        );
+        fs_err::remove_file(folder.eval()).unwrap();
+        let mut eval = CsvWriter::append(&folder.eval()).unwrap();
         for (k, policy) in (1..=8).flat_map(|k| ["mean", "sampled"].map(|policy| (k, policy))) {
             for episode in 0..2 {
-                let time = if k == 3 { Some(7.0) } else { last.filter(|_| k == 8 && episode == 1) };
-                let cell = time.map_or(String::new(), |time| time.to_string());
-                let (stood, force) = time.map_or((0.0, 0.0), |time| (1.0, 10.0 * time));
-                table += &format!("5,{},{policy},1,{},{cell},{stood},{force}\n", 10_000 * k, time.is_some());
+                let time_to_success_s = if k == 3 { Some(7.0) } else { last.filter(|_| k == 8 && episode == 1) };
+                let (fulfilled_time_s, fulfilled_max_force_n) =
+                    time_to_success_s.map_or((0.0, 0.0), |time| (1.0, 10.0 * time));
+                let key =
+                    EvaluationKey { schema: SCHEMA, step: 10_000 * k, policy: policy.into(), ..Default::default() };
+                let success = time_to_success_s.is_some();
+                let outcome = Outcome {
+                    success,
+                    time_to_success_s,
+                    fulfilled_time_s,
+                    fulfilled_max_force_n,
+                    ..Outcome::default()
+                };
+                eval.write((key, outcome)).unwrap();
             }
         }
-        fs_err::write(folder.eval(), table).unwrap();
-        let training = fs_err::read_to_string(folder.episodes()).unwrap().replace("\n2,", "\n5,");
-        fs_err::write(folder.episodes(), training).unwrap();
-        let row = RunSummary::of(&folder, root.path()).unwrap();
+        let row = summary_of(&folder, root.path());
         (
             row.sampled_success,
             row.sampled_time_to_success_s,
@@ -174,12 +231,15 @@ fn an_evaluation_under_way_does_not_count() {
     let path = "lift/osc/seed_1";
     let before = run(root.path(), path, 2.0, 0.0);
     let folder = RunFolder::at(&root.path().join(path));
-    let one_of_two = "2,90000,mean,460,true,true,1,2\n";
-    let table = fs_err::read_to_string(folder.eval()).unwrap();
-    fs_err::write(folder.eval(), table.clone() + one_of_two).unwrap();
-    assert_eq!(RunSummary::of(&folder, root.path()).unwrap(), before);
-    fs_err::write(folder.eval(), table + one_of_two + one_of_two).unwrap();
-    assert_eq!(RunSummary::of(&folder, root.path()).unwrap().best_return, 460.0);
+    let one_of_two = || {
+        let key = EvaluationKey { schema: SCHEMA, step: 90_000, policy: "mean".into(), ..Default::default() };
+        let outcome = Outcome { total: 460.0, ..Outcome::default() };
+        CsvWriter::append(&folder.eval()).unwrap().write((key, outcome)).unwrap();
+    };
+    one_of_two();
+    assert_eq!(summary_of(&folder, root.path()), before);
+    one_of_two();
+    assert_eq!(summary_of(&folder, root.path()).best_return, 460.0);
 }
 
 #[test]

@@ -1,0 +1,210 @@
+//! The archive of an experiment: what its runs left, in one compressed file per kind of table.
+//!
+//! `runs.jsonl.zst` has a line per run: task, space, variant, seed, whether it is done, its `config.toml` and its `manifest.json`.
+//! `episodes.csv.zst` and the others have the rows of all runs, each with task, space, variant and seed. `zstdcat`, pandas and
+//! polars read them. Fractions have four digits in `episodes.csv.zst` and five in the others.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use anyhow::{Context, Result, bail, ensure};
+use output::file;
+use serde::{Deserialize, Serialize};
+
+use crate::config::RunId;
+use crate::report::record::{Record, Table};
+use crate::run::csv_table::CsvTable;
+use crate::run::csv_writer::rounded;
+use crate::run::folder::RunFolder;
+use crate::run::manifest::Manifest;
+
+/// The list of runs; a folder with this file is an archive.
+const RUNS: &str = "runs.jsonl.zst";
+/// Of zstd: small rather than fast, as an archive is written once.
+const LEVEL: i32 = 19;
+/// What tells the runs apart in every table.
+const KEY: [&str; 4] = ["task", "space", "variant", "seed"];
+
+/// A line of the list.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Line {
+    task: String,
+    space: String,
+    variant: String,
+    seed: u64,
+    done: bool,
+    manifest: Manifest,
+    config: String,
+}
+
+type Key = [String; 4];
+
+/// Whether a folder is an archive.
+pub fn is_archive(folder: &Path) -> bool {
+    folder.join(RUNS).is_file()
+}
+
+/// The runs of the archive `folder`, in its order.
+///
+/// # Errors
+/// If it is damaged, or has rows of a run that it does not list.
+pub fn read(folder: &Path) -> Result<Vec<Record>> {
+    let path = folder.join(RUNS);
+    let lines = unpack(&path)?;
+    let lines = lines.lines().map(serde_json::from_str).collect::<Result<Vec<Line>, _>>();
+    let lines = lines.with_context(|| path.display().to_string())?;
+    let mut tables: HashMap<Key, Vec<(Table, CsvTable)>> = HashMap::new();
+    let key = |line: &Line| [line.task.clone(), line.space.clone(), line.variant.clone(), line.seed.to_string()];
+    for line in &lines {
+        ensure!(tables.insert(key(line), vec![]).is_none(), "{}: lists a run twice: {:?}", path.display(), key(line));
+    }
+    for table in Table::ALL {
+        let path = folder.join(format!("{}.zst", table.file()));
+        if !path.exists() {
+            continue;
+        }
+        let all = CsvTable::parse(&path, &unpack(&path)?).with_context(|| path.display().to_string())?;
+        let places = KEY.map(|column| all.position(column));
+        let Some(places) = places.into_iter().collect::<Option<Vec<usize>>>() else {
+            bail!("{}: needs the columns {}", path.display(), KEY.join(", "))
+        };
+        let headers = all.headers;
+        for row in all.rows {
+            let key: Key = [0, 1, 2, 3].map(|at| row[places[at]].to_string());
+            let Some(of_run) = tables.get_mut(&key) else {
+                bail!("{}: has rows of a run that {RUNS} does not list: {key:?}", path.display())
+            };
+            match of_run.last_mut() {
+                Some((kind, part)) if *kind == table => part.rows.push(row),
+                _ => of_run.push((table, CsvTable::new(&path, headers.clone(), vec![row]))),
+            }
+        }
+    }
+    lines
+        .into_iter()
+        .map(|line| {
+            let tables = tables.remove(&key(&line)).expect("one per line");
+            let label = crate::config::label(&line.space, &line.variant);
+            let place = folder.join(&line.task).join(label).join(format!("seed_{}", line.seed));
+            Record::archived(place, line.config, line.manifest, line.done, tables)
+        })
+        .collect()
+}
+
+/// Writes the archive `folder` of `records`.
+///
+/// # Errors
+/// If a table cannot be read, the tables of two runs have other columns, or the disk does not take it.
+pub fn write(records: &[Record], folder: &Path) -> Result<()> {
+    fs_err::create_dir_all(folder)?;
+    for table in Table::ALL {
+        let mut writer = csv::Writer::from_writer(vec![]);
+        let mut columns: Option<Vec<String>> = None;
+        for record in records {
+            let Some(csv) = record.csv(table)? else { continue };
+            let csv = with_key(&csv, &RunId::of(&record.config), table.digits());
+            let here: Vec<String> = csv.headers.iter().map(String::from).collect();
+            match &columns {
+                None => writer.write_record(&here)?,
+                Some(there) => ensure!(
+                    *there == here,
+                    "{}: other columns than the runs before: archive runs of one program together",
+                    record.place(table).display()
+                ),
+            }
+            columns = Some(here);
+            csv.rows.iter().try_for_each(|row| writer.write_record(row))?;
+        }
+        let path = folder.join(format!("{}.zst", table.file()));
+        match columns {
+            Some(_) => pack(&path, &writer.into_inner()?)?,
+            None if path.exists() => fs_err::remove_file(&path)?,
+            None => {}
+        }
+    }
+    // The list comes last: a folder without it is no archive.
+    let mut list = vec![];
+    for record in records {
+        let RunId { task, space, variant, seed } = RunId::of(&record.config);
+        let (manifest, config) = (record.manifest.clone(), record.config_text.clone());
+        serde_json::to_writer(&mut list, &Line { task, space, variant, seed, done: record.done, manifest, config })?;
+        list.push(b'\n');
+    }
+    pack(&folder.join(RUNS), &list)
+}
+
+/// The policy of a run that stands for its group, as a folder that `evaluate` and `replay` take: its configuration, its manifest and the
+/// networks of its best evaluation.
+///
+/// # Errors
+/// If the run has no such networks, or the disk does not take them.
+pub fn keep_policy(record: &Record, folder: &Path) -> Result<()> {
+    let (from, to) = (RunFolder::at(&record.path), RunFolder::at(folder));
+    fs_err::create_dir_all(to.best())?;
+    fs_err::write(to.config(), &record.config_text)?;
+    to.write_manifest(&record.manifest)?;
+    for file in ["actor.safetensors", "state.json"] {
+        fs_err::copy(from.best().join(file), to.best().join(file))?;
+    }
+    Ok(())
+}
+
+/// With the columns that tell the run, after `schema`, and fractions of so many `digits`.
+fn with_key(csv: &CsvTable, run: &RunId, digits: usize) -> CsvTable {
+    let values = [run.task.clone(), run.space.clone(), run.variant.clone(), run.seed.to_string()];
+    let at = csv.position("schema").map_or(0, |at| at + 1);
+    let others: Vec<usize> =
+        (0..csv.headers.len()).filter(|&place| !KEY.contains(&csv.headers.get(place).unwrap_or_default())).collect();
+    let with = |cells: &csv::StringRecord, key: &[&str]| {
+        let (before, after): (Vec<usize>, Vec<usize>) = others.iter().partition(|place| **place < at);
+        let cell = |place: usize| &cells[place];
+        before.into_iter().map(cell).chain(key.iter().copied()).chain(after.into_iter().map(cell)).collect()
+    };
+    let values = values.each_ref().map(String::as_str);
+    let short = |row: &csv::StringRecord| row.iter().map(|cell| rounded(cell, digits)).collect();
+    let rows = csv.rows.iter().map(|row| with(&short(row), &values)).collect();
+    let headers = with(&csv.headers, &KEY);
+    CsvTable::new(csv.path(), headers, rows)
+}
+
+fn pack(path: &Path, bytes: &[u8]) -> Result<()> {
+    let packed = zstd::encode_all(bytes, LEVEL).with_context(|| path.display().to_string())?;
+    file::replace(path, &packed)
+}
+
+fn unpack(path: &Path) -> Result<String> {
+    let bytes = zstd::decode_all(fs_err::File::open(path)?).with_context(|| path.display().to_string())?;
+    String::from_utf8(bytes).with_context(|| path.display().to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::summary::RunSummary;
+    use crate::report::summary::tests::run;
+
+    #[test]
+    fn an_archive_says_what_the_folders_said() {
+        let root = tempfile::tempdir().unwrap();
+        let paths = ["lift/osc/seed_1", "lift/aforce/seed_2"];
+        let rows = paths.map(|path| run(root.path(), path, 2.0, 0.0));
+        let records = paths.map(|path| Record::of_folder(&RunFolder::at(&root.path().join(path))).unwrap());
+        let folder = root.path().join("archive");
+        write(&records, &folder).unwrap();
+        assert!(is_archive(&folder) && !is_archive(root.path()));
+        let again = read(&folder).unwrap();
+        for (record, row) in again.iter().zip(&rows) {
+            assert_eq!(RunSummary::of(record, &folder).unwrap(), *row);
+        }
+        // Once more, from the archive: the same bytes.
+        let bytes = |folder: &Path| fs_err::read(folder.join("eval.csv.zst")).unwrap();
+        let second = root.path().join("second");
+        write(&again, &second).unwrap();
+        assert_eq!(bytes(&folder), bytes(&second));
+        let list = unpack(&folder.join(RUNS)).unwrap();
+        pack(&folder.join(RUNS), list.lines().next().unwrap().as_bytes()).unwrap();
+        let told = read(&folder).unwrap_err().to_string();
+        assert!(told.contains("does not list") && told.contains("aforce"), "{told}");
+    }
+}

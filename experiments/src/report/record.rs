@@ -1,0 +1,145 @@
+//! A run to report on: from the folder that it was trained in, or from the archive of its experiment.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+
+use crate::config::RunConfig;
+use crate::report::columns::Columns;
+use crate::run::csv_table::CsvTable;
+use crate::run::folder::RunFolder;
+use crate::run::manifest::Manifest;
+
+/// The tables that a run may leave, each a file of its folder and a file of the archive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Table {
+    /// One row per training episode.
+    Episodes,
+    /// One row per evaluation episode.
+    Eval,
+    /// One row per logging interval.
+    Progress,
+    /// One row per episode of `evaluate --disturb`.
+    Disturbed,
+    /// One row per episode of the last policy.
+    End,
+}
+
+impl Table {
+    /// Every table.
+    pub const ALL: [Table; 5] = [Table::Episodes, Table::Eval, Table::Progress, Table::Disturbed, Table::End];
+
+    /// Its file in the folder of a run; in an archive the same with `.zst` behind it.
+    pub fn file(self) -> &'static str {
+        match self {
+            Table::Episodes => "episodes.csv",
+            Table::Eval => "eval.csv",
+            Table::Progress => "progress.csv",
+            Table::Disturbed => "disturbed.csv",
+            Table::End => "end.csv",
+        }
+    }
+
+    /// Digits of a fraction in the archive: of an episode that is summed over hundreds of others fewer are enough.
+    pub fn digits(self) -> usize {
+        if self == Table::Episodes { 4 } else { 5 }
+    }
+}
+
+/// A run's configuration, where it came from, and its tables.
+#[derive(Debug, Clone)]
+pub struct Record {
+    /// Its folder, `EXPERIMENT/TASK/LABEL/seed_N`; of an archived run the one that it had.
+    pub path: PathBuf,
+    /// The text of its `config.toml`.
+    pub config_text: String,
+    /// What that says.
+    pub config: RunConfig,
+    /// Where it came from.
+    pub manifest: Manifest,
+    /// Whether it has come to its end.
+    pub done: bool,
+    tables: Tables,
+}
+
+#[derive(Debug, Clone)]
+enum Tables {
+    /// Read when they are asked for: a run may be under way.
+    Folder,
+    Archived(Vec<(Table, CsvTable)>),
+}
+
+impl Record {
+    /// The run in a folder.
+    ///
+    /// # Errors
+    /// If its configuration or its manifest cannot be read.
+    pub fn of_folder(folder: &RunFolder) -> Result<Self> {
+        Ok(Record {
+            path: folder.path().into(),
+            config_text: fs_err::read_to_string(folder.config())?,
+            config: RunConfig::resolve(Some(&folder.config()), &[])?,
+            manifest: folder.manifest()?,
+            done: folder.done().exists(),
+            tables: Tables::Folder,
+        })
+    }
+
+    /// An archived run; `config_text` is what its `config.toml` said.
+    ///
+    /// # Errors
+    /// If that is no configuration.
+    pub fn archived(
+        path: PathBuf,
+        config_text: String,
+        manifest: Manifest,
+        done: bool,
+        tables: Vec<(Table, CsvTable)>,
+    ) -> Result<Self> {
+        let config = RunConfig::of_text(&config_text, &path.join("config.toml"))?;
+        Ok(Record { path, config_text, config, manifest, done, tables: Tables::Archived(tables) })
+    }
+
+    /// Where a table lies, for messages.
+    pub fn place(&self, table: Table) -> PathBuf {
+        self.path.join(table.file())
+    }
+
+    /// A table, if the run has it.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    pub fn csv(&self, table: Table) -> Result<Option<CsvTable>> {
+        match &self.tables {
+            Tables::Folder => {
+                let path = self.place(table);
+                path.exists().then(|| CsvTable::read(&path)).transpose()
+            }
+            Tables::Archived(tables) => Ok(tables.iter().find(|(kind, _)| *kind == table).map(|(_, csv)| csv.clone())),
+        }
+    }
+
+    /// A table as numbers.
+    ///
+    /// # Errors
+    /// If the run does not have it, or of another schema.
+    pub fn columns(&self, table: Table) -> Result<Columns> {
+        let missing = || format!("{}: no such table", self.place(table).display());
+        Columns::of(self.csv(table)?.with_context(missing)?)
+    }
+
+    /// The evaluations with `policy`, `mean` or `sampled`, but for a last one that is under way or was cut short.
+    ///
+    /// # Errors
+    /// If they cannot be read.
+    pub fn evaluations(&self, policy: &str) -> Result<Columns> {
+        self.columns(Table::Eval)?.evaluations(policy, self.config.evaluation_episodes as usize)
+    }
+
+    /// What lies between `root` and the TASK/LABEL/seed_N of the run.
+    pub fn experiment(&self, root: &Path) -> String {
+        let below = self.path.strip_prefix(root).unwrap_or(&self.path);
+        let folders: Vec<_> = below.iter().map(|name| name.to_string_lossy()).collect();
+        folders[..folders.len().saturating_sub(3)].join("/")
+    }
+}
