@@ -2,7 +2,7 @@
 """CPU time of one SAC update on one core: ours, Stable-Baselines3's and sbx's (JAX), in alternating rounds at the sizes of Lift.
 
     python3 -m venv VENV && VENV/bin/pip install stable-baselines3==2.9.2 torch==2.11.0 sbx-rl==0.28.0 'jax[cpu]==0.10.2'
-    taskset -c 0 VENV/bin/python scripts/sb3_update.py --csv results/learner/update_cost.csv
+    taskset -c 0 VENV/bin/python scripts/sb3_update.py --csv results/speed/update_cost.csv
 
 Needs cargo. Ours is the bench `update` of crates/sac, whose matrix products alone stand beside it. sbx does ten updates per call, which
 its users have to ask for, and one. The least of the rounds counts, as a neighbour on the machine only ever adds time. Every row has a
