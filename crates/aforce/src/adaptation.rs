@@ -58,7 +58,7 @@ impl AdaptiveLaw {
         &mut self.psi
     }
 
-    /// K as it may be, where something stands between the law and the arm.
+    /// The K that acts. The next sample starts from it.
     pub(crate) fn set_stiffness(&mut self, stiffness: &Vector6) {
         self.stiffness = *stiffness;
     }

@@ -3,20 +3,18 @@
 use nalgebra::UnitVector3;
 
 use crate::action::decode;
-use crate::action_space::{ActionSpace, RateRule, SetPoint};
+use crate::action_space::{ActionSpace, SetPoint};
 use crate::adaptation::AdaptiveLaw;
 use crate::arm::{Arm, CartesianLimits};
 use crate::config::ControllerConfig;
 use crate::error::ConfigError;
 use crate::force::ForceControl;
-use crate::guard::{Active, Guard, Sample, Unguarded};
-use crate::impedance::{Impedance, impedance};
+use crate::impedance::Impedance;
 use crate::interpolator::Interpolator;
 use crate::limits::{TorqueLimiter, TorqueLimits};
-use crate::null_space::null_space_torque;
 use crate::operational_space::OperationalSpace;
 use crate::psi::Psi;
-use crate::spatial::{JointVector, Measurement, Pose, Twist, Vector6, Wrench, all_finite};
+use crate::spatial::{JointVector, Measurement, Pose, Vector6, Wrench, all_finite};
 use crate::stiffness::Stiffness;
 
 /// Turns the actions of one [`ActionSpace`] into joint torques.
@@ -27,7 +25,7 @@ pub struct Controller {
     dt: f64,
     // The parts that run.
     set_point: Interpolator,
-    law: Option<AdaptiveLaw>,
+    adaptation: Option<AdaptiveLaw>,
     force: ForceControl,
     limiter: TorqueLimiter,
     // State of the episode.
@@ -84,7 +82,7 @@ impl Controller {
                 }
                 SetPoint::Jump => Interpolator::jump(config.dt()),
             },
-            law: None,
+            adaptation: None,
             force: ForceControl::new(config.force, contact_axis.into_inner()),
             limiter: TorqueLimiter::new(limits),
             start: Pose::identity(),
@@ -106,7 +104,7 @@ impl Controller {
         (self.start, self.goal) = (y.pose, y.pose);
         self.q0 = y.q;
         self.set_point.reset(&y.pose);
-        self.law = self.space.psi().map(|psi| AdaptiveLaw::new(*psi));
+        self.adaptation = self.space.psi().map(|psi| AdaptiveLaw::new(*psi));
         self.force.reset();
         self.limiter.reset(&y.bias);
         self.actions = 0;
@@ -115,7 +113,8 @@ impl Controller {
         self.feedforward = Wrench::zeros();
         self.impedance = Impedance { elastic: Wrench::zeros(), viscous: Wrench::zeros() };
         (self.wrench, self.power) = (Wrench::zeros(), [0.0; 2]);
-        self.inertia = OperationalSpace::new(&y.mass, &y.jacobian).map_or(Vector6::repeat(1.0), |arm| arm.diagonal());
+        self.inertia =
+            OperationalSpace::new(&y.mass, &y.jacobian).map_or(Vector6::repeat(1.0), |lambda| lambda.diagonal());
     }
 
     /// One policy action, entries in [-1, 1] (others are clipped): a new goal, counted from its origin; stiffness, psi and
@@ -124,11 +123,12 @@ impl Controller {
     /// # Panics
     /// If `action` has not the length [`ActionSpace::dim`].
     pub fn set_goal(&mut self, action: &[f64], y: &Measurement) {
-        self.set_guarded_goal(action, y, &mut Unguarded);
+        let goal = self.interpret(action, y);
+        self.move_to(&goal);
     }
 
-    /// The same under a guard; false if no move to the goal can be planned, which is then not taken.
-    pub(crate) fn set_guarded_goal(&mut self, action: &[f64], y: &Measurement, guard: &mut impl Guard) -> bool {
+    /// The goal that an action asks for, not yet taken. Stiffness, psi and force, if commanded, take effect.
+    pub(crate) fn interpret(&mut self, action: &[f64], y: &Measurement) -> Pose {
         let command = decode(&self.space, &self.config, action);
         if let Some(stiffness) = command.stiffness {
             self.stiffness = stiffness;
@@ -136,20 +136,26 @@ impl Controller {
         if let Some(force) = command.force {
             self.force.set_target(force);
         }
-        if let (Some(commanded), Some(psi), Some(law)) = (&self.space.commanded_psi, self.space.psi(), &mut self.law) {
+        if let (Some(commanded), Some(psi), Some(adaptation)) =
+            (&self.space.commanded_psi, self.space.psi(), &mut self.adaptation)
+        {
             if self.actions.is_multiple_of(commanded.hold) {
                 let mut psi = *psi;
                 commanded.apply(command.psi, &mut psi);
-                *law.psi_mut() = psi;
+                *adaptation.psi_mut() = psi;
             }
             self.actions += 1;
         }
-        let goal = guard.goal(self.space.goal.next_goal(&self.start, &self.goal, &y.pose, &command.delta));
+        self.space.goal.next_goal(&self.start, &self.goal, &y.pose, &command.delta)
+    }
+
+    /// Takes a goal; false, and the old goal stays, if no move to it can be planned.
+    pub(crate) fn move_to(&mut self, goal: &Pose) -> bool {
         // A diverged plant must not poison the goal; `update` counts the fault.
         let readable = all_finite(&goal.translation.vector) && all_finite(&goal.rotation.coords);
-        let planned = readable && self.set_point.set_goal(&goal);
+        let planned = readable && self.set_point.set_goal(goal);
         if planned {
-            self.goal = goal;
+            self.goal = *goal;
         }
         planned
     }
@@ -167,8 +173,8 @@ impl Controller {
         let space = ActionSpace { stiffness: Stiffness::Adaptive(*psi), ..self.space.clone() };
         space.validate(self.config.control_hz)?;
         self.space = space;
-        if let Some(law) = &mut self.law {
-            *law.psi_mut() = *psi;
+        if let Some(adaptation) = &mut self.adaptation {
+            *adaptation.psi_mut() = *psi;
         }
         Ok(())
     }
@@ -176,74 +182,30 @@ impl Controller {
     /// One control sample: tau = J^T (-F_ff - F_d - K e - D e_dot) + bias + null space (Nm), limited. With stiffness in 1/s^2
     /// F_ff, K e and D e_dot are multiplied by Lambda; for F_d stands F_cmd, with which force control holds it.
     pub fn update(&mut self, y: &Measurement) -> JointVector {
-        let tau = self.torque(y, self.dt, &mut Unguarded);
-        // Of a sample that cannot be read K, F_ff and F_d stay as they were; gravity compensation holds the arm if it can.
-        self.limiter.pass(&tau, &y.bias, self.dt)
-    }
-
-    /// The torque of a sample `dt` seconds after the last (Nm), before the limits of the joints; NaN if the sample cannot be
-    /// read.
-    pub(crate) fn torque(&mut self, y: &Measurement, dt: f64, guard: &mut impl Guard) -> JointVector {
-        // Set-point x_d, and how far the force controller owns the contact axis.
-        let (x_d, xd_dot) = self.set_point.step(dt);
-        let axis = self.force.axis();
-
-        // Error e = x - x_d and its rate. Along the contact axis, while engaged, the set-point does not move.
-        let error = self.space.rotation_error.of(&y.pose, &x_d);
-        let e_dot = y.twist
-            - match self.space.rate {
-                RateRule::SetPoint => axis.release(&xd_dot),
-                RateRule::Standstill => Twist::zeros(),
-            };
-        let joints = all_finite(&y.q) && all_finite(&y.qd) && all_finite(&y.bias);
-        let readable = joints && all_finite(&error) && all_finite(&e_dot) && all_finite(&y.wrench);
-        let Some(arm) = OperationalSpace::new(&y.mass, &y.jacobian).filter(|_| readable) else {
-            return JointVector::repeat(f64::NAN);
-        };
-        self.error = error;
-        let e = guard.error(error);
-        let sample = Sample { y, arm: &arm, unit: self.space.unit, axis: &axis, e, dt };
-
-        // K and F_ff (eqs. 4-6), from the errors that are not force control's.
-        let mut wanted = Active { stiffness: self.stiffness, feedforward: Vector6::zeros(), force: Wrench::zeros() };
-        if let Some(law) = &mut self.law {
-            let e = axis.release(&e);
-            let excess = guard.excess(y.jacobian * self.limiter.excess(), &e);
-            law.update(&e, &axis.release(&e_dot), &excess, dt);
-            (wanted.stiffness, wanted.feedforward) = (*law.stiffness(), *law.feedforward());
-        }
-
-        // F_cmd in place of F_d.
-        if self.space.force {
-            wanted.force = self.force.update(&y.wrench, dt);
-        }
-
-        let Active { stiffness, feedforward: f_ff, force: f_cmd } = guard.active(wanted, &sample);
-        if let Some(law) = &mut self.law {
-            law.set_stiffness(&stiffness);
-            self.stiffness = stiffness;
-            self.feedforward = self.space.unit.to_wrench(&axis.release(&f_ff), &arm);
-        }
-
-        // Wrench -F_ff - K e - D e_dot - F_cmd.
-        self.impedance = impedance(&self.space, &arm, &axis, &e, &e_dot, &stiffness, &f_ff);
-        let wrench = -self.impedance.elastic - self.impedance.viscous - f_cmd;
-        self.wrench = guard.wrench(wrench, &self.impedance.viscous, &sample);
-        self.force.withhold(axis.along(&(wanted.force - f_cmd)) + axis.along(&(self.wrench - wrench)));
-        self.power = [0, 3].map(|at| self.wrench.fixed_rows::<3>(at).dot(&y.twist.fixed_rows::<3>(at)));
-        self.inertia = arm.diagonal();
-
-        // Joint torques; the limits follow.
-        let null_space = null_space_torque(y, &arm, &self.q0, self.config.null_space_stiffness);
-        guard.torque(y.jacobian.tr_mul(&self.wrench) + y.bias + null_space, y)
+        let errors = self.sense(y, self.dt); // e and e_dot
+        let tau = errors.as_ref().map(|errors| {
+            let adapted = self.adapt(errors, y); // K and F_ff (eqs. 4 to 6), F_cmd
+            let wrench = self.act(errors, &adapted); // W = -F_ff - K e - D e_dot - F_cmd
+            self.torque(&wrench, &errors.lambda, y) // tau = J^T W + bias + null space
+        });
+        // Of a sample that cannot be read the limiter makes a fault: gravity compensation alone, if it can be read.
+        self.limiter.pass(&tau.unwrap_or(JointVector::repeat(f64::NAN)), &y.bias, self.dt)
     }
 
     /// The last step before a torque leaves.
     pub(crate) fn limiter(&mut self) -> &mut TorqueLimiter {
         &mut self.limiter
     }
+
+    /// Tells force control how much of the last wrench a bound behind it cut off (N along n), for its anti-windup.
+    pub(crate) fn withhold(&mut self, force: f64) {
+        self.force.withhold(force);
+    }
 }
 
 mod readings;
+mod steps;
 #[cfg(test)]
 mod tests;
+
+pub use steps::{Adapted, Errors};

@@ -42,10 +42,10 @@ impl StiffnessUnit {
 
     /// From the unit's forces (N, Nm; or m/s^2, rad/s^2) to a wrench (N, Nm).
     #[must_use]
-    pub fn to_wrench(self, v: &Vector6, space: &OperationalSpace) -> Wrench {
+    pub fn to_wrench(self, v: &Vector6, lambda: &OperationalSpace) -> Wrench {
         match self {
             Self::NewtonPerMetre => *v,
-            Self::PerSecondSquared => space.shape(v),
+            Self::PerSecondSquared => lambda.shape(v),
         }
     }
 

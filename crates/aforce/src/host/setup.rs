@@ -158,8 +158,8 @@ impl HostSetup {
         })
     }
 
-    /// The law for this arm.
-    pub(crate) fn law(&self) -> Result<Controller, ConfigError> {
+    /// A controller for this arm.
+    pub(crate) fn new_controller(&self) -> Result<Controller, ConfigError> {
         self.validate()?;
         let (limits, cartesian) = (self.arm.torque_limits()?, &self.arm.cartesian);
         Controller::of_arm(&self.space, &self.controller, limits, cartesian, self.contact_axis()?)
