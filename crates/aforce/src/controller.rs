@@ -13,9 +13,7 @@ use crate::impedance::Impedance;
 use crate::interpolator::Interpolator;
 use crate::limits::{TorqueLimiter, TorqueLimits};
 use crate::operational_space::OperationalSpace;
-use crate::psi::Psi;
 use crate::spatial::{JointVector, Measurement, Pose, Vector6, Wrench, all_finite};
-use crate::stiffness::Stiffness;
 
 /// Turns the actions of one [`ActionSpace`] into joint torques.
 #[derive(Debug, Clone)]
@@ -158,25 +156,6 @@ impl Controller {
             self.goal = *goal;
         }
         planned
-    }
-
-    /// Other parameters for the adaptive law, from the next sample on. K moves to new bounds at `k_rate_max`; K(0) counts from
-    /// the next reset. What a policy chose of psi ([`ActionSpace::commanded_psi`]) is given up until it chooses again.
-    ///
-    /// # Errors
-    /// If a value is not allowed, the law would be unstable, or the space's stiffness does not adapt. Nothing changes then.
-    pub fn set_psi(&mut self, psi: &Psi) -> Result<(), ConfigError> {
-        if self.space.psi().is_none() {
-            let reason = format!("the stiffness of `{}` does not adapt", self.space);
-            return Err(ConfigError::Contradiction { field: "psi".into(), reason });
-        }
-        let space = ActionSpace { stiffness: Stiffness::Adaptive(*psi), ..self.space.clone() };
-        space.validate(self.config.control_hz)?;
-        self.space = space;
-        if let Some(adaptation) = &mut self.adaptation {
-            *adaptation.psi_mut() = *psi;
-        }
-        Ok(())
     }
 
     /// One control sample: tau = J^T (-F_ff - F_d - K e - D e_dot) + bias + null space (Nm), limited. With stiffness in 1/s^2
