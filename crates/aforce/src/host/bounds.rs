@@ -1,12 +1,12 @@
 //! The host's bounds on the values between the law's steps.
 
 use crate::arm::Arm;
-use crate::controller::{Adapted, Errors};
 use crate::host::limits::HostLimits;
 use crate::host::status::Limited;
 use crate::host::tank::Tank;
+use crate::law::controller::{Adapted, Errors};
+use crate::law::stiffness::StiffnessUnit;
 use crate::spatial::{JointVector, Measurement, Pose, Vector3, Vector6, Wrench, limit_norm, linear, rotational, stack};
-use crate::stiffness::StiffnessUnit;
 
 /// Goals into the workspace, errors clipped, energy paid for, wrench and its rate capped, joints kept from their ends. Each method
 /// takes the value that the law wants and gives back the one that may act.

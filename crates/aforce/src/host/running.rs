@@ -1,7 +1,6 @@
 //! The law with its bounds, on an arm.
 
 use crate::arm::Arm;
-use crate::controller::Controller;
 use crate::error::ConfigError;
 use crate::host::bounds::Bounds;
 use crate::host::hold::Hold;
@@ -9,6 +8,7 @@ use crate::host::interface::{ArmInterface, ArmState, WrenchSource};
 use crate::host::limits::HostLimits;
 use crate::host::setup::HostSetup;
 use crate::host::status::{Command, Fault, Limited, NotTaken, Status};
+use crate::law::controller::Controller;
 use crate::observer::MomentumObserver;
 use crate::spatial::{JointVector, Measurement, Pose, Vector6, Wrench, all_finite, linear, pose_error, rotational};
 

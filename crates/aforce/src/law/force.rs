@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::contact::ContactDetector;
 use crate::error::{ConfigError, not_negative, positive, within};
-use crate::operational_space::OperationalSpace;
+use crate::law::contact::ContactDetector;
+use crate::law::operational_space::OperationalSpace;
 use crate::spatial::{Vector3, Vector6, Wrench, linear, rotational, stack};
 
 /// A PID on the measured force, engaged by contact.

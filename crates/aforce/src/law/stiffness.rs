@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
-use crate::gains::{Gains, MAX_STIFFNESS};
-use crate::operational_space::OperationalSpace;
-use crate::psi::Psi;
+use crate::law::gains::{Gains, MAX_STIFFNESS};
+use crate::law::operational_space::OperationalSpace;
+use crate::law::psi::Psi;
 use crate::spatial::{Vector6, Wrench};
 
 /// What a stiffness number means: 150 1/s^2 are 2 to 6 kN/m along the axes of this arm, not 150 N/m.

@@ -2,17 +2,17 @@
 
 use nalgebra::UnitVector3;
 
-use crate::action::decode;
-use crate::action_space::{ActionSpace, SetPoint};
-use crate::adaptation::AdaptiveLaw;
 use crate::arm::{Arm, CartesianLimits};
-use crate::config::ControllerConfig;
 use crate::error::ConfigError;
-use crate::force::ForceControl;
-use crate::impedance::Impedance;
-use crate::interpolator::Interpolator;
-use crate::limits::{TorqueLimiter, TorqueLimits};
-use crate::operational_space::OperationalSpace;
+use crate::law::action::decode;
+use crate::law::action_space::{ActionSpace, SetPoint};
+use crate::law::adaptation::AdaptiveLaw;
+use crate::law::config::ControllerConfig;
+use crate::law::force::ForceControl;
+use crate::law::impedance::Impedance;
+use crate::law::interpolator::Interpolator;
+use crate::law::limits::{TorqueLimiter, TorqueLimits};
+use crate::law::operational_space::OperationalSpace;
 use crate::spatial::{JointVector, Measurement, Pose, Vector6, Wrench, all_finite};
 
 /// Turns the actions of one [`ActionSpace`] into joint torques.

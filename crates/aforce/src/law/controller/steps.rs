@@ -4,11 +4,11 @@
 //! the same steps and bounds the values between two of them.
 
 use super::Controller;
-use crate::action_space::RateRule;
-use crate::force::ForceAxis;
-use crate::impedance::{Impedance, impedance};
-use crate::null_space::null_space_torque;
-use crate::operational_space::OperationalSpace;
+use crate::law::action_space::RateRule;
+use crate::law::force::ForceAxis;
+use crate::law::impedance::{Impedance, impedance};
+use crate::law::null_space::null_space_torque;
+use crate::law::operational_space::OperationalSpace;
 use crate::spatial::{JointVector, Measurement, Vector6, Wrench, all_finite};
 
 /// What a controller senses: how far the tool is from its set-point, and what a wrench at the tool has to move.

@@ -1,6 +1,6 @@
 //! The arm's seventh freedom: a posture that the tool does not feel.
 
-use crate::operational_space::OperationalSpace;
+use crate::law::operational_space::OperationalSpace;
 use crate::spatial::{JointVector, Measurement};
 
 /// tau_null = N^T M (k (q0 - q) - 2 sqrt(k) qd) with the dynamically consistent N^T = I - J^T Lambda J M^-1 (Nm).

@@ -1,6 +1,6 @@
 //! The adaptive law: stiffness and feed-forward wrench from the tracking error.
 
-use crate::psi::Psi;
+use crate::law::psi::Psi;
 use crate::spatial::Vector6;
 
 /// The running law: K(t) and F_ff(t) of the six axes.

@@ -1,7 +1,7 @@
 //! From stiffness, damping and error to the wrench, in either unit of stiffness.
 
-use crate::action_space::ActionSpace;
-use crate::controller::{Adapted, Errors};
+use crate::law::action_space::ActionSpace;
+use crate::law::controller::{Adapted, Errors};
 use crate::spatial::{Vector6, Wrench, linear};
 
 /// What spring and damper resist with (N, Nm; world axes): the wrench law without force control's part is
@@ -36,9 +36,9 @@ pub fn impedance(space: &ActionSpace, errors: &Errors, adapted: &Adapted) -> Imp
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::force::ForceAxis;
-    use crate::gains::Gains;
-    use crate::operational_space::OperationalSpace;
+    use crate::law::force::ForceAxis;
+    use crate::law::gains::Gains;
+    use crate::law::operational_space::OperationalSpace;
     use crate::spatial::Vector3;
     use crate::testing::{gantry, random_arm};
     use approx::assert_relative_eq;

@@ -1,10 +1,10 @@
 //! The whole controller: its formula, its signs, its limits, and a tool that meets a table.
 
 use super::*;
-use crate::gains::Gains;
-use crate::goal::GoalRule;
-use crate::interpolator::Interpolation;
-use crate::psi::Psi;
+use crate::law::gains::Gains;
+use crate::law::goal::GoalRule;
+use crate::law::interpolator::Interpolation;
+use crate::law::psi::Psi;
 use crate::spatial::{Vector3, linear, pose_error};
 use crate::testing::{adaptive, gantry, move_gantry, psi, random_arm, space};
 use approx::assert_relative_eq;

@@ -1,10 +1,10 @@
 //! What the controller can tell about its latest sample.
 
 use super::Controller;
-use crate::action_space::ActionSpace;
-use crate::psi::Psi;
+use crate::law::action_space::ActionSpace;
+use crate::law::psi::Psi;
+use crate::law::stiffness::Stiffness;
 use crate::spatial::{Measurement, Pose, Vector6, Wrench};
-use crate::stiffness::Stiffness;
 
 impl Controller {
     /// The action space that this controller decodes.
