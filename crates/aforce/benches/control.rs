@@ -3,9 +3,9 @@
 use std::hint::black_box;
 
 use aforce::{
-    ActionSpace, AdaptiveLaw, Controller, ControllerConfig, ForceConfig, ForceControl, Interpolation, Jacobian,
-    JointMatrix, JointVector, Measurement, OperationalSpace, Pose, TorqueLimits, Twist, Vector3, Vector6, Wrench,
-    impedance, pose_error,
+    ActionSpace, Adapted, AdaptiveLaw, Controller, ControllerConfig, Errors, ForceConfig, ForceControl, Interpolation,
+    Jacobian, JointMatrix, JointVector, Measurement, OperationalSpace, Pose, TorqueLimits, Twist, Vector3, Vector6,
+    Wrench, impedance, pose_error,
 };
 use criterion::{Criterion, criterion_group, criterion_main};
 
@@ -53,7 +53,7 @@ fn control(c: &mut Criterion) {
             });
         });
     }
-    let arm = OperationalSpace::new(&y.mass, &y.jacobian).unwrap();
+    let lambda = OperationalSpace::new(&y.mass, &y.jacobian).unwrap();
     c.bench_function("operational space", |b| b.iter(|| OperationalSpace::new(black_box(&y.mass), &y.jacobian)));
 
     // The contribution without the robot: error, K and F_ff, force, wrench.
@@ -61,14 +61,18 @@ fn control(c: &mut Criterion) {
     let mut law = AdaptiveLaw::new(*aforce.psi().unwrap());
     let mut force = ForceControl::new(ForceConfig::default(), Vector3::z());
     let x_d = Pose::new(Vector3::new(0.49, 0.01, 0.3), Vector3::new(3.0, 0.1, 0.1));
+    let (none, axis) = (Vector6::zeros(), force.axis());
+    let mut errors = Errors { e: none, e_dot: y.twist, excess: none, axis, lambda, dt: 0.002 };
     c.bench_function("law alone", |b| {
         b.iter(|| {
-            let e: Vector6 = pose_error(black_box(&y.pose), &x_d);
-            law.update(&e, &y.twist, &Vector6::zeros(), 0.002);
-            let f_d = force.update(&y.wrench, 0.002);
-            let (k, f_ff) = (law.stiffness(), law.feedforward());
-            let parts = impedance(&aforce, &arm, &force.axis(), &e, &y.twist, k, f_ff);
-            -parts.elastic - parts.viscous - f_d
+            errors.e = pose_error(black_box(&y.pose), &x_d);
+            law.update(&errors.e, &errors.e_dot, &errors.excess, errors.dt);
+            let force_command = force.update(&y.wrench, errors.dt);
+            errors.axis = force.axis();
+            let adapted =
+                Adapted { stiffness: *law.stiffness(), feedforward: *law.feedforward(), force: force_command };
+            let parts = impedance(&aforce, &errors, &adapted);
+            -parts.elastic - parts.viscous - adapted.force
         });
     });
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, not_negative, positive, within};
-use crate::limits::TorqueLimits;
+use crate::law::limits::TorqueLimits;
 
 /// Velocity, acceleration and jerk that an arm's maker allows its tool.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -35,63 +35,42 @@
     deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::unreachable, clippy::todo)
 )]
 
-mod action;
-mod action_space;
-mod adaptation;
 mod arm;
-mod built_in;
-mod commanded_psi;
-mod config;
-mod contact;
-mod controller;
-mod damping;
 mod energy;
-mod entry;
 mod error;
-mod force;
-mod gains;
-mod goal;
-mod guard;
 pub mod host;
-mod impedance;
-mod interpolator;
-mod jerk_limited;
-mod limits;
-mod linear_ramp;
-mod null_space;
+mod law;
 mod observer;
-mod operational_space;
-mod psi;
 mod spatial;
-mod stability;
-mod stiffness;
 
-pub use action::encode;
-pub use action_space::{ActionEntry, ActionSpace, RateRule, SetPoint};
-pub use adaptation::AdaptiveLaw;
 pub use arm::{Arm, CartesianLimits};
-pub use built_in::{RecordError, UnknownActionSpace, complete, overlay};
-pub use commanded_psi::{CommandedPsi, PsiParameter, PsiRange};
-pub use config::ControllerConfig;
-pub use controller::Controller;
-pub use damping::Damping;
 pub use energy::EnergyLedger;
 pub use error::{ConfigError, within};
-pub use force::{ForceAxis, ForceConfig, ForceControl};
-pub use gains::Gains;
-pub use goal::GoalRule;
-pub use impedance::{Impedance, impedance};
-pub use interpolator::Interpolation;
-pub use limits::TorqueLimits;
+pub use law::{
+    action::encode,
+    action_space::{ActionEntry, ActionSpace, RateRule, SetPoint},
+    adaptation::AdaptiveLaw,
+    built_in::{RecordError, UnknownActionSpace, complete, overlay},
+    commanded_psi::{CommandedPsi, PsiParameter, PsiRange},
+    config::ControllerConfig,
+    controller::{Adapted, Controller, Errors},
+    damping::Damping,
+    force::{ForceAxis, ForceConfig, ForceControl},
+    gains::Gains,
+    goal::GoalRule,
+    impedance::{Impedance, impedance},
+    interpolator::Interpolation,
+    limits::TorqueLimits,
+    operational_space::OperationalSpace,
+    psi::{DeltaSign, Psi},
+    stability::{StabilityMargin, stability_margin},
+    stiffness::{Scale, Stiffness, StiffnessRange, StiffnessUnit},
+};
 pub use observer::MomentumObserver;
-pub use operational_space::OperationalSpace;
-pub use psi::{DeltaSign, Psi};
 pub use spatial::{
     Jacobian, JointMatrix, JointVector, Measurement, Pose, RotationError, Twist, Vector3, Vector6, Wrench, pose_error,
     rotation_from_matrix,
 };
-pub use stability::{StabilityMargin, stability_margin};
-pub use stiffness::{Scale, Stiffness, StiffnessRange, StiffnessUnit};
 
 #[cfg(test)]
 mod testing;

@@ -2,14 +2,14 @@
 
 use nalgebra::UnitQuaternion;
 
-use crate::action_space::ActionSpace;
-use crate::gains::Gains;
 use crate::host::ArmState;
-use crate::psi::{DeltaSign, Psi};
+use crate::law::action_space::ActionSpace;
+use crate::law::gains::Gains;
+use crate::law::psi::{DeltaSign, Psi};
+use crate::law::stiffness::Stiffness;
 use crate::spatial::{
     Jacobian, JointMatrix, JointVector, Measurement, Pose, Twist, Vector3, Wrench, linear, rotational,
 };
-use crate::stiffness::Stiffness;
 
 /// A generic arm in motion: random Jacobian, random positive definite mass matrix.
 pub(crate) fn random_arm(seed: u64) -> Measurement {

@@ -17,6 +17,7 @@
 //! Between law and arm stand the bounds of [`HostLimits`]. The simulated tables use [`Controller`](crate::Controller) alone:
 //! none of this acts there.
 
+mod bounds;
 mod hold;
 mod interface;
 mod limits;
@@ -24,7 +25,6 @@ mod running;
 mod setup;
 mod status;
 mod tank;
-mod task_guard;
 
 pub use hold::HoldConfig;
 pub use interface::{

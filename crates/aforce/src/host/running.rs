@@ -1,21 +1,22 @@
 //! The law with its bounds, on an arm.
 
 use crate::arm::Arm;
-use crate::controller::Controller;
 use crate::error::ConfigError;
+use crate::host::bounds::Bounds;
 use crate::host::hold::Hold;
 use crate::host::interface::{ArmInterface, ArmState, WrenchSource};
 use crate::host::limits::HostLimits;
 use crate::host::setup::HostSetup;
 use crate::host::status::{Command, Fault, Limited, NotTaken, Status};
-use crate::host::task_guard::TaskGuard;
+use crate::law::controller::Controller;
 use crate::observer::MomentumObserver;
 use crate::spatial::{JointVector, Measurement, Pose, Vector6, Wrench, all_finite, linear, pose_error, rotational};
 
 /// Cycles of no length in a row that are believed: an interface's first, a state handed over. More are a broken clock.
 const EMPTY_CYCLES: u32 = 5;
 
-/// Share of the nominal period below which a cycle is of no length: a watchdog that adds up less would never bark.
+/// Share of the nominal period below which a cycle counts as one of no length. Else a clock that hardly moves could keep the law
+/// running without a policy: the silence is the sum of the cycles' times.
 const SHORTEST: f64 = 0.01;
 
 /// A [`Controller`] under the bounds of [`HostLimits`], with a latch for faults and a hold for when it does not act.
@@ -26,8 +27,8 @@ pub struct Host {
     limits: HostLimits,
     /// Nominal time of a cycle (s).
     period: f64,
-    law: Controller,
-    guard: TaskGuard,
+    controller: Controller,
+    bounds: Bounds,
     hold: Hold,
     observer: Option<MomentumObserver>,
     mode: Mode,
@@ -54,14 +55,14 @@ impl Host {
     /// # Errors
     /// If a value of the set-up is not allowed.
     pub fn new(setup: &HostSetup) -> Result<Self, ConfigError> {
-        let guard = TaskGuard::new(&setup.limits, &setup.arm, setup.controller.force.contact_off);
+        let contact_off = setup.controller.force.contact_off;
         Ok(Self {
             arm: setup.arm,
             interface: setup.interface,
             limits: setup.limits,
             period: setup.controller.dt(),
-            law: setup.law()?,
-            guard,
+            controller: setup.new_controller()?,
+            bounds: Bounds::new(&setup.limits, &setup.arm, contact_off, setup.space.unit),
             hold: Hold::new(setup.limits.hold),
             observer: None,
             mode: Mode::Stopped,
@@ -90,9 +91,9 @@ impl Host {
         };
         self.check(&y)?;
         self.observer = observer;
-        self.law.reset(&y);
-        self.law.limiter().reset(&state.tau);
-        self.guard.reset(self.law.own_stiffness());
+        self.controller.reset(&y);
+        self.controller.limiter().reset(&state.tau);
+        self.bounds.reset(self.controller.own_stiffness());
         (self.mode, self.silence, self.empty) = (Mode::Running, 0.0, 0);
         (self.bias, self.y) = (y.bias, Some(y));
         Ok(())
@@ -110,13 +111,15 @@ impl Host {
     /// # Errors
     /// If the law does not act, or the action has not the space's length.
     pub fn set_goal(&mut self, action: &[f64]) -> Result<(), NotTaken> {
-        let expected = self.law.space().dim();
+        let expected = self.controller.space().dim();
         if action.len() != expected {
             return Err(NotTaken::Length { found: action.len(), expected });
         }
         let (Mode::Running, Some(y)) = (self.mode, &self.y) else { return Err(NotTaken::NotRunning) };
-        let planned = self.law.set_guarded_goal(action, y, &mut self.guard);
-        self.guard.goal_limited |= !planned;
+        let wanted = self.controller.interpret(action, y);
+        let goal = self.bounds.goal(&wanted);
+        let planned = self.controller.move_to(&goal);
+        self.bounds.goal_limited |= !planned;
         self.silence = 0.0;
         Ok(())
     }
@@ -134,7 +137,7 @@ impl Host {
             self.bias = self.interface.bias(state);
         }
         let wanted = match self.mode {
-            Mode::Running => match y.as_ref().map_err(|fault| *fault).and_then(|y| self.law(y, dt)) {
+            Mode::Running => match y.as_ref().map_err(|fault| *fault).and_then(|y| self.driven(y, dt)) {
                 Ok(tau) => tau,
                 Err(fault) => {
                     self.leave(Mode::Fault(fault));
@@ -146,16 +149,16 @@ impl Host {
         if let Ok(y) = y {
             self.y = Some(y);
         }
-        let limiter = self.law.limiter();
+        let limiter = self.controller.limiter();
         let tau = limiter.pass(&wanted, &JointVector::zeros(), step.min(self.period));
         let cut = limiter.excess().iter().any(|excess| *excess != 0.0);
         let status = match self.mode {
             Mode::Stopped => Status::Stopped,
             Mode::Fault(fault) => Status::Fault(fault),
             Mode::Running => {
-                let mut limited = std::mem::take(&mut self.guard.limited);
+                let mut limited = std::mem::take(&mut self.bounds.limited);
                 limited.insert(Limited::TORQUE, cut);
-                limited.insert(Limited::GOAL, self.guard.goal_limited);
+                limited.insert(Limited::GOAL, self.bounds.goal_limited);
                 if limited.is_none() { Status::Running } else { Status::Limited(limited) }
             }
         };
@@ -165,7 +168,7 @@ impl Host {
     /// The controller, for its readings: stiffness, F_ff, set-point, error and more.
     #[must_use]
     pub fn controller(&self) -> &Controller {
-        &self.law
+        &self.controller
     }
 
     /// The latest state that could be read, in the law's conventions; `None` before the first.
@@ -177,7 +180,7 @@ impl Host {
     /// K that acts, in the space's own unit: what the energy tank lets grow.
     #[must_use]
     pub fn acting_stiffness(&self) -> &Vector6 {
-        self.guard.stiffness()
+        self.bounds.stiffness()
     }
 
     /// The same in N/m and Nm/rad, whatever the space's unit.
@@ -189,7 +192,7 @@ impl Host {
     /// Level of the energy tank (J).
     #[must_use]
     pub fn tank(&self) -> f64 {
-        self.guard.tank().level()
+        self.bounds.tank().level()
     }
 
     /// Whether a hold has come down to its lowest stiffness: the host may end the motion.
@@ -198,21 +201,40 @@ impl Host {
         self.mode != Mode::Running && self.hold.is_relaxed()
     }
 
-    /// The law's torque (Nm), before the limits of the joints.
-    fn law(&mut self, y: &Measurement, dt: f64) -> Result<JointVector, Fault> {
+    /// The torque with which the law moves the arm (Nm), before the limits of the joints.
+    fn driven(&mut self, y: &Measurement, dt: f64) -> Result<JointVector, Fault> {
         if !self.is_period(dt) {
             return Err(Fault::Period { period: dt, max: self.limits.period_max });
         }
         if dt == 0.0 {
-            return Ok(*self.law.limiter().previous());
+            return Ok(*self.controller.limiter().previous());
         }
         self.check(y)?;
         self.silence += dt;
         if self.silence > self.limits.silence_max {
             return Err(Fault::Silence { silence: self.silence, max: self.limits.silence_max });
         }
-        let tau = self.law.torque(y, dt, &mut self.guard);
-        if all_finite(&tau) { Ok(tau) } else { Err(Fault::Mass) }
+        self.bounded_torque(y, dt).filter(all_finite).ok_or(Fault::Mass)
+    }
+
+    /// The steps of [`Controller::update`], with each value bounded before the next step takes it; `None` if the sample cannot be
+    /// read.
+    fn bounded_torque(&mut self, y: &Measurement, dt: f64) -> Option<JointVector> {
+        let (controller, bounds) = (&mut self.controller, &mut self.bounds);
+        let mut errors = controller.sense(y, dt)?;
+        errors.e = bounds.error(&errors.e);
+        errors.excess = bounds.excess(&errors.excess, &errors.axis.release(&errors.e));
+
+        let wanted = controller.adapt(&errors, y);
+        let adapted = bounds.adapted(&wanted, &errors, y);
+
+        let task = controller.act(&errors, &adapted);
+        let wrench = bounds.wrench(&task, controller.damper_wrench(), y, dt);
+        let axis = &errors.axis;
+        controller.withhold(axis.along(&(wanted.force - adapted.force)) + axis.along(&(wrench - task)));
+
+        let torque = controller.torque(&wrench, &errors.lambda, y);
+        Some(bounds.torque(&torque, y))
     }
 
     /// The holding torque (Nm). It needs joints and bias alone: what is wrong may be all else.

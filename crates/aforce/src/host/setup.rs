@@ -4,15 +4,15 @@ use nalgebra::Unit;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
-use crate::action_space::ActionSpace;
 use crate::arm::Arm;
-use crate::built_in::{RecordError, UnknownActionSpace, overlay};
-use crate::commanded_psi::PsiParameter;
-use crate::config::ControllerConfig;
-use crate::controller::Controller;
 use crate::error::ConfigError;
 use crate::host::interface::ArmInterface;
 use crate::host::limits::HostLimits;
+use crate::law::action_space::ActionSpace;
+use crate::law::built_in::{RecordError, UnknownActionSpace, overlay};
+use crate::law::commanded_psi::PsiParameter;
+use crate::law::config::ControllerConfig;
+use crate::law::controller::Controller;
 use crate::spatial::Vector3;
 
 /// What a [`Host`](crate::host::Host) is made of.
@@ -158,8 +158,8 @@ impl HostSetup {
         })
     }
 
-    /// The law for this arm.
-    pub(crate) fn law(&self) -> Result<Controller, ConfigError> {
+    /// A controller for this arm.
+    pub(crate) fn new_controller(&self) -> Result<Controller, ConfigError> {
         self.validate()?;
         let (limits, cartesian) = (self.arm.torque_limits()?, &self.arm.cartesian);
         Controller::of_arm(&self.space, &self.controller, limits, cartesian, self.contact_axis()?)

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, within};
-use crate::force::ForceConfig;
-use crate::interpolator::Interpolation;
+use crate::law::force::ForceConfig;
+use crate::law::interpolator::Interpolation;
 
 /// Everything about the controller that is not the plant's (torque limits), the task's (contact axis) or the action space's.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

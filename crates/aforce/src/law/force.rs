@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::contact::ContactDetector;
 use crate::error::{ConfigError, not_negative, positive, within};
-use crate::operational_space::OperationalSpace;
+use crate::law::contact::ContactDetector;
+use crate::law::operational_space::OperationalSpace;
 use crate::spatial::{Vector3, Vector6, Wrench, linear, rotational, stack};
 
 /// A PID on the measured force, engaged by contact.
@@ -111,11 +111,11 @@ impl ForceAxis {
     }
 
     /// What the axis lacks of its least damping (Ns/m), given `damp`, which turns a velocity into the damping wrench.
-    pub(crate) fn missing_damping(&self, space: &OperationalSpace, damp: impl Fn(&Vector6) -> Wrench) -> f64 {
+    pub(crate) fn missing_damping(&self, lambda: &OperationalSpace, damp: impl Fn(&Vector6) -> Wrench) -> f64 {
         if self.engagement == 0.0 {
             return 0.0;
         }
-        let mass = self.direction.dot(&(space.lambda_p * self.direction));
+        let mass = self.direction.dot(&(lambda.lambda_p * self.direction));
         let least = self.damping_min.max(self.damping_rate_min * mass);
         let present = linear(&damp(&self.unit())).dot(&self.direction);
         self.engagement * (least - present).max(0.0)
@@ -140,7 +140,7 @@ pub struct ForceControl {
     previous: f64,
     /// F_cmd (N).
     command: f64,
-    /// What of it did not act (N).
+    /// The part of F_cmd that did not act (N).
     withheld: f64,
 }
 
@@ -226,9 +226,10 @@ impl ForceControl {
         }
     }
 
-    /// How much a limit between it and the arm cuts off the last wrench (N along n): of F_cmd no more than it is. Until told otherwise it
-    /// stays.
-    pub fn withhold(&mut self, force: f64) {
+    /// Takes note that a bound behind this controller cut `force` off the last wrench (N along n). Of it F_cmd at most counts. The
+    /// integral term then does not grow against the bound, and [`command`](Self::command) tells what is left. The note holds until the
+    /// next one.
+    pub(crate) fn withhold(&mut self, force: f64) {
         self.withheld = force.clamp(self.command.min(0.0), self.command.max(0.0));
     }
 

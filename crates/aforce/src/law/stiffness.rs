@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
-use crate::gains::{Gains, MAX_STIFFNESS};
-use crate::operational_space::OperationalSpace;
-use crate::psi::Psi;
+use crate::law::gains::{Gains, MAX_STIFFNESS};
+use crate::law::operational_space::OperationalSpace;
+use crate::law::psi::Psi;
 use crate::spatial::{Vector6, Wrench};
 
 /// What a stiffness number means: 150 1/s^2 are 2 to 6 kN/m along the axes of this arm, not 150 N/m.
@@ -42,10 +42,10 @@ impl StiffnessUnit {
 
     /// From the unit's forces (N, Nm; or m/s^2, rad/s^2) to a wrench (N, Nm).
     #[must_use]
-    pub fn to_wrench(self, v: &Vector6, space: &OperationalSpace) -> Wrench {
+    pub fn to_wrench(self, v: &Vector6, lambda: &OperationalSpace) -> Wrench {
         match self {
             Self::NewtonPerMetre => *v,
-            Self::PerSecondSquared => space.shape(v),
+            Self::PerSecondSquared => lambda.shape(v),
         }
     }
 

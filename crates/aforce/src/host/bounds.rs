@@ -1,20 +1,23 @@
-//! The host's bounds on what the law wants of one sample.
+//! The host's bounds on the values between the law's steps.
 
 use crate::arm::Arm;
-use crate::guard::{Active, Guard, Sample};
 use crate::host::limits::HostLimits;
 use crate::host::status::Limited;
 use crate::host::tank::Tank;
+use crate::law::controller::{Adapted, Errors};
+use crate::law::stiffness::StiffnessUnit;
 use crate::spatial::{JointVector, Measurement, Pose, Vector3, Vector6, Wrench, limit_norm, linear, rotational, stack};
 
-/// Stands between the law and the arm: goals into the workspace, errors clipped, energy paid for, wrench and its rate capped,
-/// joints kept from their ends.
+/// Goals into the workspace, errors clipped, energy paid for, wrench and its rate capped, joints kept from their ends. Each method
+/// takes the value that the law wants and gives back the one that may act.
 #[derive(Debug, Clone)]
-pub(crate) struct TaskGuard {
+pub(crate) struct Bounds {
     limits: HostLimits,
     range: [[f64; 2]; 7],
     /// Force below which contact counts as lost (N).
     contact_off: f64,
+    /// The space's unit of stiffness.
+    unit: StiffnessUnit,
     tank: Tank,
     /// What growth of K has been paid for and not given back (J).
     paid: f64,
@@ -32,12 +35,13 @@ pub(crate) struct TaskGuard {
     pub(crate) goal_limited: bool,
 }
 
-impl TaskGuard {
-    pub(crate) fn new(limits: &HostLimits, arm: &Arm, contact_off: f64) -> Self {
+impl Bounds {
+    pub(crate) fn new(limits: &HostLimits, arm: &Arm, contact_off: f64, unit: StiffnessUnit) -> Self {
         Self {
             limits: *limits,
             range: arm.range,
             contact_off,
+            unit,
             tank: Tank::new(limits.tank),
             paid: 0.0,
             driven: Wrench::zeros(),
@@ -68,48 +72,39 @@ impl TaskGuard {
         &self.tank
     }
 
-    /// Share of F_cmd that is left (Schindlbeck and Haddadin 2015): all in contact; out of it, less and less the further the tool
-    /// goes the way it pushed.
-    fn contact_share(&mut self, sample: &Sample) -> f64 {
-        let position = sample.y.pose.translation.vector;
-        let n = sample.axis.direction;
-        if linear(&sample.y.wrench).dot(&n) >= self.contact_off {
-            self.contact = Some(position);
-        }
-        let lost = self.contact.map_or(0.0, |contact| -n.dot(&(position - contact)) / self.limits.contact_loss);
-        0.5 * (1.0 + libm::cos(std::f64::consts::PI * lost.clamp(0.0, 1.0)))
-    }
-}
-
-impl Guard for TaskGuard {
-    fn goal(&mut self, goal: Pose) -> Pose {
+    /// The goal of an action.
+    pub(crate) fn goal(&mut self, wanted: &Pose) -> Pose {
         let [low, high] = self.limits.workspace.map(Vector3::from);
-        let inside = goal.translation.vector.sup(&low).inf(&high);
-        self.goal_limited = inside != goal.translation.vector;
-        Pose::from_parts(inside.into(), goal.rotation)
+        let inside = wanted.translation.vector.sup(&low).inf(&high);
+        self.goal_limited = inside != wanted.translation.vector;
+        Pose::from_parts(inside.into(), wanted.rotation)
     }
 
-    fn error(&mut self, e: Vector6) -> Vector6 {
-        let clipped = capped(&e, &self.limits.error_max);
-        self.limited.insert(Limited::ERROR, clipped != e);
+    /// e = x - x_d (m, rad), as spring and adaptation see it.
+    pub(crate) fn error(&mut self, e: &Vector6) -> Vector6 {
+        let clipped = capped(e, &self.limits.error_max);
+        self.limited.insert(Limited::ERROR, clipped != *e);
         clipped
     }
 
-    fn excess(&self, excess: Vector6, e: &Vector6) -> Vector6 {
+    /// What was cut off the last sample, seen at the tool: K does not grow along it. `e` is the error that the adaptation sees.
+    pub(crate) fn excess(&self, excess: &Vector6, e: &Vector6) -> Vector6 {
         // Two units: they do not add up. Along each axis the cut counts where it stops the spring, -K e, else the joints' excess.
         excess.zip_zip_map(&self.cut, e, |excess, cut, e| if -e * cut > 0.0 { cut } else { excess })
     }
 
-    fn active(&mut self, wanted: Active, sample: &Sample) -> Active {
-        let e = sample.axis.release(&sample.e);
-        let spring = |k: Vector6| 0.5 * e.dot(&sample.unit.to_wrench(&k.component_mul(&e), sample.arm)); // J
+    /// K, F_ff and F_cmd: these can put energy into the arm, as much as the tank pays for.
+    pub(crate) fn adapted(&mut self, wanted: &Adapted, errors: &Errors, y: &Measurement) -> Adapted {
+        let (Errors { axis, lambda, dt, .. }, unit) = (errors, self.unit);
+        let e = axis.release(&errors.e);
+        let spring = |k: Vector6| 0.5 * e.dot(&unit.to_wrench(&k.component_mul(&e), lambda)); // J
         let growth = wanted.stiffness - self.stiffness;
         let (up, down) = (growth.sup(&Vector6::zeros()), growth.inf(&Vector6::zeros()));
-        let contact = self.contact_share(sample);
+        let contact = self.contact_share(&axis.direction, y);
         let force = wanted.force * contact;
-        let feedforward = sample.unit.to_wrench(&sample.axis.release(&wanted.feedforward), sample.arm);
+        let feedforward = unit.to_wrench(&axis.release(&wanted.feedforward), lambda);
         // Both enter the law with a minus sign.
-        let work = |f: &Wrench| -f.dot(&sample.y.twist) * sample.dt;
+        let work = |f: &Wrench| -f.dot(&y.twist) * dt;
 
         let costs = [spring(up), work(&feedforward), work(&force)];
         let share = self.tank.share(&costs);
@@ -124,12 +119,24 @@ impl Guard for TaskGuard {
         self.stiffness = if share < 1.0 { self.stiffness + share * up + down } else { wanted.stiffness };
         self.limited.insert(Limited::ENERGY, share < 1.0);
         self.limited.insert(Limited::CONTACT_LOSS, contact < 1.0 && wanted.force != Wrench::zeros());
-        Active { stiffness: self.stiffness, feedforward: share * wanted.feedforward, force: share * force }
+        Adapted { stiffness: self.stiffness, feedforward: share * wanted.feedforward, force: share * force }
     }
 
-    fn wrench(&mut self, wanted: Wrench, viscous: &Wrench, sample: &Sample) -> Wrench {
-        let bounded = capped(&wanted, &self.limits.wrench_max);
-        let step = self.limits.wrench_rate_max.map(|rate| rate * sample.dt);
+    /// Share of F_cmd that is left (Schindlbeck and Haddadin 2015): all in contact; out of it, less and less the further the tool
+    /// goes the way it pushed. `n` is the contact axis.
+    fn contact_share(&mut self, n: &Vector3, y: &Measurement) -> f64 {
+        let position = y.pose.translation.vector;
+        if linear(&y.wrench).dot(n) >= self.contact_off {
+            self.contact = Some(position);
+        }
+        let lost = self.contact.map_or(0.0, |contact| -n.dot(&(position - contact)) / self.limits.contact_loss);
+        0.5 * (1.0 + libm::cos(std::f64::consts::PI * lost.clamp(0.0, 1.0)))
+    }
+
+    /// The wrench of the task (N, Nm), of which the damper is -`viscous`, in a sample of `dt` seconds.
+    pub(crate) fn wrench(&mut self, wanted: &Wrench, viscous: &Wrench, y: &Measurement, dt: f64) -> Wrench {
+        let bounded = capped(wanted, &self.limits.wrench_max);
+        let step = self.limits.wrench_rate_max.map(|rate| rate * dt);
         let jump = bounded - self.wrench;
         let allowed = capped(&jump, &step);
         let wrench = if allowed == jump { bounded } else { self.wrench + allowed };
@@ -138,17 +145,18 @@ impl Guard for TaskGuard {
         // motion, whatever the set-point does.
         let taken = viscous + self.driven;
         let power = |part: fn(&Vector6) -> Vector3| {
-            share(&part(&wrench), &part(&wanted)) * part(&taken).dot(&part(&sample.y.twist)) // W
+            share(&part(&wrench), &part(wanted)) * part(&taken).dot(&part(&y.twist)) // W
         };
-        self.tank.fill((power(linear) + power(rotational)) * sample.dt);
-        self.limited.insert(Limited::WRENCH, wrench != wanted);
+        self.tank.fill((power(linear) + power(rotational)) * dt);
+        self.limited.insert(Limited::WRENCH, wrench != *wanted);
         self.wrench = wrench;
         wrench
     }
 
-    fn torque(&mut self, wanted: JointVector, y: &Measurement) -> JointVector {
+    /// The torque (Nm), before the limits of the joints.
+    pub(crate) fn torque(&mut self, wanted: &JointVector, y: &Measurement) -> JointVector {
         let margin = self.limits.joint_margin;
-        let mut torque = wanted;
+        let mut torque = *wanted;
         for (joint, ([low, high], stiffness)) in self.range.into_iter().zip(self.limits.joint_stiffness).enumerate() {
             let beyond = (y.q[joint] - (high - margin)).max(0.0) + (y.q[joint] - (low + margin)).min(0.0);
             torque[joint] -= stiffness * beyond;
@@ -176,14 +184,14 @@ mod tests {
     /// What joints and cap cut off are of two units; each alone stops a spring that pushes that way.
     #[test]
     fn either_cut_stops_the_spring() {
-        let mut guard = TaskGuard::new(&HostLimits::default(), &Arm::PANDA, 1.5);
-        guard.cut = Vector6::new(-4.0, 4.0, -4.0, 0.0, 0.0, 0.0);
+        let mut bounds = Bounds::new(&HostLimits::default(), &Arm::PANDA, 1.5, StiffnessUnit::NewtonPerMetre);
+        bounds.cut = Vector6::new(-4.0, 4.0, -4.0, 0.0, 0.0, 0.0);
         let excess = Vector6::new(5.0, 5.0, -5.0, 5.0, -5.0, 0.0);
         for (e, stopped) in
             [(-1.0, [true, true, false, true, false, false]), (1.0, [true, false, true, false, true, false])]
         {
             let e = Vector6::repeat(e);
-            let effective = guard.excess(excess, &e);
+            let effective = bounds.excess(&excess, &e);
             let found: Vec<bool> = (0..6).map(|axis| -e[axis] * effective[axis] > 0.0).collect();
             assert_eq!(found, stopped, "an error of {}", e[0]);
         }

@@ -1,6 +1,6 @@
 //! When the adaptive loop is stable: a closed-form certificate for one axis.
 
-use crate::psi::Psi;
+use crate::law::psi::Psi;
 
 /// How far the feed-forward gain of an axis is from its limit, at the lowest stiffness.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,9 +48,9 @@ pub fn stability_margin(psi: &Psi, axis: usize, inertia: f64, damping: f64) -> S
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::damping::Damping;
-    use crate::gains::Gains;
-    use crate::psi::DeltaSign;
+    use crate::law::damping::Damping;
+    use crate::law::gains::Gains;
+    use crate::law::psi::DeltaSign;
     use approx::assert_relative_eq;
 
     fn law(k_min: f64, alpha: f64, delta: f64, delta_sign: DeltaSign) -> Psi {

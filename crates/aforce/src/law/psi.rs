@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
-use crate::gains::{Gains, MAX_STIFFNESS};
+use crate::law::gains::{Gains, MAX_STIFFNESS};
 
 /// The sign of the delta term in eps (eq. 6), with e = x - x_d.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

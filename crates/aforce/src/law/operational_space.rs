@@ -90,16 +90,16 @@ mod tests {
     #[test]
     fn agrees_with_plain_inverses() {
         let y = random_arm(3);
-        let space = OperationalSpace::new(&y.mass, &y.jacobian).unwrap();
+        let inertia = OperationalSpace::new(&y.mass, &y.jacobian).unwrap();
         let inverse_mass = y.mass.try_inverse().unwrap();
         let a = y.jacobian * inverse_mass * y.jacobian.transpose();
         let lambda = a.try_inverse().unwrap();
         let lambda_p = a.fixed_view::<3, 3>(0, 0).try_inverse().unwrap();
         let lambda_o = a.fixed_view::<3, 3>(3, 3).try_inverse().unwrap();
-        assert_relative_eq!(space.lambda_p, lambda_p, max_relative = 1e-9);
-        assert_relative_eq!(space.lambda_o, lambda_o, max_relative = 1e-9);
+        assert_relative_eq!(inertia.lambda_p, lambda_p, max_relative = 1e-9);
+        assert_relative_eq!(inertia.lambda_o, lambda_o, max_relative = 1e-9);
         let v = Vector6::new(1.0, -2.0, 0.5, 0.3, 0.1, -0.7);
-        assert_relative_eq!(space.shape_coupled(&v), lambda * v, max_relative = 1e-8);
+        assert_relative_eq!(inertia.shape_coupled(&v), lambda * v, max_relative = 1e-8);
     }
 
     #[test]
@@ -113,10 +113,10 @@ mod tests {
             for joint in 0..7 {
                 y.jacobian[(2, joint)] = fade * regular[(2, joint)];
             }
-            let space = OperationalSpace::new(&y.mass, &y.jacobian).unwrap();
-            let mass_z = space.lambda_p[(2, 2)];
+            let inertia = OperationalSpace::new(&y.mass, &y.jacobian).unwrap();
+            let mass_z = inertia.lambda_p[(2, 2)];
             assert!(mass_z <= 1.001 / SMALLEST_PIVOT, "{mass_z} kg");
-            assert!(space.shape_coupled(&Vector6::repeat(1.0)).iter().all(|x| x.is_finite()));
+            assert!(inertia.shape_coupled(&Vector6::repeat(1.0)).iter().all(|x| x.is_finite()));
             if let Some(previous) = previous {
                 assert!((mass_z - previous).abs() < 0.05 * previous, "jump at {fade}");
             }

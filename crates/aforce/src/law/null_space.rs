@@ -1,6 +1,6 @@
 //! The arm's seventh freedom: a posture that the tool does not feel.
 
-use crate::operational_space::OperationalSpace;
+use crate::law::operational_space::OperationalSpace;
 use crate::spatial::{JointVector, Measurement};
 
 /// tau_null = N^T M (k (q0 - q) - 2 sqrt(k) qd) with the dynamically consistent N^T = I - J^T Lambda J M^-1 (Nm).
@@ -8,9 +8,9 @@ use crate::spatial::{JointVector, Measurement};
 /// `stiffness` is k (1/s^2, robosuite: 10) and `q0` the posture to keep (rad). The mass matrix cancels in the projected
 /// part: N^T M u = M u - J^T Lambda J u.
 #[must_use]
-pub fn null_space_torque(y: &Measurement, space: &OperationalSpace, q0: &JointVector, stiffness: f64) -> JointVector {
+pub fn null_space_torque(y: &Measurement, lambda: &OperationalSpace, q0: &JointVector, stiffness: f64) -> JointVector {
     let u = stiffness * (q0 - y.q) - 2.0 * stiffness.sqrt() * y.qd;
-    y.mass * u - y.jacobian.tr_mul(&space.shape_coupled(&(y.jacobian * u)))
+    y.mass * u - y.jacobian.tr_mul(&lambda.shape_coupled(&(y.jacobian * u)))
 }
 
 #[cfg(test)]
@@ -23,9 +23,9 @@ mod tests {
     #[test]
     fn matches_the_formula_and_does_not_accelerate_the_tool() {
         let y = random_arm(11);
-        let space = OperationalSpace::new(&y.mass, &y.jacobian).unwrap();
+        let inertia = OperationalSpace::new(&y.mass, &y.jacobian).unwrap();
         let q0 = JointVector::repeat(0.4);
-        let tau = null_space_torque(&y, &space, &q0, 10.0);
+        let tau = null_space_torque(&y, &inertia, &q0, 10.0);
 
         let inverse_mass = y.mass.try_inverse().unwrap();
         let lambda = (y.jacobian * inverse_mass * y.jacobian.transpose()).try_inverse().unwrap();

@@ -1,6 +1,6 @@
 //! The adaptive law: stiffness and feed-forward wrench from the tracking error.
 
-use crate::psi::Psi;
+use crate::law::psi::Psi;
 use crate::spatial::Vector6;
 
 /// The running law: K(t) and F_ff(t) of the six axes.
@@ -58,7 +58,7 @@ impl AdaptiveLaw {
         &mut self.psi
     }
 
-    /// K as it may be, where something stands between the law and the arm.
+    /// The K that acts. The next sample starts from it.
     pub(crate) fn set_stiffness(&mut self, stiffness: &Vector6) {
         self.stiffness = *stiffness;
     }

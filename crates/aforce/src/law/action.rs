@@ -1,10 +1,10 @@
 //! From the entries of an action to physical quantities, and back.
 
-use crate::action_space::ActionSpace;
-use crate::config::ControllerConfig;
-use crate::entry::clip;
+use crate::law::action_space::ActionSpace;
+use crate::law::config::ControllerConfig;
+use crate::law::entry::clip;
+use crate::law::stiffness::Stiffness;
 use crate::spatial::Vector6;
-use crate::stiffness::Stiffness;
 
 /// What an action asks for.
 #[derive(Debug, Clone, Copy, PartialEq)]

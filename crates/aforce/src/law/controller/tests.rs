@@ -1,9 +1,10 @@
 //! The whole controller: its formula, its signs, its limits, and a tool that meets a table.
 
 use super::*;
-use crate::gains::Gains;
-use crate::goal::GoalRule;
-use crate::interpolator::Interpolation;
+use crate::law::gains::Gains;
+use crate::law::goal::GoalRule;
+use crate::law::interpolator::Interpolation;
+use crate::law::psi::Psi;
 use crate::spatial::{Vector3, linear, pose_error};
 use crate::testing::{adaptive, gantry, move_gantry, psi, random_arm, space};
 use approx::assert_relative_eq;
@@ -232,25 +233,6 @@ fn an_unstable_law_is_refused() {
     let error = build(unstable).unwrap_err().to_string();
     assert!(error.starts_with("space.stiffness.adaptive.alpha (axis x) = 7000 is unstable"), "{error}");
     build(Psi { allow_unstable: true, ..unstable }).unwrap();
-}
-
-/// psi can be changed between actions; what is not allowed changes nothing.
-#[test]
-fn other_parameters_take_effect_in_the_next_sample() {
-    let mut y = gantry(INERTIA);
-    let mut control = controller(&adaptive(psi()), &ControllerConfig::default(), unlimited());
-    control.reset(&y);
-    y.pose = Pose::new(Vector3::new(0.02, 0.0, 0.0), Vector3::zeros());
-    control.update(&y);
-    let before = control.own_stiffness()[0];
-    control.set_psi(&Psi { beta: Gains::all(0.0), gamma: Gains::all(0.0), ..psi() }).unwrap();
-    control.update(&y);
-    assert_eq!(control.own_stiffness()[0], before, "frozen");
-    let refused = control.set_psi(&Psi { k_min: Gains::all(-1.0), ..psi() }).unwrap_err().to_string();
-    assert!(refused.contains("k_min (axis x) = -1"), "{refused}");
-    assert_eq!(control.psi().unwrap().beta, Gains::all(0.0));
-    let mut fixed = controller(&space("low"), &ControllerConfig::default(), unlimited());
-    assert!(fixed.set_psi(&psi()).unwrap_err().to_string().contains("does not adapt"));
 }
 
 #[test]

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::arm::CartesianLimits;
 use crate::error::{ConfigError, positive, within};
-use crate::jerk_limited::JerkLimited;
-use crate::linear_ramp::LinearRamp;
+use crate::law::jerk_limited::JerkLimited;
+use crate::law::linear_ramp::LinearRamp;
 use crate::spatial::{Pose, Twist};
 
 /// How the set-point travels to a new goal.

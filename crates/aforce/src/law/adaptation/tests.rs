@@ -2,12 +2,12 @@
 
 use approx::assert_relative_eq;
 
-use crate::action_space::ActionSpace;
-use crate::adaptation::AdaptiveLaw;
-use crate::damping::Damping;
 use crate::error::ConfigError;
-use crate::gains::Gains;
-use crate::psi::{DeltaSign, Psi};
+use crate::law::action_space::ActionSpace;
+use crate::law::adaptation::AdaptiveLaw;
+use crate::law::damping::Damping;
+use crate::law::gains::Gains;
+use crate::law::psi::{DeltaSign, Psi};
 use crate::spatial::Vector6;
 use crate::testing::{adaptive, psi};
 

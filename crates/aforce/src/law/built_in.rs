@@ -12,10 +12,10 @@ use std::str::FromStr;
 
 use toml::{Table, Value};
 
-use crate::action_space::ActionSpace;
+use crate::law::action_space::ActionSpace;
 
 /// The built-in records.
-const FILE: &str = include_str!("../spaces.toml");
+const FILE: &str = include_str!("../../spaces.toml");
 /// Behind a name: the same space with a commanded force.
 const FORCE: &str = "-force";
 
@@ -137,8 +137,8 @@ fn built_in_table(name: &str) -> Result<Table, UnknownActionSpace> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::goal::GoalRule;
-    use crate::stiffness::{Stiffness, StiffnessUnit};
+    use crate::law::goal::GoalRule;
+    use crate::law::stiffness::{Stiffness, StiffnessUnit};
 
     fn space(name: &str) -> ActionSpace {
         name.parse().unwrap()
@@ -185,7 +185,7 @@ mod tests {
         let own = |text: &str| ActionSpace::from_table(text.parse().unwrap(), "own");
         let soft = own("extends = 'osc-force'\nstiffness.fixed = 45").unwrap();
         assert_eq!((soft.name.as_str(), soft.force), ("own", true));
-        assert_eq!(soft.stiffness, Stiffness::Fixed(crate::gains::Gains::all(45.0)));
+        assert_eq!(soft.stiffness, Stiffness::Fixed(crate::law::gains::Gains::all(45.0)));
         let named = own("name = 'mine'\nextends = 'aforce'\nstiffness.adaptive.k_min = [150, 10]").unwrap();
         let (Stiffness::Adaptive(psi), Stiffness::Adaptive(theirs)) = (named.stiffness, space("aforce").stiffness)
         else {

@@ -4,16 +4,16 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::commanded_psi::CommandedPsi;
-use crate::config::ControllerConfig;
-use crate::damping::Damping;
 use crate::error::ConfigError;
-use crate::gains::{AXES, Gains};
-use crate::goal::GoalRule;
-use crate::psi::Psi;
+use crate::law::commanded_psi::CommandedPsi;
+use crate::law::config::ControllerConfig;
+use crate::law::damping::Damping;
+use crate::law::gains::{AXES, Gains};
+use crate::law::goal::GoalRule;
+use crate::law::psi::Psi;
+use crate::law::stability::{StabilityMargin, stability_margin};
+use crate::law::stiffness::{Stiffness, StiffnessUnit};
 use crate::spatial::RotationError;
-use crate::stability::{StabilityMargin, stability_margin};
-use crate::stiffness::{Stiffness, StiffnessUnit};
 
 /// An action space.
 ///
@@ -244,9 +244,9 @@ impl fmt::Display for ActionSpace {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::commanded_psi::PsiParameter;
-    use crate::psi::DeltaSign;
-    use crate::stiffness::{Scale, StiffnessRange};
+    use crate::law::commanded_psi::PsiParameter;
+    use crate::law::psi::DeltaSign;
+    use crate::law::stiffness::{Scale, StiffnessRange};
 
     fn space(name: &str) -> ActionSpace {
         name.parse().unwrap()

@@ -1,10 +1,10 @@
 //! What the controller can tell about its latest sample.
 
 use super::Controller;
-use crate::action_space::ActionSpace;
-use crate::psi::Psi;
+use crate::law::action_space::ActionSpace;
+use crate::law::psi::Psi;
+use crate::law::stiffness::Stiffness;
 use crate::spatial::{Measurement, Pose, Vector6, Wrench};
-use crate::stiffness::Stiffness;
 
 impl Controller {
     /// The action space that this controller decodes.
@@ -16,7 +16,7 @@ impl Controller {
     /// The parameters of the adaptive law in force, if there is one.
     #[must_use]
     pub fn psi(&self) -> Option<&Psi> {
-        self.law.as_ref().map(|law| law.psi()).or_else(|| self.space.psi())
+        self.adaptation.as_ref().map(|adaptation| adaptation.psi()).or_else(|| self.space.psi())
     }
 
     /// K in N/m and Nm/rad. In a space in 1/s^2 this is diag(Lambda) K, which depends on the arm's pose. Along an engaged

@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::entry::clip;
 use crate::error::ConfigError;
-use crate::gains::Gains;
-use crate::psi::{DeltaSign, Psi};
-use crate::stiffness::{Scale, StiffnessUnit};
+use crate::law::entry::clip;
+use crate::law::gains::Gains;
+use crate::law::psi::{DeltaSign, Psi};
+use crate::law::stiffness::{Scale, StiffnessUnit};
 
 /// Which parameters of psi are entries of an action, and for how long a choice holds.
 ///

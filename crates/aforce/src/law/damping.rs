@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::gains::Gains;
+use crate::law::gains::Gains;
 use crate::spatial::Vector6;
 
 /// How D is formed from K.

@@ -1,0 +1,190 @@
+//! The controller: one action to one goal, one measurement to one torque.
+
+use nalgebra::UnitVector3;
+
+use crate::arm::{Arm, CartesianLimits};
+use crate::error::ConfigError;
+use crate::law::action::decode;
+use crate::law::action_space::{ActionSpace, SetPoint};
+use crate::law::adaptation::AdaptiveLaw;
+use crate::law::config::ControllerConfig;
+use crate::law::force::ForceControl;
+use crate::law::impedance::Impedance;
+use crate::law::interpolator::Interpolator;
+use crate::law::limits::{TorqueLimiter, TorqueLimits};
+use crate::law::operational_space::OperationalSpace;
+use crate::spatial::{JointVector, Measurement, Pose, Vector6, Wrench, all_finite};
+
+/// Turns the actions of one [`ActionSpace`] into joint torques.
+#[derive(Debug, Clone)]
+pub struct Controller {
+    space: ActionSpace,
+    config: ControllerConfig,
+    dt: f64,
+    // The parts that run.
+    set_point: Interpolator,
+    adaptation: Option<AdaptiveLaw>,
+    force: ForceControl,
+    limiter: TorqueLimiter,
+    // State of the episode.
+    start: Pose,
+    goal: Pose,
+    q0: JointVector,
+    /// Actions since the start, as far as psi is commanded.
+    actions: u32,
+    error: Vector6,
+    /// K in the space's unit.
+    stiffness: Vector6,
+    // Of the latest sample, as it acts (N, Nm; W): F_ff, spring and damper, all of the task's wrench, its power.
+    feedforward: Wrench,
+    impedance: Impedance,
+    wrench: Wrench,
+    power: [f64; 2],
+    /// diag(Lambda) of the latest sample.
+    inertia: Vector6,
+}
+
+impl Controller {
+    /// A controller for `space`. `contact_axis` is n: the direction, in world axes, in which the environment pushes on
+    /// the tool (+z for a table below); only spaces with force use it. Interpolated set-points move no faster than the Panda
+    /// may; those of another arm are bounded by a [`Host`](crate::host::Host). Call [`reset`](Self::reset) before use.
+    ///
+    /// # Errors
+    /// If a value of `space` or `config` is not allowed, or the adaptive law is unstable.
+    pub fn new(
+        space: &ActionSpace,
+        config: &ControllerConfig,
+        limits: TorqueLimits,
+        contact_axis: UnitVector3<f64>,
+    ) -> Result<Self, ConfigError> {
+        Self::of_arm(space, config, limits, &Arm::PANDA.cartesian, contact_axis)
+    }
+
+    /// The same, for an arm whose tool may move as `cartesian` says.
+    pub(crate) fn of_arm(
+        space: &ActionSpace,
+        config: &ControllerConfig,
+        limits: TorqueLimits,
+        cartesian: &CartesianLimits,
+        contact_axis: UnitVector3<f64>,
+    ) -> Result<Self, ConfigError> {
+        config.validate()?;
+        space.validate(config.control_hz)?;
+        Ok(Self {
+            space: space.clone(),
+            config: *config,
+            dt: config.dt(),
+            set_point: match space.set_point {
+                SetPoint::Interpolated => {
+                    Interpolator::new(&config.interpolation, cartesian, config.samples_per_action(), config.dt())
+                }
+                SetPoint::Jump => Interpolator::jump(config.dt()),
+            },
+            adaptation: None,
+            force: ForceControl::new(config.force, contact_axis.into_inner()),
+            limiter: TorqueLimiter::new(limits),
+            start: Pose::identity(),
+            goal: Pose::identity(),
+            q0: JointVector::zeros(),
+            actions: 0,
+            error: Vector6::zeros(),
+            stiffness: Vector6::zeros(),
+            feedforward: Wrench::zeros(),
+            impedance: Impedance { elastic: Wrench::zeros(), viscous: Wrench::zeros() },
+            wrench: Wrench::zeros(),
+            power: [0.0; 2],
+            inertia: Vector6::repeat(1.0),
+        })
+    }
+
+    /// Begins an episode: goal and set-point at the measured pose, the present posture to keep, K(0), no force.
+    pub fn reset(&mut self, y: &Measurement) {
+        (self.start, self.goal) = (y.pose, y.pose);
+        self.q0 = y.q;
+        self.set_point.reset(&y.pose);
+        self.adaptation = self.space.psi().map(|psi| AdaptiveLaw::new(*psi));
+        self.force.reset();
+        self.limiter.reset(&y.bias);
+        self.actions = 0;
+        self.error = Vector6::zeros();
+        self.stiffness = self.space.stiffness.at_reset();
+        self.feedforward = Wrench::zeros();
+        self.impedance = Impedance { elastic: Wrench::zeros(), viscous: Wrench::zeros() };
+        (self.wrench, self.power) = (Wrench::zeros(), [0.0; 2]);
+        self.inertia =
+            OperationalSpace::new(&y.mass, &y.jacobian).map_or(Vector6::repeat(1.0), |lambda| lambda.diagonal());
+    }
+
+    /// One policy action, entries in [-1, 1] (others are clipped): a new goal, counted from its origin; stiffness, psi and
+    /// force, if commanded, take effect at once.
+    ///
+    /// # Panics
+    /// If `action` has not the length [`ActionSpace::dim`].
+    pub fn set_goal(&mut self, action: &[f64], y: &Measurement) {
+        let goal = self.interpret(action, y);
+        self.move_to(&goal);
+    }
+
+    /// The goal that an action asks for, not yet taken. Stiffness, psi and force, if commanded, take effect.
+    pub(crate) fn interpret(&mut self, action: &[f64], y: &Measurement) -> Pose {
+        let command = decode(&self.space, &self.config, action);
+        if let Some(stiffness) = command.stiffness {
+            self.stiffness = stiffness;
+        }
+        if let Some(force) = command.force {
+            self.force.set_target(force);
+        }
+        if let (Some(commanded), Some(psi), Some(adaptation)) =
+            (&self.space.commanded_psi, self.space.psi(), &mut self.adaptation)
+        {
+            if self.actions.is_multiple_of(commanded.hold) {
+                let mut psi = *psi;
+                commanded.apply(command.psi, &mut psi);
+                *adaptation.psi_mut() = psi;
+            }
+            self.actions += 1;
+        }
+        self.space.goal.next_goal(&self.start, &self.goal, &y.pose, &command.delta)
+    }
+
+    /// Takes a goal; false, and the old goal stays, if no move to it can be planned.
+    pub(crate) fn move_to(&mut self, goal: &Pose) -> bool {
+        // A diverged plant must not poison the goal; `update` counts the fault.
+        let readable = all_finite(&goal.translation.vector) && all_finite(&goal.rotation.coords);
+        let planned = readable && self.set_point.set_goal(goal);
+        if planned {
+            self.goal = *goal;
+        }
+        planned
+    }
+
+    /// One control sample: tau = J^T (-F_ff - F_d - K e - D e_dot) + bias + null space (Nm), limited. With stiffness in 1/s^2
+    /// F_ff, K e and D e_dot are multiplied by Lambda; for F_d stands F_cmd, with which force control holds it.
+    pub fn update(&mut self, y: &Measurement) -> JointVector {
+        let errors = self.sense(y, self.dt); // e and e_dot
+        let tau = errors.as_ref().map(|errors| {
+            let adapted = self.adapt(errors, y); // K and F_ff (eqs. 4 to 6), F_cmd
+            let wrench = self.act(errors, &adapted); // W = -F_ff - K e - D e_dot - F_cmd
+            self.torque(&wrench, &errors.lambda, y) // tau = J^T W + bias + null space
+        });
+        // Of a sample that cannot be read the limiter makes a fault: gravity compensation alone, if it can be read.
+        self.limiter.pass(&tau.unwrap_or(JointVector::repeat(f64::NAN)), &y.bias, self.dt)
+    }
+
+    /// The last step before a torque leaves.
+    pub(crate) fn limiter(&mut self) -> &mut TorqueLimiter {
+        &mut self.limiter
+    }
+
+    /// Tells force control how much of the last wrench a bound behind it cut off (N along n), for its anti-windup.
+    pub(crate) fn withhold(&mut self, force: f64) {
+        self.force.withhold(force);
+    }
+}
+
+mod readings;
+mod steps;
+#[cfg(test)]
+mod tests;
+
+pub use steps::{Adapted, Errors};

@@ -1,0 +1,100 @@
+//! The law: one control sample in the order of the paper's equations.
+//!
+//! Plain values pass from step to step. [`Controller::update`] hands them on as they are. A [`Host`](crate::host::Host) calls
+//! the same steps and bounds the values between two of them.
+
+use super::Controller;
+use crate::law::action_space::RateRule;
+use crate::law::force::ForceAxis;
+use crate::law::impedance::{Impedance, impedance};
+use crate::law::null_space::null_space_torque;
+use crate::law::operational_space::OperationalSpace;
+use crate::spatial::{JointVector, Measurement, Vector6, Wrench, all_finite};
+
+/// What a controller senses: how far the tool is from its set-point, and what a wrench at the tool has to move.
+#[derive(Debug, Clone)]
+pub struct Errors {
+    /// e = x - x_d (m, rad; world axes).
+    pub e: Vector6,
+    /// e_dot (m/s, rad/s; world axes).
+    pub e_dot: Vector6,
+    /// What the torque limits cut off the last sample's torque, seen at the tool: J (tau wanted - tau sent). Only its signs
+    /// mean something. Zero in a space whose stiffness does not adapt.
+    pub excess: Vector6,
+    /// The contact axis, with the share of it that force control owns.
+    pub axis: ForceAxis,
+    /// Lambda, the arm's inertia as felt at the tool.
+    pub lambda: OperationalSpace,
+    /// Time since the last sample (s).
+    pub dt: f64,
+}
+
+/// What a controller adapts to the errors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Adapted {
+    /// K in the space's unit.
+    pub stiffness: Vector6,
+    /// F_ff in the space's unit; zero in a space whose stiffness does not adapt.
+    pub feedforward: Vector6,
+    /// F_cmd, with which force control holds F_d (N, Nm; world axes); zero in a space without force.
+    pub force: Wrench,
+}
+
+impl Controller {
+    /// e and e_dot of a sample `dt` seconds after the last; `None` if the sample cannot be read. Then K, F_ff and F_d stay as
+    /// they were.
+    pub(crate) fn sense(&mut self, y: &Measurement, dt: f64) -> Option<Errors> {
+        let (x_d, xd_dot) = self.set_point.step(dt);
+        let axis = self.force.axis();
+        let e = self.space.rotation_error.of(&y.pose, &x_d); // e = x - x_d
+        let e_dot = match self.space.rate {
+            // Along the contact axis the set-point counts as resting, in the share that force control owns.
+            RateRule::SetPoint => y.twist - axis.release(&xd_dot),
+            RateRule::Standstill => y.twist,
+        };
+        let adapts = self.adaptation.is_some();
+        // Before Lambda: a branch behind it makes the compiler copy it once more.
+        let excess = if adapts { y.jacobian * self.limiter.excess() } else { Vector6::zeros() };
+        let joints = all_finite(&y.q) && all_finite(&y.qd) && all_finite(&y.bias);
+        let readable = joints && all_finite(&e) && all_finite(&e_dot) && all_finite(&y.wrench);
+        let lambda = OperationalSpace::new(&y.mass, &y.jacobian).filter(|_| readable)?;
+        self.error = e;
+        Some(Errors { e, e_dot, excess, axis, lambda, dt })
+    }
+
+    /// K and F_ff (eqs. 4 to 6), from the part of the errors that force control does not own, and F_cmd in place of F_d.
+    pub(crate) fn adapt(&mut self, errors: &Errors, y: &Measurement) -> Adapted {
+        let Errors { axis, excess, dt, .. } = errors;
+        let mut adapted = Adapted { stiffness: self.stiffness, feedforward: Vector6::zeros(), force: Wrench::zeros() };
+        if let Some(adaptation) = &mut self.adaptation {
+            adaptation.update(&axis.release(&errors.e), &axis.release(&errors.e_dot), excess, *dt); // eqs. 4, 5, 6
+            (adapted.stiffness, adapted.feedforward) = (*adaptation.stiffness(), *adaptation.feedforward());
+        }
+        if self.space.force {
+            adapted.force = self.force.update(&y.wrench, *dt);
+        }
+        adapted
+    }
+
+    /// W = -F_ff - K e - D e_dot - F_cmd (N, Nm; world axes), with the K, F_ff and F_cmd that act.
+    pub(crate) fn act(&mut self, errors: &Errors, adapted: &Adapted) -> Wrench {
+        if let Some(adaptation) = &mut self.adaptation {
+            // The next sample's K grows from the one that acts: a host may have bounded it.
+            adaptation.set_stiffness(&adapted.stiffness);
+            self.stiffness = adapted.stiffness;
+            self.feedforward = self.space.unit.to_wrench(&errors.axis.release(&adapted.feedforward), &errors.lambda);
+        }
+        self.impedance = impedance(&self.space, errors, adapted);
+        self.inertia = errors.lambda.diagonal();
+        let Impedance { elastic, viscous } = self.impedance; // F_ff + K e and D e_dot
+        -elastic - viscous - adapted.force
+    }
+
+    /// tau = J^T W + bias + null space (Nm), before the limits of the joints.
+    pub(crate) fn torque(&mut self, wrench: &Wrench, lambda: &OperationalSpace, y: &Measurement) -> JointVector {
+        self.wrench = *wrench;
+        self.power = [0, 3].map(|at| wrench.fixed_rows::<3>(at).dot(&y.twist.fixed_rows::<3>(at)));
+        let null_space = null_space_torque(y, lambda, &self.q0, self.config.null_space_stiffness);
+        y.jacobian.tr_mul(wrench) + y.bias + null_space
+    }
+}
