@@ -8,6 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use aforce::ActionSpace;
+use tasks::columns::{COLUMNS, Column, Over, RunNumber, Statistic};
 use tasks::{Component, Env, EnvConfig, TaskName};
 
 fn root() -> &'static Path {
@@ -66,6 +67,38 @@ fn record(space: &str) -> String {
     format!("```toml\n{}\n```\n", space.to_toml().trim_end())
 }
 
+/// The columns of the tables of episodes.
+fn columns() -> String {
+    let row = |c: &Column| format!("| `{}` | {} | {} |", c.name, c.meaning, c.unit);
+    table("| column | meaning | unit |", COLUMNS.iter().map(row))
+}
+
+/// The numbers that tables of runs make of single columns.
+fn run_columns(over: &[Over]) -> String {
+    let words = |over| match over {
+        Over::Training => "all training episodes",
+        Over::Final => "the last evaluations, mean actions",
+        Over::Sampled => "the last evaluations, sampled actions",
+        Over::End => "the last policy's episodes",
+        Over::Baseline => "the episodes",
+    };
+    let how = |how| match how {
+        Statistic::Mean => "mean",
+        Statistic::Deviation => "deviation (n - 1)",
+        Statistic::Median => "median",
+        Statistic::Quantile90 => "90 % quantile",
+        Statistic::PerAction => "sum per action",
+        Statistic::ShareAbove0 => "share of episodes above 0",
+        Statistic::CountAbove0 => "number of episodes above 0",
+    };
+    let rows = COLUMNS.iter().flat_map(|column| column.of_runs.iter().map(move |number| (column, number)));
+    let rows = rows.filter(|(_, number)| over.contains(&number.over));
+    let row = |(column, number): (&Column, &RunNumber)| {
+        format!("| `{}` | `{}` | {} | {} |", number.name, column.name, how(number.how), words(number.over))
+    };
+    table("| number | of the column | what | over |", rows.map(row))
+}
+
 /// What `train --describe` prints last.
 fn follows(space: &str) -> String {
     let text = tasks::Description::of(&env("lift", space)).in_words();
@@ -117,6 +150,9 @@ fn made(kind: &str) -> String {
         ["record", space] => record(space),
         ["follows", space] => follows(space),
         ["measured", space] => measured(space),
+        ["columns"] => columns(),
+        ["run-columns"] => run_columns(&[Over::Training, Over::Final, Over::Sampled, Over::End]),
+        ["baseline-columns"] => run_columns(&[Over::Baseline]),
         ["file", path] => format!("```rust\n{}```\n", fs::read_to_string(root().join(path)).unwrap()),
         _ => panic!("no such kind: {kind}"),
     }

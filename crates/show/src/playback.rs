@@ -79,9 +79,9 @@ impl Playback {
         let limit = env.config().force_penalty.limit;
         self.who = who.into();
         self.story = story(env.task().achievement(), &outcome, self.traces.time(), limit);
-        let (total, energy) = (self.total, outcome.energy_per_action_j);
-        self.detail =
-            format!("the whole episode: return {total:.1} in {} actions, {energy:.2} J per action", outcome.length);
+        let [energy, actions] = ["energy_per_action_j", "length"].map(|name| outcome.number(name).unwrap_or(f64::NAN));
+        let total = self.total;
+        self.detail = format!("the whole episode: return {total:.1} in {actions} actions, {energy:.2} J per action");
     }
 
     /// Plays the first `actions` of an episode from `seed`, `act` choosing them in [-1, 1]^n; `who` says who that is.
@@ -139,7 +139,7 @@ impl Playback {
     /// real time the film runs, and whether the task has been fulfilled; below them a line in the space's colour.
     pub fn labelled_picture(&self, env: &Env, view: View, width: usize, height: usize, speed: f64) -> Image {
         let mut image = scene(env, view, width, height);
-        let done = if self.episode.outcome().time_to_success_s.is_some() { "done" } else { "" };
+        let done = if self.episode.outcome().number("time_to_success_s").is_some() { "done" } else { "" };
         let fast = if speed == 1.0 { String::new() } else { format!("{speed}x ") };
         // That both command a force goes without saying.
         let name = self.called.split(" + ").next().unwrap_or_default();
@@ -179,15 +179,17 @@ fn where_stiffness_comes_from(space: &ActionSpace) -> &'static str {
 /// What happened: when and with which part of the arm the task was fulfilled, what that cost, whether it lasted, and what
 /// went wrong. `limit` is the force from which the penalty counts (N), `time` how long it all took (s).
 fn story(achievement: &str, outcome: &Outcome, time: f64, limit: f64) -> String {
-    let mut text = match (outcome.time_to_success_s, outcome.energy_to_success_j, outcome.max_force_to_success_n) {
-        (Some(first), Some(energy), Some(force)) => {
-            let with = match outcome.hand_share_to_success {
+    let to_success = ["time_to_success_s", "energy_to_success_j", "max_force_to_success_n"];
+    let mut text = match to_success.map(|name| outcome.number(name)) {
+        [Some(first), Some(energy), Some(force)] => {
+            let with = match outcome.number("hand_share_to_success") {
                 None => "",
                 Some(share) if share > 0.9 => " with the hand",
                 Some(share) if share < 0.1 => " with the forearm",
                 Some(_) => " with hand and forearm",
             };
-            let lasts = if outcome.success { "it is still done at the end" } else { "it is not done at the end" };
+            let lasts =
+                if outcome.flag("success") { "it is still done at the end" } else { "it is not done at the end" };
             let mut rest = achievement.chars();
             let first_letter = rest.next().map(|letter| letter.to_uppercase().to_string()).unwrap_or_default();
             let cost = format!("for {energy:.0} J and with at most {force:.0} N");
@@ -195,11 +197,11 @@ fn story(achievement: &str, outcome: &Outcome, time: f64, limit: f64) -> String 
         }
         _ => format!("Never {achievement} in {time:.1} s."),
     };
-    if outcome.penalised_steps > 0 {
-        let actions = if outcome.penalised_steps == 1 { "action" } else { "actions" };
-        text += &format!(" {} {actions} pressed with more than {limit:.0} N.", outcome.penalised_steps);
+    if let Some(pressed) = outcome.number("penalised_steps").filter(|&steps| steps > 0.0) {
+        let actions = if pressed == 1.0 { "action" } else { "actions" };
+        text += &format!(" {pressed} {actions} pressed with more than {limit:.0} N.");
     }
-    if outcome.diverged {
+    if outcome.flag("diverged") {
         text += " The simulation diverged.";
     }
     text
@@ -209,27 +211,27 @@ fn story(achievement: &str, outcome: &Outcome, time: f64, limit: f64) -> String 
 mod tests {
     use super::*;
     use tasks::EnvConfig;
+    use tasks::columns::Cell;
 
     #[test]
     fn a_story_says_when_how_and_what_went_wrong() {
-        let opened = Outcome {
-            time_to_success_s: Some(1.1),
-            energy_to_success_j: Some(170.2),
-            max_force_to_success_n: Some(180.4),
-            hand_share_to_success: Some(0.02),
-            success: true,
-            penalised_steps: 7,
-            ..Outcome::default()
-        };
+        let opened = Outcome::default().with(&[
+            ("time_to_success_s", Cell::Real(1.1)),
+            ("energy_to_success_j", Cell::Real(170.2)),
+            ("max_force_to_success_n", Cell::Real(180.4)),
+            ("hand_share_to_success", Cell::Real(0.02)),
+            ("success", Cell::Flag(true)),
+            ("penalised_steps", Cell::Count(7)),
+        ]);
         assert_eq!(
             story("opens the door", &opened, 25.0, 60.0),
             "Opens the door at 1.10 s with the forearm, for 170 J and with at most 180 N; it is still done at the end. \
              7 actions pressed with more than 60 N."
         );
-        let pressed = Outcome { penalised_steps: 1, ..Outcome::default() };
+        let pressed = Outcome::default().with(&[("penalised_steps", Cell::Count(1))]);
         let words = "Never lifts the cube in 2.5 s. 1 action pressed with more than 60 N.";
         assert_eq!(story("lifts the cube", &pressed, 2.5, 60.0), words);
-        let diverged = Outcome { diverged: true, ..Outcome::default() };
+        let diverged = Outcome::default().with(&[("diverged", Cell::Flag(true))]);
         assert_eq!(
             story("lifts the cube", &diverged, 2.5, 60.0),
             "Never lifts the cube in 2.5 s. The simulation diverged."

@@ -104,7 +104,7 @@ fn the_page_loops_to_the_end_of_the_task_and_keeps_the_hand_in_sight() {
     assert!(browser.elements("", &[]).contains("What to &lt;look&gt; for."));
 
     // Two seconds, 40 actions, after the later of both; then it begins again. Without the loop it stops where the episodes do.
-    let first = |playback: &Playback| playback.episode.outcome().time_to_success_s.unwrap();
+    let first = |playback: &Playback| playback.episode.outcome().number("time_to_success_s").unwrap();
     let later = episodes.iter().map(first).fold(0.0, f64::max);
     let wrapped = "(present = loopEnd + .5, play(true), present = loopEnd + .5, draw(performance.now()), present)";
     let stopped = "(whole(), present = frames, playing = true, draw(performance.now()), [present, playing])";

@@ -87,7 +87,7 @@ impl Task for Reach {
 fn episode(seed: u64) -> (bool, Option<f64>) {
     let mut env = Env::with_task(Box::new(Reach::default()), EnvConfig::default(), 0).expect("the default is allowed");
     let outcome = play(&mut env, Env::expert_action, seed, |_, _| std::ops::ControlFlow::Continue(())).outcome();
-    (outcome.success_held, outcome.time_to_success_s)
+    (outcome.flag("success_held"), outcome.number("time_to_success_s"))
 }
 
 fn main() {

@@ -6,6 +6,7 @@
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // See clippy.toml.
 
+pub mod columns;
 mod component;
 mod controller_state;
 mod describe;

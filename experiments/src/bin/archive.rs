@@ -74,7 +74,7 @@ fn keep_policies(all: &[Record], added: &[Record], folder: &Path) -> Result<()> 
     let mut groups: BTreeMap<(String, String), Vec<(&Record, f64)>> = BTreeMap::new();
     for record in all {
         let id = RunId::of(&record.config);
-        let energy = RunSummary::of(record, folder)?.final_energy_per_action_j;
+        let energy = RunSummary::of(record, folder)?.number("final_energy_per_action_j");
         groups.entry((id.task.clone(), id.label())).or_default().push((record, energy));
     }
     for ((task, label), runs) in groups {

@@ -10,13 +10,16 @@ use clap::{Parser, ValueEnum};
 use experiments::config::cli::{self, EnvArgs, SettingArgs};
 use experiments::config::{RunConfig, RunId, label, sweep};
 use experiments::report::groups::Section;
+use experiments::report::run_tables::statistic;
 use experiments::run::rollout::Policy;
+use experiments::run::rows::SCHEMA;
 use experiments::run::seeds::evaluation_seed;
 use output::file;
 use output::plot::{self, Panel, Series};
 use output::program::{self, bad};
-use output::statistics::{deviation, mean_of, quantile};
-use serde::Serialize;
+use serde::ser::SerializeStruct;
+use serde::{Serialize, Serializer};
+use tasks::columns::{Cell, Column, Over, RunNumber, run_numbers};
 use tasks::{Env, Outcome, Step, TaskName};
 
 /// Play the evaluation episodes with the scripted expert or with random actions, and write a row per task and action
@@ -55,9 +58,8 @@ enum Who {
     Random,
 }
 
-#[derive(Serialize)]
+/// A row of the table: which set-up, what its columns' entries tell of the episodes, and what no column tells.
 struct Row {
-    schema: u32,
     task: &'static str,
     space: String,
     variant: String,
@@ -65,31 +67,25 @@ struct Row {
     position_step_m: f64,
     rotation_step_rad: f64,
     episodes: u32,
-    success: f64,
-    success_any: f64,
-    success_held: f64,
-    success_without_hand: f64,
-    time_to_success_s: Option<f64>,
-    energy_to_success_j: Option<f64>,
-    max_force_to_success_n: Option<f64>,
-    success_before_stop: f64,
-    arm_max_contact_force_median_n: f64,
-    arm_max_contact_force_q90_n: f64,
-    return_mean: f64,
-    return_std: Option<f64>,
-    energy_per_action_j: f64,
-    energy_net_absolute_per_action_j: f64,
-    penalised_episode_share: f64,
-    penalised_action_share: f64,
-    over_limit_read_once_share: f64,
-    mean_excess_n: Option<f64>,
-    penalty: f64,
-    penalty_median: f64,
-    penalty_q90: f64,
-    saturated_fraction: f64,
-    diverged_episodes: usize,
-    deepest_overlap_mm: f64,
+    numbers: Vec<(&'static str, Cell)>,
     commit: String,
+}
+
+impl Serialize for Row {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut row = serializer.serialize_struct("Row", 9 + self.numbers.len())?;
+        row.serialize_field("schema", &SCHEMA)?;
+        row.serialize_field("task", self.task)?;
+        row.serialize_field("space", &self.space)?;
+        row.serialize_field("variant", &self.variant)?;
+        row.serialize_field("policy", self.policy)?;
+        row.serialize_field("position_step_m", &self.position_step_m)?;
+        row.serialize_field("rotation_step_rad", &self.rotation_step_rad)?;
+        row.serialize_field("episodes", &self.episodes)?;
+        self.numbers.iter().try_for_each(|(name, cell)| row.serialize_field(name, cell))?;
+        row.serialize_field("commit", &self.commit)?;
+        row.end()
+    }
 }
 
 fn main() -> ExitCode {
@@ -111,8 +107,8 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
             "{} {}: success {:.2}, return {:.1}",
             row.task,
             row.label(),
-            row.success,
-            row.return_mean
+            row.number("success"),
+            row.number("return_mean")
         ));
         Ok::<_, anyhow::Error>(row)
     })?;
@@ -162,6 +158,11 @@ impl Row {
     fn label(&self) -> String {
         label(&self.space, &self.variant)
     }
+
+    fn number(&self, name: &str) -> f64 {
+        let cell = self.numbers.iter().find(|(known, _)| *known == name).map(|(_, cell)| *cell);
+        cell.and_then(Cell::number).unwrap_or(f64::NAN)
+    }
 }
 
 /// A panel per task, a line of it per row, the first one on top.
@@ -170,7 +171,7 @@ fn panels(rows: &[Row]) -> Vec<Panel> {
     let tasks = TaskName::ALL.into_iter().map(|task| (task, of_task(task))).filter(|(_, rows)| !rows.is_empty());
     let dot = |(at, row): (usize, &&Row)| Series {
         label: row.space.clone(),
-        members: vec![vec![(row.energy_per_action_j, at as f64 + 1.0)]],
+        members: vec![vec![(row.number("energy_per_action_j"), at as f64 + 1.0)]],
         ..Series::default()
     };
     let panel = |(task, rows): (TaskName, Vec<&Row>)| Panel {
@@ -201,19 +202,19 @@ fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
             tasks::play(&mut env, |env| policy.act(env), evaluation_seed(index), on_step).outcome()
         })
         .collect();
-    let sum = |of: fn(&Outcome) -> f64| outcomes.iter().map(of).sum::<f64>();
-    let mean = |of: fn(&Outcome) -> f64| mean_of(&outcomes, of);
-    let quantile_of = |of: fn(&Outcome) -> f64, share| quantile(&outcomes.iter().map(of).collect::<Vec<f64>>(), share);
-    // Over the episodes that succeed.
-    let if_any = |of: fn(&Outcome) -> Option<f64>| {
-        let values: Vec<f64> = outcomes.iter().filter_map(of).collect();
-        (!values.is_empty()).then(|| mean_of(&values, |&value| value))
+    let values = |name: &str| outcomes.iter().filter_map(|outcome| outcome.number(name)).collect::<Vec<f64>>();
+    let (actions, penalised): (f64, f64) = (values("length").iter().sum(), values("penalised_steps").iter().sum());
+    let told = |(column, number): (&'static Column, &'static RunNumber)| {
+        (number.name, statistic(number.how, &values(column.name), actions))
     };
-    let actions = sum(|o| o.length as f64);
-    let penalised = sum(|o| o.penalised_steps as f64);
-    let returns: Vec<f64> = outcomes.iter().map(|o| o.total).collect();
+    let mut numbers: Vec<_> = run_numbers(Over::Baseline).map(told).collect();
+    numbers.extend([
+        ("energy_net_absolute_per_action_j", Cell::Real(net_absolute / actions)),
+        ("over_limit_read_once_share", Cell::Real(over_at_the_end as f64 / actions)),
+        ("mean_excess_n", (penalised > 0.0).then_some(excess / penalised).into()),
+        ("deepest_overlap_mm", Cell::Real(1000.0 * overlap)),
+    ]);
     Ok(Row {
-        schema: 5,
         task: config.env.task.as_str(),
         space: config.env.space.name.clone(),
         variant: config.variant.clone(),
@@ -221,30 +222,7 @@ fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
         position_step_m: config.env.space.step(&config.env.controller, 0),
         rotation_step_rad: config.env.space.step(&config.env.controller, 3),
         episodes,
-        success: mean(|o| f64::from(u8::from(o.success))),
-        success_any: mean(|o| f64::from(u8::from(o.success_any))),
-        success_held: mean(|o| f64::from(u8::from(o.success_held))),
-        success_without_hand: mean(|o| f64::from(u8::from(o.success_without_hand))),
-        time_to_success_s: if_any(|o| o.time_to_success_s),
-        energy_to_success_j: if_any(|o| o.energy_to_success_j),
-        max_force_to_success_n: if_any(|o| o.max_force_to_success_n),
-        success_before_stop: mean(|o| f64::from(u8::from(o.success_before_stop))),
-        arm_max_contact_force_median_n: quantile_of(|o| o.arm_max_contact_force_n, 0.5),
-        arm_max_contact_force_q90_n: quantile_of(|o| o.arm_max_contact_force_n, 0.9),
-        return_mean: mean(|o| o.total),
-        return_std: (episodes > 1).then(|| deviation(&returns)),
-        energy_per_action_j: sum(|o| o.energy_j) / actions,
-        energy_net_absolute_per_action_j: net_absolute / actions,
-        penalised_episode_share: mean(|o| f64::from(u8::from(o.penalised_steps > 0))),
-        penalised_action_share: penalised / actions,
-        over_limit_read_once_share: over_at_the_end as f64 / actions,
-        mean_excess_n: (penalised > 0.0).then_some(excess / penalised),
-        penalty: mean(|o| o.penalty),
-        penalty_median: quantile_of(|o| o.penalty, 0.5),
-        penalty_q90: quantile_of(|o| o.penalty, 0.9),
-        saturated_fraction: mean(|o| o.saturated_fraction),
-        diverged_episodes: outcomes.iter().filter(|o| o.diverged).count(),
-        deepest_overlap_mm: 1000.0 * overlap,
+        numbers,
         commit: output::commit(),
     })
 }

@@ -15,6 +15,7 @@ use experiments::run::source::{Player, SourceArgs};
 use output::statistics::{deviation, mean, mean_of, quantile, range};
 use output::{file, program};
 use settings::setup;
+use tasks::columns::COLUMNS;
 use tasks::{Env, EnvConfig, Outcome};
 
 /// Evaluate a trained policy, a scripted expert or random actions.
@@ -134,9 +135,11 @@ fn compare(player: &mut Player, cases: Vec<(Case, Env)>, episodes: u32, table: &
         if undisturbed.is_empty() {
             undisturbed = outcomes.clone();
         }
-        let share = |of: fn(&Outcome) -> bool| mean_of(&outcomes, |o| f64::from(u8::from(of(o))));
-        let change = |of: fn(&Outcome) -> f64| {
-            let changes: Vec<f64> = outcomes.iter().zip(&undisturbed).map(|(o, u)| of(o) - of(u)).collect();
+        let known = |outcome: &Outcome, name: &str| outcome.number(name).unwrap_or(f64::NAN);
+        let mean_of_column = |name: &str| mean_of(&outcomes, |o| known(o, name));
+        let change = |name: &str| {
+            let pairs = outcomes.iter().zip(&undisturbed);
+            let changes: Vec<f64> = pairs.map(|(o, u)| known(o, name) - known(u, name)).collect();
             let error = deviation(&changes) / (changes.len() as f64).sqrt();
             let error = if changes.len() > 1 { format!(" +- {error:.2}") } else { String::new() };
             format!("{:+.2}{error}", mean(&changes))
@@ -144,12 +147,12 @@ fn compare(player: &mut Player, cases: Vec<(Case, Env)>, episodes: u32, table: &
         program::say(format_args!(
             "  {:<28} {:>7.2} {:>7.2} {:>8.1} {:>18} {:>18} {:>18}",
             case.name,
-            share(|o| o.success),
-            share(|o| o.success_held),
-            mean_of(&outcomes, |o| o.total),
-            change(|o| o.total),
-            change(|o| o.energy_per_action_j),
-            change(|o| o.arm_max_contact_force_n),
+            mean_of_column("success"),
+            mean_of_column("success_held"),
+            mean_of_column("return"),
+            change("return"),
+            change("energy_per_action_j"),
+            change("arm_max_contact_force_n"),
         ));
     }
     Ok(())
@@ -160,8 +163,8 @@ fn print(outcomes: &[Outcome]) {
         "  {:<32} {:>10} +- {:<9} {:>10} {:>10}  {:>10} .. highest of the episodes",
         "", "mean", "deviation", "median", "90 %", "lowest"
     ));
-    for (name, column) in COLUMNS {
-        let values: Vec<f64> = outcomes.iter().filter_map(column).collect();
+    for (column, name) in COLUMNS.iter().filter_map(|column| Some((column.name, column.printed?))) {
+        let values: Vec<f64> = outcomes.iter().filter_map(|outcome| outcome.number(column)).collect();
         if values.is_empty() {
             program::say(format_args!("  {name:<32} {:>10}", "none"));
             continue;
@@ -174,34 +177,3 @@ fn print(outcomes: &[Outcome]) {
         ));
     }
 }
-
-type Column = (&'static str, fn(&Outcome) -> Option<f64>);
-
-fn share(of: bool) -> Option<f64> {
-    Some(f64::from(u8::from(of)))
-}
-
-/// Mean, deviation, median, 90 % quantile and range over episodes are printed of these, over those that have one.
-const COLUMNS: [Column; 21] = [
-    ("return", |o| Some(o.total)),
-    ("success at the end", |o| share(o.success)),
-    ("success at any time", |o| share(o.success_any)),
-    ("success held for a second", |o| share(o.success_held)),
-    ("success without the hand", |o| share(o.success_without_hand)),
-    ("success before a real arm stops", |o| share(o.success_before_stop)),
-    ("time until it stops, s", |o| o.stop_time_s),
-    ("fastest joint, of its limit", |o| Some(o.max_joint_speed_share)),
-    ("time to success, s", |o| o.time_to_success_s),
-    ("energy to success, J", |o| o.energy_to_success_j),
-    ("largest force to success, N", |o| o.max_force_to_success_n),
-    ("energy, J per action", |o| Some(o.energy_per_action_j)),
-    ("stiffness, N/m", |o| Some(o.stiffness_translation_n_per_m)),
-    ("stiffness, Nm/rad", |o| Some(o.stiffness_rotation_nm_per_rad)),
-    ("largest force of the hand, N", |o| Some(o.max_contact_force_n)),
-    ("of the whole arm, N", |o| Some(o.arm_max_contact_force_n)),
-    ("penalised actions", |o| Some(o.penalised_steps as f64)),
-    ("penalty", |o| Some(o.penalty)),
-    ("excess impulse, N s", |o| Some(o.excess_impulse_ns)),
-    ("torques at their limit", |o| Some(o.saturated_fraction)),
-    ("diverged", |o| share(o.diverged)),
-];

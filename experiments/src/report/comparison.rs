@@ -4,23 +4,22 @@ use output::statistics::{FEWEST_FOR_INTERVAL, interval, mean, probability_of_imp
 use serde::Serialize;
 
 use crate::config::label;
-use crate::report::groups::{Group, Metric};
-use crate::report::summary::RunSummary;
+use crate::report::groups::Group;
 
 /// Of two runs, one ends higher, one does so with sampled actions, and one learns faster: its whole curve is higher on
 /// average.
-pub const ORDERS: [Metric; 3] = [
-    ("ends higher", |run| run.final_return),
-    ("ends higher with sampled actions", |run| run.sampled_return),
-    ("learns faster", |run| run.curve_return),
+pub const ORDERS: [(&str, &str); 3] = [
+    ("ends higher", "final_return"),
+    ("ends higher with sampled actions", "sampled_return"),
+    ("learns faster", "curve_return"),
 ];
 
 /// Definitions of energy, during training. Net work has either sign: a ratio of it says nothing.
-pub const ENERGIES: [Metric; 4] = [
-    ("energy_per_action_j", |run| run.energy_per_action_j),
-    ("energy_positive_per_action_j", |run| run.energy_positive_per_action_j),
-    ("squared_torque_per_action_nm2s", |run| run.squared_torque_per_action_nm2s),
-    ("copper_loss_per_action_j", |run| run.copper_loss_per_action_j),
+pub const ENERGIES: [&str; 4] = [
+    "energy_per_action_j",
+    "energy_positive_per_action_j",
+    "squared_torque_per_action_nm2s",
+    "copper_loss_per_action_j",
 ];
 
 /// A row of `comparison.csv`: a space against `aforce` (with force where `aforce` has it) in the same section, with the
@@ -47,8 +46,8 @@ pub fn comparison(groups: &[Group]) -> Vec<ComparisonRow> {
     let mut rows = vec![];
     for other in groups {
         let Some(reference) = reference(other, groups) else { continue };
-        let mut compare = |quantity: String, of: fn(&RunSummary) -> f64, statistic: fn(&[f64], &[f64]) -> f64| {
-            let (a, b) = (reference.values(of), other.values(of));
+        let mut compare = |quantity: String, number: &str, statistic: fn(&[f64], &[f64]) -> f64| {
+            let (a, b) = (reference.values(number), other.values(number));
             let enough = a.len().min(b.len()) >= FEWEST_FOR_INTERVAL;
             let ci = enough.then(|| interval(&[&a, &b], |s| statistic(&s[0], &s[1])));
             rows.push(ComparisonRow {
@@ -66,11 +65,11 @@ pub fn comparison(groups: &[Group]) -> Vec<ComparisonRow> {
                 ci_high: ci.map(|ci| ci[1]),
             });
         };
-        for (order, of) in ORDERS {
-            compare(format!("probability that reference {order}"), of, probability_of_improvement);
+        for (order, number) in ORDERS {
+            compare(format!("probability that reference {order}"), number, probability_of_improvement);
         }
-        for (name, of) in ENERGIES {
-            compare(format!("{name}: space / reference"), of, |a, b| mean(b) / mean(a));
+        for name in ENERGIES {
+            compare(format!("{name}: space / reference"), name, |a, b| mean(b) / mean(a));
         }
     }
     rows
@@ -91,9 +90,12 @@ fn reference<'a>(group: &Group, groups: &'a [Group<'a>]) -> Option<&'a Group<'a>
 
 #[cfg(test)]
 mod tests {
+    use tasks::columns::Cell;
+
     use super::*;
-    use crate::report::groups::tests::runs;
+    use crate::report::groups::tests::{runs, set};
     use crate::report::groups::{groups, summary};
+    use crate::report::summary::RunSummary;
 
     #[test]
     fn there_is_one_reference() {
@@ -137,7 +139,7 @@ mod tests {
     fn presets_are_compared_apart() {
         let mut all = [runs("aforce", 1), runs("osc", 1), runs("aforce", 1), runs("osc", 1)].concat();
         (all[2].preset, all[3].preset) = ("paper".into(), "paper".into());
-        all[3].final_return = 50.0;
+        set(&mut all[3], "final_return", Cell::Real(50.0));
         let rows = comparison(&groups(&all));
         let value = |preset: &str| {
             let of = |row: &&ComparisonRow| row.preset == preset && row.quantity.contains("ends higher");

@@ -94,7 +94,7 @@ fn of_runs(wanted: &Wanted, runs: &[RunSummary]) -> Result<Option<EnergyRatioRow
     let (space, against) = (space?, against?);
     let spent = |label: &str| -> Vec<f64> {
         let of_label = meant.iter().filter(|run| crate::config::label(&run.space, &run.variant) == label);
-        of_label.map(|run| run.energy_per_action_j).collect()
+        of_label.map(|run| run.number("energy_per_action_j")).collect()
     };
     let (a, b) = (spent(&space), spent(&against));
     if a.is_empty() || b.is_empty() {
@@ -149,8 +149,10 @@ impl EnergyRatioRow {
 
 #[cfg(test)]
 mod tests {
+    use tasks::columns::Cell;
+
     use super::*;
-    use crate::report::groups::tests::runs;
+    use crate::report::groups::tests::{runs, set};
 
     fn ratios(text: &str, runs: &[RunSummary]) -> Result<(Vec<EnergyRatioRow>, Forest)> {
         let folder = tempfile::tempdir()?;
@@ -168,7 +170,8 @@ mod tests {
     fn a_ratio_is_of_the_means_of_finished_runs_and_the_paper_stands_below() {
         let mut all = [runs("variable", 3), runs("aforce", 2)].concat();
         for (run, energy) in all.iter_mut().zip([2.0, 4.0, 900.0, 1.0, 2.0]) {
-            (run.energy_per_action_j, run.experiment) = (energy, "a".into());
+            set(run, "energy_per_action_j", Cell::Real(energy));
+            run.experiment = "a".into();
         }
         all[0].variant = "draw-1".into();
         all[1].variant = "draw-1".into();

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::report::run_tables::summarised;
 use crate::report::summary::RunSummary;
 use output::statistics::{FEWEST_FOR_INTERVAL, deviation, interval, iqm, mean, median, range};
 
@@ -52,9 +53,9 @@ impl Group<'_> {
         key == (self.section, self.space, self.variant, self.preset)
     }
 
-    /// A number of every run.
-    pub fn values(&self, of: fn(&RunSummary) -> f64) -> Vec<f64> {
-        self.runs.iter().map(|run| of(run)).collect()
+    /// The number `name` of every run.
+    pub fn values(&self, name: &str) -> Vec<f64> {
+        self.runs.iter().map(|run| run.number(name)).collect()
     }
 }
 
@@ -87,36 +88,6 @@ pub fn sections<'a>(groups: &[Group<'a>]) -> Vec<Section<'a>> {
     sections
 }
 
-/// A name and what it stands for.
-pub type Metric = (&'static str, fn(&RunSummary) -> f64);
-
-/// What is summarised over seeds.
-const METRICS: [Metric; 18] = [
-    ("final_return", |run| run.final_return),
-    ("curve_return", |run| run.curve_return),
-    ("best_return", |run| run.best_return),
-    ("sampled_return", |run| run.sampled_return),
-    ("final_success", |run| run.final_success),
-    ("final_success_any", |run| run.final_success_any),
-    ("energy_per_action_j", |run| run.energy_per_action_j),
-    ("final_energy_per_action_j", |run| run.final_energy_per_action_j),
-    ("penalised_episode_share", |run| run.penalised_episode_share),
-    ("mean_penalty_per_episode", |run| run.mean_penalty_per_episode),
-    ("excess_impulse_per_episode_ns", |run| run.excess_impulse_per_episode_ns),
-    ("median_penalty_per_episode", |run| run.median_penalty_per_episode),
-    ("q90_penalty_per_episode", |run| run.q90_penalty_per_episode),
-    ("median_arm_max_contact_force_n", |run| or_nan(run.median_arm_max_contact_force_n)),
-    ("q90_arm_max_contact_force_n", |run| or_nan(run.q90_arm_max_contact_force_n)),
-    ("stopped_episode_share", |run| or_nan(run.stopped_episode_share)),
-    ("final_success_before_stop", |run| or_nan(run.final_success_before_stop)),
-    ("sampled_success_before_stop", |run| or_nan(run.sampled_success_before_stop)),
-];
-
-/// What a run's tables are too old to tell is no number.
-pub fn or_nan(value: Option<f64>) -> f64 {
-    value.unwrap_or(f64::NAN)
-}
-
 /// A row of `summary.csv`: one number of a group, over its seeds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "documented once, in docs/columns.md")]
@@ -140,8 +111,8 @@ pub struct SummaryRow {
 
 /// Every metric of every group, over the runs whose tables tell it. A deviation needs two seeds, an interval [`FEWEST_FOR_INTERVAL`].
 pub fn summary(groups: &[Group]) -> Vec<SummaryRow> {
-    let row = |group: &Group, &(metric, of): &Metric| {
-        let mut values = group.values(of);
+    let row = |group: &Group, metric: &'static str| {
+        let mut values = group.values(metric);
         values.retain(|value| !value.is_nan());
         if values.is_empty() {
             return None;
@@ -166,11 +137,13 @@ pub fn summary(groups: &[Group]) -> Vec<SummaryRow> {
             median: median(&values),
         })
     };
-    groups.iter().flat_map(|group| METRICS.iter().filter_map(move |metric| row(group, metric))).collect()
+    groups.iter().flat_map(|group| summarised().filter_map(move |metric| row(group, metric))).collect()
 }
 
 #[cfg(test)]
 pub(crate) mod tests {
+    use tasks::columns::Cell;
+
     use super::*;
 
     /// Finished runs of `space` with final returns of 60, 61, ...
@@ -181,11 +154,25 @@ pub(crate) mod tests {
             preset: "desktop".into(),
             seed: k.into(),
             done: true,
-            diverged_episodes: Some(0),
-            final_return: 60.0 + f64::from(k),
+            numbers: vec![
+                ("diverged_episodes", Cell::Count(0)),
+                ("final_return", Cell::Real(60.0 + f64::from(k))),
+                ("sampled_return", Cell::Real(0.0)),
+                ("curve_return", Cell::Real(0.0)),
+                ("energy_per_action_j", Cell::Real(0.0)),
+                ("mean_penalty_per_episode", Cell::Real(0.0)),
+                ("penalised_episode_share", Cell::Real(0.0)),
+                ("steps_to_450", Cell::Empty),
+            ],
             ..RunSummary::default()
         };
         (0..count).map(run).collect()
+    }
+
+    /// Gives a run another number.
+    pub(crate) fn set(run: &mut RunSummary, name: &'static str, cell: Cell) {
+        run.numbers.retain(|(known, _)| *known != name);
+        run.numbers.push((name, cell));
     }
 
     #[test]
@@ -202,10 +189,10 @@ pub(crate) mod tests {
         assert_eq!((few.ci_low, few.ci_high), (None, None));
 
         let mut older = runs("aforce", 5);
-        older[0].final_return = f64::NAN;
+        set(&mut older[0], "final_return", Cell::Empty);
         let known = row(&older);
         assert_eq!((known.n_seeds, known.iqm, known.lowest), (4, 62.5, 61.0));
-        older.iter_mut().for_each(|run| run.final_return = f64::NAN);
+        older.iter_mut().for_each(|run| set(run, "final_return", Cell::Empty));
         assert!(summary(&groups(&older)).iter().all(|row| row.metric != "final_return"));
     }
 }

@@ -11,6 +11,7 @@ pub mod groups;
 pub mod markdown;
 pub mod published;
 pub mod record;
+pub mod run_tables;
 pub mod scatter;
 pub mod search;
 pub mod summary;

@@ -32,7 +32,7 @@ fn of_one_preset<'a>(section: &'a Section, groups: &'a [Group<'a>]) -> impl Iter
 }
 
 fn dots(group: &Group) -> Series {
-    let dot = |run: &&RunSummary| vec![(run.energy_per_action_j, run.final_return)];
+    let dot = |run: &&RunSummary| vec![(run.number("energy_per_action_j"), run.number("final_return"))];
     Series {
         label: label(group.space, group.variant),
         members: group.runs.iter().map(dot).collect(),
@@ -42,8 +42,13 @@ fn dots(group: &Group) -> Series {
 
 #[cfg(test)]
 mod tests {
+    use tasks::columns::Cell;
+
     use super::*;
-    use crate::report::groups::{groups, sections, tests::runs};
+    use crate::report::groups::{
+        groups, sections,
+        tests::{runs, set},
+    };
 
     #[test]
     fn every_run_is_one_dot_in_the_panel_of_its_task() {
@@ -53,7 +58,8 @@ mod tests {
         other_preset[0].preset = "paper".into();
         all.extend(other_preset);
         let mut door = runs("osc", 1);
-        (door[0].task, door[0].energy_per_action_j) = ("door".into(), 2.5);
+        door[0].task = "door".into();
+        set(&mut door[0], "energy_per_action_j", Cell::Real(2.5));
         all.extend(door);
         let groups = groups(&all);
         let panels = energy_and_return("", &sections(&groups), &groups);

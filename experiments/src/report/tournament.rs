@@ -58,10 +58,10 @@ impl TournamentRow {
             return_6min: at(6.0),
             return_12min: at(12.0),
             return_24min: at(24.0),
-            success_end: summary.final_success,
-            cpu_min_to_450: summary.cpu_min_to_450,
+            success_end: summary.number("final_success"),
+            cpu_min_to_450: Some(summary.number("cpu_min_to_450")).filter(|minutes| !minutes.is_nan()),
             cpu_ms_per_action: 60e3 * cpu_min / summary.env_steps as f64,
-            sampled_success_end: summary.sampled_success,
+            sampled_success_end: summary.number("sampled_success"),
             commit: summary.commit.clone(),
         }))
     }

@@ -83,8 +83,8 @@ impl<'a> RunProgress<'a> {
 /// An evaluation: the policy's mean action, and the training episodes before it.
 fn row(step: u64, outcomes: &[Outcome], training: &[f64], left: &str) -> String {
     let training = if training.is_empty() { String::new() } else { format!(", in training {:.1}", mean(training)) };
-    let success = 100.0 * mean_of(outcomes, |o| f64::from(u8::from(o.success)));
-    let total = mean_of(outcomes, |o| o.total);
+    let of = |name: &str| mean_of(outcomes, |outcome| outcome.number(name).unwrap_or(f64::NAN));
+    let (success, total) = (100.0 * of("success"), of("return"));
     format!("{step:>7} actions: return {total:.1}{training}, success {success:.0} %, {left} left")
 }
 
@@ -107,12 +107,14 @@ impl Drop for RunProgress<'_> {
 
 #[cfg(test)]
 mod tests {
+    use tasks::columns::Cell;
+
     use super::*;
 
     /// Nothing wraps at 80 columns.
     #[test]
     fn a_line_fits_a_terminal() {
-        let outcome = Outcome { total: -1435.26, success: true, ..Outcome::default() };
+        let outcome = Outcome::default().with(&[("return", Cell::Real(-1435.26)), ("success", Cell::Flag(true))]);
         let line = row(1_200_000, &[outcome], &[-1170.32], &in_words(360_000.0));
         assert_eq!(line, "1200000 actions: return -1435.3, in training -1170.3, success 100 %, 100 h 0 m left");
     }

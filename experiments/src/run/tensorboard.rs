@@ -8,6 +8,7 @@ use anyhow::Result;
 use events::EventFile;
 use output::statistics::mean_of;
 use tasks::Outcome;
+use tasks::columns::COLUMNS;
 
 use crate::run::rows::ProgressRow;
 
@@ -25,20 +26,8 @@ impl TensorBoard {
 
     /// A training episode that ended at `step`.
     pub fn episode(&mut self, step: u64, outcome: &Outcome) -> Result<()> {
-        self.0.write(
-            step,
-            &[
-                ("charts/episodic_return", outcome.total),
-                ("charts/episodic_length", outcome.length as f64),
-                ("energy/per_action_j", outcome.energy_per_action_j),
-                ("energy/copper_loss_j", outcome.copper_loss_j),
-                ("contact/max_force_n", outcome.max_contact_force_n),
-                ("contact/excess_impulse_ns", outcome.excess_impulse_ns),
-                ("contact/penalty", outcome.penalty),
-                ("contact/penalised_steps", outcome.penalised_steps as f64),
-                ("contact/stiffness_translation_n_per_m", outcome.stiffness_translation_n_per_m),
-            ],
-        )
+        let scalars = COLUMNS.iter().filter_map(|column| Some((column.scalar?, outcome.number(column.name)?)));
+        self.0.write(step, &scalars.collect::<Vec<_>>())
     }
 
     /// The learner's numbers.
@@ -58,15 +47,8 @@ impl TensorBoard {
 
     /// The evaluation made at `step`.
     pub fn evaluation(&mut self, step: u64, outcomes: &[Outcome]) -> Result<()> {
-        self.0.write(
-            step,
-            &[
-                ("eval/episodic_return", mean_of(outcomes, |o| o.total)),
-                ("eval/success", mean_of(outcomes, |o| f64::from(u8::from(o.success)))),
-                ("eval/energy_per_action_j", mean_of(outcomes, |o| o.energy_per_action_j)),
-                ("eval/max_contact_force_n", mean_of(outcomes, |o| o.max_contact_force_n)),
-                ("eval/penalty", mean_of(outcomes, |o| o.penalty)),
-            ],
-        )
+        let of = |name: &str| mean_of(outcomes, |outcome| outcome.number(name).unwrap_or(f64::NAN));
+        let scalars = COLUMNS.iter().filter_map(|column| Some((column.evaluation_scalar?, of(column.name))));
+        self.0.write(step, &scalars.collect::<Vec<_>>())
     }
 }

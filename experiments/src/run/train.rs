@@ -301,10 +301,10 @@ impl<'a> Run<'a> {
             episode: self.counters.episode,
         };
         let outcome = episode.outcome();
-        if outcome.diverged {
+        if outcome.flag("diverged") {
             progress.line(&format!("episode {}: the simulation diverged; counted, going on", self.counters.episode));
         }
-        progress.episode(outcome.total);
+        progress.episode(total(&outcome));
         if let Some(board) = &mut self.board {
             board.episode(self.counters.step, &outcome)?;
         }
@@ -329,7 +329,7 @@ impl<'a> Run<'a> {
         };
         let outcomes = play(Act::Mean)?;
         play(Act::Sample)?;
-        let score = mean_of(&outcomes, |o| o.total);
+        let score = mean_of(&outcomes, total);
         progress.evaluation(step, &outcomes);
         if let Some(board) = &mut self.board {
             board.evaluation(step, &outcomes)?;
@@ -370,4 +370,9 @@ impl<'a> Run<'a> {
         }
         self.tables.progress.write(row)
     }
+}
+
+/// The sum of an episode's rewards.
+fn total(outcome: &Outcome) -> f64 {
+    outcome.number("return").unwrap_or(f64::NAN)
 }

@@ -1,9 +1,12 @@
 use super::*;
 use tasks::Outcome;
+use tasks::columns::Cell;
 
 use crate::config::RunConfig;
+use crate::report::columns::Columns;
 use crate::report::comparison::comparison;
 use crate::report::groups::groups;
+use crate::report::record::Table;
 use crate::run::csv_table::CsvTable;
 use crate::run::csv_writer::CsvWriter;
 use crate::run::rows::{EvaluationKey, ProgressRow, TrainingKey};
@@ -18,14 +21,15 @@ pub(crate) fn run(root: &Path, folder: &str, energy: f64, offset: f64) -> RunSum
     let folder = RunFolder::open(&path).unwrap();
     let config = RunConfig::resolve(Some(&folder.config()), &[]).unwrap();
     folder.begin_manifest(&config, 0).unwrap();
-    let outcome = |total: f64, success: bool, length: usize| Outcome {
-        total,
-        success,
-        success_any: true,
-        length,
-        energy_j: energy * length as f64,
-        energy_per_action_j: energy,
-        ..Outcome::default()
+    let outcome = |total: f64, success: bool, length: u32| {
+        Outcome::default().with(&[
+            ("return", Cell::Real(total)),
+            ("success", Cell::Flag(success)),
+            ("success_any", Cell::Flag(true)),
+            ("length", Cell::Count(length.into())),
+            ("energy_j", Cell::Real(energy * f64::from(length))),
+            ("energy_per_action_j", Cell::Real(energy)),
+        ])
     };
     let mut eval = CsvWriter::append(&folder.eval()).unwrap();
     for k in 1..=8u64 {
@@ -40,20 +44,19 @@ pub(crate) fn run(root: &Path, folder: &str, energy: f64, offset: f64) -> RunSum
     }
     let mut training = CsvWriter::append(&folder.episodes()).unwrap();
     for k in 1..=16u64 {
-        let of_training = outcome(k as f64, true, if k == 1 { 1 } else { 5000 });
-        let share = |share: f64| share * of_training.energy_j;
-        let row = Outcome {
-            penalised_steps: usize::from(k % 4 == 3),
-            penalty: k as f64,
-            excess_impulse_ns: 2.0 * k as f64,
-            diverged: k > 14,
-            mean_stiffness: 10.0 * k as f64,
-            energy_positive_j: share(0.7),
-            energy_net_j: share(-0.1),
-            squared_torque_nm2s: share(30.0),
-            copper_loss_j: share(0.2),
-            ..of_training
-        };
+        let length = if k == 1 { 1 } else { 5000 };
+        let share = |share: f64| Cell::Real(share * energy * f64::from(length));
+        let row = outcome(k as f64, true, length).with(&[
+            ("penalised_steps", Cell::Count(u64::from(k % 4 == 3))),
+            ("penalty", Cell::Real(k as f64)),
+            ("excess_impulse_ns", Cell::Real(2.0 * k as f64)),
+            ("diverged", Cell::Flag(k > 14)),
+            ("mean_stiffness", Cell::Real(10.0 * k as f64)),
+            ("energy_positive_j", share(0.7)),
+            ("energy_net_j", share(-0.1)),
+            ("squared_torque_nm2s", share(30.0)),
+            ("copper_loss_j", share(0.2)),
+        ]);
         training
             .write((TrainingKey { schema: SCHEMA, step: 5000 * k, episode: k, ..Default::default() }, row))
             .unwrap();
@@ -70,29 +73,41 @@ pub(crate) fn run(root: &Path, folder: &str, energy: f64, offset: f64) -> RunSum
 fn a_run_is_summed_up() {
     let root = tempfile::tempdir().unwrap();
     let row = run(root.path(), "steps/large/lift/osc/seed_1", 2.0, 0.0);
-    assert_eq!((row.schema, row.experiment.as_str(), row.space.as_str()), (SCHEMA, "steps/large", "osc"));
-    assert_eq!((row.env_steps, row.final_return, row.best_return), (80_000, 60.0, 80.0), "the last five of eight");
-    assert_eq!(row.curve_return, 45.0, "all eight");
-    assert_eq!((row.final_success, row.final_success_any), (0.6, 1.0), "evaluations 4, 6, 8 of 4 to 8");
-    assert_eq!((row.sampled_return, row.sampled_success, row.sampled_energy_per_action_j), (59.0, 0.6, 2.0));
-    assert_eq!((row.steps_to_450, row.wall_min_to_450), (None, None));
-    // Per action, not per episode: the first episode is one action long.
-    let energies = [
-        row.energy_per_action_j,
-        row.energy_positive_per_action_j,
-        row.energy_net_per_action_j,
-        row.squared_torque_per_action_nm2s,
-        row.copper_loss_per_action_j,
-    ];
-    for (energy, expected) in energies.into_iter().zip([2.0, 1.4, -0.2, 60.0, 0.4]) {
-        assert!((energy - expected).abs() < 1e-9, "{energies:?}");
+    assert_eq!((row.experiment.as_str(), row.space.as_str(), row.env_steps), ("steps/large", "osc", 80_000));
+    assert!(!row.done);
+    for (name, expected) in [
+        // The last five evaluations of eight; the best; all eight.
+        ("final_return", 60.0),
+        ("best_return", 80.0),
+        ("curve_return", 45.0),
+        // Evaluations 4, 6, 8 of 4 to 8.
+        ("final_success", 0.6),
+        ("final_success_any", 1.0),
+        ("sampled_return", 59.0),
+        ("sampled_success", 0.6),
+        ("sampled_energy_per_action_j", 2.0),
+        // Per action, not per episode: the first episode is one action long.
+        ("energy_per_action_j", 2.0),
+        ("energy_positive_per_action_j", 1.4),
+        ("energy_net_per_action_j", -0.2),
+        ("squared_torque_per_action_nm2s", 60.0),
+        ("copper_loss_per_action_j", 0.4),
+        ("penalised_episode_share", 0.25),
+        ("penalised_action_share", 4.0 / 75_001.0),
+        ("mean_penalty_per_episode", 8.5),
+        ("mean_stiffness", 85.0),
+        ("excess_impulse_per_episode_ns", 17.0),
+        ("diverged_episodes", 2.0),
+    ] {
+        assert!((row.number(name) - expected).abs() < 1e-6, "{name}: {}, not {expected}", row.number(name));
     }
-    assert_eq!((row.penalised_episode_share, row.mean_penalty_per_episode), (0.25, 8.5));
-    assert_eq!((row.penalised_action_share, row.mean_stiffness), (4.0 / 75_001.0, 85.0));
-    assert_eq!((row.excess_impulse_per_episode_ns, row.diverged_episodes, row.done), (17.0, Some(2), false));
+    assert!(["steps_to_450", "wall_min_to_450"].iter().all(|name| row.number(name).is_nan()));
     let solved = run(root.path(), "lift/osc/seed_1", 2.0, 400.0);
-    assert_eq!((solved.steps_to_450, solved.wall_min_to_450), (Some(50_000), Some(5.0)));
+    assert_eq!((solved.number("steps_to_450"), solved.number("wall_min_to_450")), (50_000.0, 5.0));
     assert_eq!(solved.experiment, "");
+    let mut names: Vec<&str> = row.numbers.iter().map(|(name, _)| *name).collect();
+    names.sort_unstable();
+    assert!(names.windows(2).all(|pair| pair[0] != pair[1]), "a name is given once: {names:?}");
 }
 
 /// The cells of a column anew, by the row's number from 1 on and what was there.
@@ -118,7 +133,8 @@ fn forces_are_told_by_quantiles_and_success_by_what_an_arm_allows() {
     let root = tempfile::tempdir().unwrap();
     let path = "lift/osc/seed_1";
     let row = run(root.path(), path, 2.0, 0.0);
-    assert_eq!((row.median_penalty_per_episode, row.q90_penalty_per_episode), (8.5, 14.5));
+    let numbers = |row: &RunSummary, names: [&str; 2]| names.map(|name| row.number(name));
+    assert_eq!(numbers(&row, ["median_penalty_per_episode", "q90_penalty_per_episode"]), [8.5, 14.5]);
     let folder = RunFolder::at(&root.path().join(path));
     for table in [folder.episodes(), folder.eval()] {
         let stopped = |row: usize| row.is_multiple_of(4);
@@ -129,9 +145,9 @@ fn forces_are_told_by_quantiles_and_success_by_what_an_arm_allows() {
         });
     }
     let row = summary_of(&folder, root.path());
-    assert_eq!((row.stopped_episode_share, row.median_arm_max_contact_force_n), (Some(0.25), Some(10.5)));
-    assert_eq!(row.q90_arm_max_contact_force_n, Some(10_000.0));
-    assert_eq!((row.final_success_before_stop, row.sampled_success_before_stop), (Some(1.0), Some(0.5)));
+    assert_eq!(numbers(&row, ["stopped_episode_share", "median_arm_max_contact_force_n"]), [0.25, 10.5]);
+    assert_eq!(row.number("q90_arm_max_contact_force_n"), 10_000.0);
+    assert_eq!(numbers(&row, ["final_success_before_stop", "sampled_success_before_stop"]), [1.0, 0.5]);
 }
 
 /// Of the last policy a run has numbers once it was played on.
@@ -139,16 +155,17 @@ fn forces_are_told_by_quantiles_and_success_by_what_an_arm_allows() {
 fn the_last_policy_is_summed_up_apart() {
     let root = tempfile::tempdir().unwrap();
     let path = "lift/osc/seed_1";
-    assert_eq!(run(root.path(), path, 2.0, 0.0).end_return, None);
+    assert!(run(root.path(), path, 2.0, 0.0).number("end_return").is_nan());
     let folder = RunFolder::at(&root.path().join(path));
     let mut end = CsvWriter::append(&folder.path().join(Table::End.file())).unwrap();
     for (total, success) in [(400.0, true), (100.0, false)] {
         let key = EvaluationKey { schema: SCHEMA, step: 80_000, policy: "mean".into(), ..Default::default() };
-        end.write((key, Outcome { total, success, success_before_stop: success, ..Outcome::default() })).unwrap();
+        let cells = [("return", Cell::Real(total)), ("success_before_stop", Cell::Flag(success))];
+        end.write((key, Outcome::default().with(&cells))).unwrap();
     }
     let row = summary_of(&folder, root.path());
-    assert_eq!((row.end_return, row.end_success_before_stop), (Some(250.0), Some(0.5)));
-    assert_eq!(row.end_time_to_success_s, None, "no cell is filled");
+    assert_eq!((row.number("end_return"), row.number("end_success_before_stop")), (250.0, 0.5));
+    assert!(row.number("end_time_to_success_s").is_nan(), "no cell is filled");
 }
 
 /// What a run's tables do not know is empty, not zero, and the rest stays.
@@ -163,9 +180,9 @@ fn an_empty_column_is_no_number() {
     }
     rewrite(&folder.eval(), "success_any", |_, _| String::new());
     let row = summary_of(&folder, root.path());
-    assert_eq!((row.diverged_episodes, row.stopped_episode_share), (None, None));
-    assert!(row.mean_penalty_per_episode.is_nan() && row.final_success_any.is_nan());
-    assert_eq!((row.final_return, row.penalised_action_share), (whole.final_return, whole.penalised_action_share));
+    let unknown = ["diverged_episodes", "stopped_episode_share", "mean_penalty_per_episode", "final_success_any"];
+    assert!(unknown.iter().all(|name| row.number(name).is_nan()));
+    assert!(["final_return", "penalised_action_share"].iter().all(|name| row.number(name) == whole.number(name)));
     let out = root.path().join("runs.csv");
     output::file::write_table(&out, &[row]).unwrap();
     let text = fs_err::read_to_string(&out).unwrap();
@@ -203,26 +220,26 @@ fn the_end_of_a_run_is_its_last_five_evaluations_for_every_column() {
                 let key =
                     EvaluationKey { schema: SCHEMA, step: 10_000 * k, policy: policy.into(), ..Default::default() };
                 let success = time_to_success_s.is_some();
-                let outcome = Outcome {
-                    success,
-                    time_to_success_s,
-                    fulfilled_time_s,
-                    fulfilled_max_force_n,
-                    ..Outcome::default()
-                };
+                let outcome = Outcome::default().with(&[
+                    ("success", Cell::Flag(success)),
+                    ("time_to_success_s", time_to_success_s.into()),
+                    ("fulfilled_time_s", Cell::Real(fulfilled_time_s)),
+                    ("fulfilled_max_force_n", Cell::Real(fulfilled_max_force_n)),
+                ]);
                 eval.write((key, outcome)).unwrap();
             }
         }
         let row = summary_of(&folder, root.path());
-        (
-            row.sampled_success,
-            row.sampled_time_to_success_s,
-            row.final_time_to_success_s,
-            row.sampled_fulfilled_max_force_n,
-        )
+        let numbers = [
+            "sampled_success",
+            "sampled_time_to_success_s",
+            "final_time_to_success_s",
+            "sampled_fulfilled_max_force_n",
+        ];
+        numbers.map(|name| Some(row.number(name)).filter(|number| !number.is_nan()))
     };
-    assert_eq!(evaluations(None), (0.0, None, None, None));
-    assert_eq!(evaluations(Some(9.0)), (0.1, Some(9.0), Some(9.0), Some(90.0)), "of the one episode that has it");
+    assert_eq!(evaluations(None), [Some(0.0), None, None, None]);
+    assert_eq!(evaluations(Some(9.0)), [0.1, 9.0, 9.0, 90.0].map(Some), "of the one episode that has it");
 }
 
 #[test]
@@ -233,13 +250,13 @@ fn an_evaluation_under_way_does_not_count() {
     let folder = RunFolder::at(&root.path().join(path));
     let one_of_two = || {
         let key = EvaluationKey { schema: SCHEMA, step: 90_000, policy: "mean".into(), ..Default::default() };
-        let outcome = Outcome { total: 460.0, ..Outcome::default() };
+        let outcome = Outcome::default().with(&[("return", Cell::Real(460.0))]);
         CsvWriter::append(&folder.eval()).unwrap().write((key, outcome)).unwrap();
     };
     one_of_two();
     assert_eq!(summary_of(&folder, root.path()), before);
     one_of_two();
-    assert_eq!(summary_of(&folder, root.path()).best_return, 460.0);
+    assert_eq!(summary_of(&folder, root.path()).number("best_return"), 460.0);
 }
 
 #[test]

@@ -1,14 +1,18 @@
 //! Every verdict, and every error.
 
 use super::*;
+use crate::report::groups::tests::set;
+use tasks::columns::Cell;
 
 fn runs(space: &str, returns: &[f64], steps_to_450: &[Option<u64>]) -> Vec<RunSummary> {
     let run = |(seed, (&sampled_return, &steps_to_450)): (u64, (&f64, &Option<u64>))| RunSummary {
         task: "lift".into(),
         space: space.into(),
         seed,
-        sampled_return,
-        steps_to_450,
+        numbers: vec![
+            ("sampled_return", Cell::Real(sampled_return)),
+            ("steps_to_450", steps_to_450.map_or(Cell::Empty, Cell::Count)),
+        ],
         done: true,
         preset: "swift".into(),
         ..RunSummary::default()
@@ -107,7 +111,8 @@ fn a_variant_may_go_without_its_name_where_it_is_the_only_one() {
 fn who_never_came_there_has_the_worst_of_it() {
     let judged = |metric: &str, all: &[RunSummary]| judged(&hypothesis(metric, "below", "osc", ""), all);
     let mut all = [runs("aforce", &[0.0; 5], &[None; 5]), runs("osc", &[0.0; 5], &[None; 5])].concat();
-    all[5..].iter_mut().for_each(|run| run.sampled_fulfilled_power_w = Some(9.0));
+    all.iter_mut().for_each(|run| set(run, "sampled_fulfilled_power_w", Cell::Empty));
+    all[5..].iter_mut().for_each(|run| set(run, "sampled_fulfilled_power_w", Cell::Real(9.0)));
     let row = judged("sampled_fulfilled_power_w", &all).unwrap().remove(0);
     assert_eq!((row.verdict, row.above), ("the other way round", Some(1.0)), "it never stood fulfilled");
     let error = judged("cpu_s", &all).unwrap_err().to_string();

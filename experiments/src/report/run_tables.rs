@@ -1,0 +1,134 @@
+//! A run's tables to its numbers in `runs.csv`.
+
+use anyhow::{Error, Result, ensure};
+use output::statistics::{deviation, mean, mean_of, quantile};
+use tasks::columns::{COLUMNS, Cell, Over, Statistic};
+
+use crate::report::columns::Columns;
+use crate::report::record::{Record, Table};
+
+/// Evaluations at the end of a run whose mean is its final return.
+const LAST: usize = 5;
+/// An evaluation return that counts as solved, of at most 500.
+pub const SOLVED: f64 = 450.0;
+/// Of the numbers that no single column makes, those that `summary.csv` summarises over seeds.
+const SUMMARISED: [&str; 3] = ["curve_return", "best_return", "stopped_episode_share"];
+
+/// The names of the numbers that `summary.csv` summarises over seeds.
+pub fn summarised() -> impl Iterator<Item = &'static str> {
+    let of_columns = COLUMNS.iter().flat_map(|column| column.of_runs);
+    let of_columns = of_columns.filter(|number| number.over_seeds).map(|number| number.name);
+    of_columns.chain(SUMMARISED)
+}
+
+/// What a run's numbers are made of.
+pub(super) struct RunTables {
+    pub(super) training: Columns,
+    /// Step and mean return of every evaluation with mean actions.
+    returns: Vec<(f64, f64)>,
+    /// The last evaluations, with mean and with sampled actions.
+    last: Columns,
+    last_sampled: Columns,
+    pub(super) progress: Columns,
+    /// Episodes of the last policy, if it was played on.
+    end: Option<Columns>,
+}
+
+impl RunTables {
+    /// Those of a run.
+    pub(super) fn of(run: &Record) -> Result<Self> {
+        let path = run.path.display();
+        let (training, eval) = (run.columns(Table::Episodes)?, run.evaluations("mean")?);
+        ensure!(!training.is_empty(), "{path}: no training episode");
+        let returns = eval.mean_by_step("return")?;
+        ensure!(!returns.is_empty(), "{path}: no evaluation");
+        let before = returns.len().checked_sub(LAST + 1).map_or(0.0, |i| returns[i].0);
+        let last_sampled = run.evaluations("sampled")?.after(before)?;
+        ensure!(!last_sampled.is_empty(), "{path}: no evaluation with sampled actions");
+        Ok(RunTables {
+            training,
+            returns,
+            last: eval.after(before)?,
+            last_sampled,
+            progress: run.columns(Table::Progress)?,
+            end: run.csv(Table::End)?.map(Columns::of).transpose()?,
+        })
+    }
+
+    /// Every number of the run: those that its columns' entries name, and those that no single column makes.
+    pub(super) fn numbers(&self) -> Result<Vec<(&'static str, Cell)>> {
+        let mut numbers = vec![];
+        for column in COLUMNS.iter() {
+            for number in column.of_runs {
+                let table = match number.over {
+                    Over::Training => Some(&self.training),
+                    Over::Final => Some(&self.last),
+                    Over::Sampled => Some(&self.last_sampled),
+                    Over::End => self.end.as_ref(),
+                    Over::Baseline => continue,
+                };
+                let told = table.map(|table| told(table, column.name, number.how)).transpose()?;
+                numbers.push((number.name, told.unwrap_or(Cell::Empty)));
+            }
+        }
+        numbers.extend(self.beside()?);
+        Ok(numbers)
+    }
+
+    /// What no single column makes.
+    fn beside(&self) -> Result<Vec<(&'static str, Cell)>> {
+        let Self { returns, last, last_sampled, .. } = self;
+        let solved = returns.iter().find(|point| point.1 >= SOLVED).map(|point| point.0);
+        let minutes_to_450 = |clock: &str| {
+            let clock = self.progress.points(clock)?;
+            Ok::<_, Error>(solved.and_then(|at| clock.iter().find(|p| p.0 >= at)).map(|p| p.1 / 60.0))
+        };
+        let last_but_one = returns.len().checked_sub(2).map_or(0.0, |i| returns[i].0);
+        let very_last = last_sampled.clone().after(last_but_one)?;
+        let power = last_sampled.mean("fulfilled_energy_j")? / last_sampled.mean("fulfilled_time_s")?;
+        Ok(vec![
+            ("curve_return", Cell::Real(mean_of(returns, |point| point.1))),
+            ("best_return", Cell::Real(returns.iter().map(|point| point.1).fold(f64::MIN, f64::max))),
+            ("steps_to_450", solved.map_or(Cell::Empty, |step| Cell::Count(step as u64))),
+            ("wall_min_to_450", minutes_to_450("wall_s")?.into()),
+            ("cpu_min_to_450", minutes_to_450("cpu_s")?.into()),
+            ("final_success_by_hand", known(last.success_by_hand()?)),
+            ("sampled_success_by_hand", known(last_sampled.success_by_hand()?)),
+            ("last_sampled_return", known(very_last.mean("return")?)),
+            ("last_sampled_success_by_hand", known(very_last.success_by_hand()?)),
+            ("sampled_fulfilled_power_w", known(power)),
+            ("sampled_fulfilled_max_force_n", known(last_sampled.fulfilled_max_force()?)),
+            ("stopped_episode_share", known(self.training.stopped_share()?)),
+        ])
+    }
+}
+
+/// NaN is what no row tells.
+fn known(value: f64) -> Cell {
+    Some(value).filter(|value| !value.is_nan()).into()
+}
+
+fn told(table: &Columns, column: &str, how: Statistic) -> Result<Cell> {
+    let mut values = table.values(column)?;
+    values.retain(|value| !value.is_nan());
+    let actions = if how == Statistic::PerAction { table.values("length")?.iter().sum() } else { f64::NAN };
+    Ok(statistic(how, &values, actions))
+}
+
+/// A statistic of the values that episodes of so many `actions` have; empty if none has one.
+pub fn statistic(how: Statistic, values: &[f64], actions: f64) -> Cell {
+    let above_0 = || values.iter().filter(|&&value| value > 0.0).count();
+    if values.is_empty() {
+        return Cell::Empty;
+    }
+    Cell::Real(match how {
+        Statistic::Mean => mean(values),
+        Statistic::Deviation if values.len() < 2 => return Cell::Empty,
+        Statistic::Deviation => deviation(values),
+        Statistic::Median => quantile(values, 0.5),
+        Statistic::Quantile90 => quantile(values, 0.9),
+        Statistic::PerAction => values.iter().sum::<f64>() / actions,
+        Statistic::ShareAbove0 => above_0() as f64 / values.len() as f64,
+        Statistic::CountAbove0 => return Cell::Count(above_0() as u64),
+    })
+}
