@@ -3,8 +3,9 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use aforce::{ActionSpace, Controller, ControllerConfig, TorqueLimits, Vector3};
-use physics::panda::{HOME, ParameterSet};
+use aforce::{ActionSpace, Controller, ControllerConfig, Vector3};
+use physics::robots::RobotName;
+use physics::robots::panda::HOME;
 use physics::scenes::lift::Lift;
 use physics::{Deviation, Plant, SimulationConfig};
 
@@ -32,9 +33,9 @@ static COUNTING: Counting = Counting;
 
 #[test]
 fn measure_and_update_do_not_allocate() {
-    let parameters = ParameterSet::Robosuite.parameters();
-    let limits = TorqueLimits::new(parameters.max_torque, None).unwrap();
-    let plant = Plant { parameters, dt: 0.002, config: SimulationConfig::default(), deviation: Deviation::default() };
+    let robot = RobotName::Robosuite.robot();
+    let limits = robot.arm.torque_limits().unwrap();
+    let plant = Plant { robot, dt: 0.002, config: SimulationConfig::default(), deviation: Deviation::default() };
     let (mut simulation, _) = Lift::simulate(&plant, Vector3::repeat(0.021));
     simulation.reset(&HOME.into());
     for space in ActionSpace::built_in() {

@@ -3,7 +3,7 @@
 
 use aforce::{ActionSpace, Controller, ControllerConfig, Interpolation, JointVector, TorqueLimits, Vector3, Wrench};
 use nalgebra::SVector;
-use physics::panda::ParameterSet;
+use physics::robots::RobotName;
 use physics::scenes::lift::Lift;
 use physics::{Deviation, Plant, SimulationConfig};
 
@@ -13,10 +13,10 @@ fn cells<const N: usize>(numbers: &mut impl Iterator<Item = f64>) -> SVector<f64
 
 #[test]
 fn torques_are_robosuites() {
-    let parameters = ParameterSet::Robosuite.parameters();
+    let robot = RobotName::Robosuite.robot();
     // The formulas are compared before the limits.
     let limits = TorqueLimits::new(JointVector::repeat(1e9), None).unwrap();
-    let plant = Plant { parameters, dt: 0.002, config: SimulationConfig::default(), deviation: Deviation::default() };
+    let plant = Plant { robot, dt: 0.002, config: SimulationConfig::default(), deviation: Deviation::default() };
     let (simulation, _) = Lift::simulate(&plant, Vector3::repeat(0.021));
     let measure = |q, qd| simulation.model().measure(q, qd, Wrench::zeros());
     let config = ControllerConfig {

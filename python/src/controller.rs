@@ -1,9 +1,8 @@
 //! The control law alone.
 
-use aforce::{ActionSpace, Jacobian, JointMatrix, JointVector, Pose, TorqueLimits, Vector3, Vector6, Wrench};
+use aforce::{ActionSpace, Arm, Jacobian, JointMatrix, JointVector, Pose, TorqueLimits, Vector3, Vector6, Wrench};
 use nalgebra::{Matrix3, Quaternion, Translation3, UnitQuaternion, UnitVector3};
 use numpy::{PyArray1, PyUntypedArrayMethods};
-use physics::panda::ParameterSet;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -152,7 +151,7 @@ impl Controller {
         let env = env_config("lift", None, &keywords)?;
 
         let joints = |value, name| Ok::<_, PyErr>(JointVector::from_vec(numbers(value, name, &[7])?));
-        let panda = ParameterSet::Identified.parameters().max_torque;
+        let panda = Arm::PANDA.torque_max.into();
         let max = torque_limits.map_or(Ok(panda), |limits| joints(limits, "torque_limits"))?;
         let rate = torque_rate_limits.map(|limits| joints(limits, "torque_rate_limits")).transpose()?;
         let limits = TorqueLimits::new(max, rate).map_err(value_error)?;

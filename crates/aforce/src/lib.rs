@@ -21,8 +21,8 @@
 //!
 //! The way in is [`Controller`]: `reset`, then one `set_goal` per policy action and one `update` per control sample.
 //! Any simulator that fills a [`Measurement`] can use it: the law asks it for the arm's kinematics and inertia. What is built in
-//! of the plant are seven joints and two sets of a Panda's numbers: how fast its tool may move, which jerk-limited set-points of
-//! [`Controller::new`] keep a share of, and the drives behind [`EnergyLedger::copper_loss`]. An arm that is not simulated is
+//! of the plant are seven joints, and how fast a Panda's tool may move, which jerk-limited set-points of [`Controller::new`] keep a
+//! share of. An arm that is not simulated is
 //! driven through [`host`], which takes the [`Arm`] as data and bounds what the law may do. The control step does not allocate.
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]

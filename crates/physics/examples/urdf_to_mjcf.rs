@@ -1,6 +1,6 @@
 //! Prints the arm of a URDF as MJCF: `cargo run --release -p physics --example urdf_to_mjcf FILE TOOL_LINK`.
 
-use physics::urdf::{self, Drives};
+use physics::robots::urdf::{self, Drives};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);

@@ -7,14 +7,15 @@ use aforce::{JointVector, Pose, Vector3};
 use approx::assert_relative_eq;
 use nalgebra::{Rotation3, Translation3, UnitQuaternion};
 use physics::model::Model;
-use physics::panda::{HOME, ParameterSet, add_arm};
+use physics::robots::RobotName;
+use physics::robots::panda::HOME;
+use physics::robots::urdf::{self, Drives};
 use physics::scene::{Inertial, Joint, Scene};
-use physics::urdf::{self, Drives};
 
 /// The identified Panda without a tool; its hand is the controlled point.
 fn panda() -> (Scene, usize) {
     let mut scene = Scene::default();
-    let hand = add_arm(&mut scene, &ParameterSet::Identified.parameters(), Pose::identity());
+    let hand = RobotName::Identified.robot().add_to(&mut scene, Pose::identity());
     (scene, hand)
 }
 

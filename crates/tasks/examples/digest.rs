@@ -7,7 +7,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::{env, process};
 
 use aforce::ActionSpace;
-use physics::panda::ParameterSet;
+use physics::robots::RobotName;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tasks::{Env, EnvConfig, TaskName};
@@ -18,12 +18,13 @@ fn main() {
         eprintln!("usage: digest [ACTIONS]");
         process::exit(2)
     };
-    for (name, robot) in [("robosuite", ParameterSet::Robosuite), ("identified", ParameterSet::Identified)] {
+    for robot in RobotName::ALL {
         for task in TaskName::ALL {
             for space in ActionSpace::built_in() {
-                let space_name = space.to_string();
+                let name = space.to_string();
                 let (digest, diverged) = digest(EnvConfig { task, space, robot, ..EnvConfig::default() }, actions);
-                println!("{name:<10} {:<5} {space_name:<24} {digest:016x} {diverged} diverged", task.as_str());
+                let (robot, task) = (robot.as_str(), task.as_str());
+                println!("{robot:<10} {task:<5} {name:<24} {digest:016x} {diverged} diverged");
             }
         }
     }

@@ -91,12 +91,11 @@ pub fn point(
     stiffness: f64,
     share: f64,
 ) -> Result<Point> {
-    let parameters = setup.parameters();
-    let limits = parameters.torque_limits();
-    let joints = parameters.damping;
+    let robot = setup.arm();
+    let limits = robot.arm.torque_limits()?;
+    let joints = robot.damping();
     let Trial { height, friction, start, .. } = Trial::nominal();
-    let plant =
-        Plant { parameters, dt: setup.controller.dt(), config: setup.simulation, deviation: Deviation::default() };
+    let plant = Plant { robot, dt: setup.controller.dt(), config: setup.simulation, deviation: Deviation::default() };
     let (mut simulation, _) = Wipe::simulate(&plant, height, friction);
     simulation.reset(&start);
     let y = simulation.measure();
