@@ -41,7 +41,7 @@ fn grasp(simulation: &mut Simulation, lift: &Lift) {
 /// The engine accelerates as the independent model says: qdd = M^-1 (tau - bias - friction).
 #[test]
 fn engine_agrees_with_the_model() {
-    for set in [RobotName::Robosuite, RobotName::Identified] {
+    for set in RobotName::ALL {
         let robot = set.robot().with_damping(0.0).with_friction(0.0);
         let plant = Plant { robot, dt: 1e-6, config: SimulationConfig::default(), deviation: Deviation::default() };
         let (mut simulation, _) = Lift::simulate(&plant, Vector3::repeat(0.021));

@@ -3,6 +3,7 @@
 //! One more robot is one more file here, with a function that makes its [`Robot`], and its name in [`RobotName`]. Units are
 //! SI. A shape or an inertia is given in the frame of the body that has it.
 
+pub mod fr3;
 pub mod panda;
 pub mod urdf;
 
@@ -165,17 +166,20 @@ pub enum RobotName {
     Robosuite,
     /// A Panda with parameters that were identified on a real arm.
     Identified,
+    /// A Franka Research 3 with its maker's parameters.
+    Fr3,
 }
 
 impl RobotName {
     /// All robots.
-    pub const ALL: [RobotName; 2] = [RobotName::Robosuite, RobotName::Identified];
+    pub const ALL: [RobotName; 3] = [RobotName::Robosuite, RobotName::Identified, RobotName::Fr3];
 
     /// The name used in files and on command lines.
     pub fn as_str(self) -> &'static str {
         match self {
             RobotName::Robosuite => "robosuite",
             RobotName::Identified => "identified",
+            RobotName::Fr3 => "fr3",
         }
     }
 
@@ -184,6 +188,7 @@ impl RobotName {
         match self {
             RobotName::Robosuite => panda::robosuite(),
             RobotName::Identified => panda::identified(),
+            RobotName::Fr3 => fr3::fr3(),
         }
     }
 }
@@ -195,5 +200,32 @@ impl FromStr for RobotName {
         let names = Self::ALL.map(Self::as_str).join(", ");
         let known = Self::ALL.into_iter().find(|robot| robot.as_str() == text);
         known.ok_or_else(|| format!("no robot is called {text:?}; known are {names}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_robot_goes_by_its_name() {
+        for name in RobotName::ALL {
+            assert_eq!(name.robot().name, name.as_str());
+            assert_eq!(name.as_str().parse(), Ok(name));
+        }
+        let error = "ur5".parse::<RobotName>().unwrap_err();
+        assert_eq!(error, "no robot is called \"ur5\"; known are robosuite, identified, fr3");
+    }
+
+    /// Masses and moments of inertia that matter can have, and a home between the ends of the joints.
+    #[test]
+    fn every_robot_can_be_built() {
+        for robot in RobotName::ALL.map(RobotName::robot) {
+            for (i, (link, [low, high])) in robot.links.iter().zip(robot.arm.range).enumerate() {
+                let moments = link.inertial.inertia.symmetric_eigenvalues();
+                assert!(link.inertial.mass > 0.0 && moments.min() > 0.0, "{} link {}", robot.name, i + 1);
+                assert!((low..=high).contains(&robot.home[i]), "{} joint {}", robot.name, i + 1);
+            }
+        }
     }
 }
