@@ -21,8 +21,8 @@ fn plant(robot: Robot) -> (Simulation, Lift) {
 }
 
 fn controller(space: &str, config: &ControllerConfig) -> Controller {
-    let limits = RobotName::Robosuite.robot().arm.torque_limits().unwrap();
-    Controller::new(&space.parse().unwrap(), config, limits, Vector3::z_axis()).unwrap()
+    let arm = RobotName::Robosuite.robot().arm;
+    Controller::new(&space.parse().unwrap(), config, &arm, Vector3::z_axis()).unwrap()
 }
 
 fn run(simulation: &mut Simulation, controller: &mut Controller, samples: usize) {

@@ -34,12 +34,12 @@ static COUNTING: Counting = Counting;
 #[test]
 fn measure_and_update_do_not_allocate() {
     let robot = RobotName::Robosuite.robot();
-    let limits = robot.arm.torque_limits().unwrap();
+    let arm = robot.arm;
     let plant = Plant { robot, dt: 0.002, config: SimulationConfig::default(), deviation: Deviation::default() };
     let (mut simulation, _) = Lift::simulate(&plant, Vector3::repeat(0.021));
     simulation.reset(&HOME.into());
     for space in ActionSpace::built_in() {
-        let mut controller = Controller::new(&space, &ControllerConfig::default(), limits, Vector3::z_axis()).unwrap();
+        let mut controller = Controller::new(&space, &ControllerConfig::default(), &arm, Vector3::z_axis()).unwrap();
         controller.reset(&simulation.measure());
         let action = vec![0.3; space.dim()];
         let before = ALLOCATIONS.with(Cell::get);

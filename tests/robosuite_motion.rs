@@ -64,11 +64,11 @@ fn simulate(task: &str, plant: &Plant) -> Simulation {
 fn play(scenario: &Scenario, start: &JointVector) -> Vec<Pose> {
     let config = ControllerConfig { position_step: 0.05, rotation_step: 0.5, ..ControllerConfig::default() };
     let robot = RobotName::Robosuite.robot();
-    let limits = robot.arm.torque_limits().unwrap();
+    let arm = robot.arm;
     let plant = Plant { robot, dt: config.dt(), config: SimulationConfig::default(), deviation: Deviation::default() };
     let mut simulation = simulate(&scenario.task, &plant);
     simulation.reset(start);
-    let mut controller = Controller::new(&scenario.space, &config, limits, Vector3::z_axis()).unwrap();
+    let mut controller = Controller::new(&scenario.space, &config, &arm, Vector3::z_axis()).unwrap();
     let mut y = simulation.measure();
     controller.reset(&y);
     let mut poses = vec![];

@@ -1,7 +1,7 @@
 //! With a set-point that jumps to its goal, `osc` and `variable` are robosuite's OSC_POSE, fixed and `variable_kp`: torques in
 //! random states agree with its formulas, evaluated in numpy (`scripts/osc_reference.py`).
 
-use aforce::{ActionSpace, Controller, ControllerConfig, Interpolation, JointVector, TorqueLimits, Vector3, Wrench};
+use aforce::{ActionSpace, Arm, Controller, ControllerConfig, Interpolation, Vector3, Wrench};
 use nalgebra::SVector;
 use physics::robots::RobotName;
 use physics::scenes::lift::Lift;
@@ -15,7 +15,7 @@ fn cells<const N: usize>(numbers: &mut impl Iterator<Item = f64>) -> SVector<f64
 fn torques_are_robosuites() {
     let robot = RobotName::Robosuite.robot();
     // The formulas are compared before the limits.
-    let limits = TorqueLimits::new(JointVector::repeat(1e9), None).unwrap();
+    let arm = Arm { torque_max: [1e9; 7], ..robot.arm };
     let plant = Plant { robot, dt: 0.002, config: SimulationConfig::default(), deviation: Deviation::default() };
     let (simulation, _) = Lift::simulate(&plant, Vector3::repeat(0.021));
     let measure = |q, qd| simulation.model().measure(q, qd, Wrench::zeros());
@@ -35,7 +35,7 @@ fn torques_are_robosuites() {
         let (kp, delta, expected) = (cells::<6>(&mut numbers), cells::<6>(&mut numbers), cells::<7>(&mut numbers));
 
         let space: ActionSpace = space.parse().unwrap();
-        let mut controller = Controller::new(&space, &config, limits, Vector3::z_axis()).unwrap();
+        let mut controller = Controller::new(&space, &config, &arm, Vector3::z_axis()).unwrap();
         controller.reset(&measure(q0, SVector::zeros()));
         let y = measure(q, qd);
         let mut action: Vec<f64> =

@@ -84,7 +84,7 @@ impl Arm {
     ///
     /// # Errors
     /// If a limit is NaN or negative.
-    pub fn torque_limits(&self) -> Result<TorqueLimits, ConfigError> {
+    pub(crate) fn torque_limits(&self) -> Result<TorqueLimits, ConfigError> {
         TorqueLimits::new(self.torque_max.into(), Some(self.torque_rate_max.into()))
     }
 

@@ -92,8 +92,7 @@ impl Env {
     pub fn with_task(mut task: Box<dyn Task>, config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
         config.validate()?;
         let robot = config.robot.robot();
-        let limits = robot.arm.torque_limits()?;
-        let controller = Controller::new(&config.space, &config.controller, limits, task.contact_axis())?;
+        let controller = Controller::new(&config.space, &config.controller, &robot.arm, task.contact_axis())?;
         let drawn = config.disturbance.draw(0);
         let deviation = config.disturbance.highest_table();
         let plant = Plant { robot, dt: config.controller.dt(), config: config.simulation, deviation };

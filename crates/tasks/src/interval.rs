@@ -211,7 +211,7 @@ impl Interval {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use aforce::{ControllerConfig, Jacobian, JointMatrix, Measurement, Pose, TorqueLimits, Twist, Vector3, Wrench};
+    use aforce::{ControllerConfig, Jacobian, JointMatrix, Measurement, Pose, Twist, Vector3, Wrench};
     use physics::robots::RobotName;
     use physics::{Deviation, LinkReading, SimulationConfig};
 
@@ -238,10 +238,11 @@ mod tests {
     /// half. `kp` commands the stiffness, -1 being 0 and 1 being 300.
     fn controller(kp: [f64; 6], limited: usize) -> Controller {
         let y = Measurement { bias: JointVector::repeat(1.0), ..arm() };
-        let max = JointVector::from_fn(|i, _| if i < limited { 0.5 } else { 10.0 });
-        let (space, limits) = ("variable".parse().unwrap(), TorqueLimits::new(max, None).unwrap());
+        let torque_max = std::array::from_fn(|i| if i < limited { 0.5 } else { 10.0 });
+        let arm = Arm { torque_max, torque_rate_max: [f64::INFINITY; 7], ..Arm::PANDA };
+        let space = "variable".parse().unwrap();
         let mut controller =
-            Controller::new(&space, &ControllerConfig::default(), limits, Vector3::z_axis()).expect("defaults");
+            Controller::new(&space, &ControllerConfig::default(), &arm, Vector3::z_axis()).expect("defaults");
         controller.reset(&y);
         controller.set_goal(&[kp, [0.0; 6]].concat(), &y);
         controller.update(&y);
@@ -319,9 +320,9 @@ mod tests {
     #[test]
     fn each_group_of_axes_is_recorded_with_its_parts() {
         let mut y = arm();
-        let limits = TorqueLimits::new(JointVector::repeat(1e3), None).unwrap();
+        let limits = Arm { torque_max: [1e3; 7], torque_rate_max: [f64::INFINITY; 7], ..Arm::PANDA };
         let space = "aforce".parse().unwrap();
-        let mut controller = Controller::new(&space, &ControllerConfig::default(), limits, Vector3::z_axis()).unwrap();
+        let mut controller = Controller::new(&space, &ControllerConfig::default(), &limits, Vector3::z_axis()).unwrap();
         controller.reset(&y);
         y.pose = Pose::new(Vector3::new(0.03, 0.0, 0.04), Vector3::new(0.0, 0.1, 0.0));
         y.twist = Twist::new(0.0, 0.2, 0.0, 0.0, 0.0, 0.5);

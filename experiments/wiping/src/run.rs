@@ -98,7 +98,7 @@ impl<'a> Wiping<'a> {
         let model = Model::new(&believed, tool, GRIP_SITE);
         let (q, qd) = simulation.joints();
         let y = model.measure(q, qd, Wrench::zeros());
-        let mut controller = Controller::new(space, &setup.controller, robot.arm.torque_limits()?, Vector3::z_axis())?;
+        let mut controller = Controller::new(space, &setup.controller, &robot.arm, Vector3::z_axis())?;
         controller.reset(&y);
 
         let sensing = setup.sensing.worsened(disturbance.wrench_error);
