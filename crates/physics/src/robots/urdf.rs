@@ -1,23 +1,17 @@
-//! An arm from its URDF: the seven joints between the base and a tool, as a scene without shapes.
+//! A robot from its URDF: lengths, masses, ranges and limits of the seven joints between the base and a tool.
 //!
-//! The file may have any serial arm of seven revolute joints. What it does not know is given beside it ([`Drives`]). Joints off
-//! the way to the tool, a gripper's for instance, are welded at zero.
+//! The file may have any serial arm of seven revolute joints, about any axes. Joints off the way to the tool, a gripper's for
+//! instance, are welded at zero. Shapes are not read.
 
 use std::collections::HashSet;
 
 use aforce::{Pose, Vector3};
 use nalgebra::{Matrix3, Translation3, UnitQuaternion};
 use thiserror::Error;
-use urdf_rs::{Joint as UrdfJoint, JointType, Robot};
+use urdf_rs::{Joint as UrdfJoint, JointType, Robot as File};
 
-use crate::scene::{Actuator, Axis, Body, Inertial, Joint, Scene, Stop};
-
-/// What a URDF leaves out.
-#[derive(Debug, Clone, Copy)]
-pub struct Drives {
-    /// Rotor inertia reflected to each joint (kg m2).
-    pub armature: [f64; 7],
-}
+use super::{JOINTS, Link, Robot};
+use crate::scene::Inertial;
 
 /// Why a text is no arm for this project.
 #[derive(Debug, Error)]
@@ -47,14 +41,6 @@ pub enum UrdfError {
         /// What moves on the way.
         found: String,
     },
-    /// A link that is called as one of the arm's here.
-    #[error(
-        "two links would be called {name:?}: the seven that the joints move are link1 to link7 here; rename the other"
-    )]
-    Name {
-        /// The name.
-        name: String,
-    },
     /// An axis without direction.
     #[error("joint {joint:?} has the axis {axis:?}")]
     NoAxis {
@@ -73,44 +59,56 @@ pub enum UrdfError {
     },
 }
 
-/// The arm whose tool is the link `tool`; also the place of the tool's body in the scene. Links on the way are called `link1` to
-/// `link7` there, as their joints keep their names; bodies are turned so that each joint turns about its own z.
+/// The arm whose flange is the link `tool`. Its links are turned so that each joint turns about its own z. What the file does not
+/// say is as in `rest`: rotors, rates of torques, speed of the tool, drives, gripper, home, mount, air.
 ///
 /// # Errors
-/// If the text is no URDF, its joints are no tree, there is no such link, the way to it has other joints than seven revolute ones, or a link that they
-/// do not move is called `link1` to `link7`.
-pub fn arm(text: &str, tool: &str, drives: &Drives) -> Result<(Scene, usize), UrdfError> {
-    let robot = urdf_rs::read_from_string(text)?;
-    let way = way_to(&robot, tool)?;
-    let moving: Vec<&str> = way.iter().filter(|joint| is_hinge(joint)).map(|joint| joint.name.as_str()).collect();
-    let others = way.iter().any(|joint| !is_hinge(joint) && joint.joint_type != JointType::Fixed);
-    if moving.len() != 7 || others {
-        let found: Vec<String> =
-            way.iter().map(|joint| format!("{} ({:?})", joint.name, joint.joint_type).to_lowercase()).collect();
-        return Err(UrdfError::Joints { tool: tool.into(), found: found.join(", ") });
+/// If the text is no URDF, its joints are no tree, there is no such link, the way to it has other joints than seven revolute ones,
+/// or one of them has no axis or a dry friction that is negative or not finite.
+pub fn robot(text: &str, tool: &str, rest: &Robot) -> Result<Robot, UrdfError> {
+    let file = urdf_rs::read_from_string(text)?;
+    let way = way_to(&file, tool)?;
+    let moving: Vec<&UrdfJoint> = way.iter().copied().filter(|joint| joint.joint_type != JointType::Fixed).collect();
+    let hinges = <[&UrdfJoint; JOINTS]>::try_from(moving).ok();
+    let Some(hinges) = hinges.filter(|hinges| hinges.iter().all(|joint| is_hinge(joint))) else {
+        let found = way.iter().map(|joint| format!("{} ({:?})", joint.name, joint.joint_type).to_lowercase());
+        return Err(UrdfError::Joints { tool: tool.into(), found: found.collect::<Vec<_>>().join(", ") });
+    };
+    let mut robot = Robot { name: file.name.clone(), base: vec![], flange_inertial: Inertial::NONE, ..rest.clone() };
+    let mut turns = [UnitQuaternion::identity(); JOINTS];
+    for (i, joint) in hinges.into_iter().enumerate() {
+        turns[i] = to_z(joint)?;
+        let endless = joint.joint_type == JointType::Continuous;
+        robot.arm.range[i] = if endless { [-100.0, 100.0] } else { [joint.limit.lower, joint.limit.upper] };
+        (robot.arm.speed_max[i], robot.arm.torque_max[i]) = (joint.limit.velocity, joint.limit.effort);
+        let (damping, friction) = joint.dynamics.as_ref().map_or((0.0, 0.0), |d| (d.damping, d.friction));
+        if !(friction >= 0.0 && friction.is_finite()) {
+            return Err(UrdfError::Friction { joint: joint.name.clone(), friction });
+        }
+        robot.links[i] = Link { frame: Pose::identity(), inertial: Inertial::NONE, geoms: vec![], damping, friction };
     }
     let root = way.first().map_or(tool, |joint| joint.parent.link.as_str());
-    let mut builder = Builder { robot: &robot, moving, tool, drives, scene: Scene::default(), found: 0 };
-    builder.add(root, None, Pose::identity(), UnitQuaternion::identity(), None)?;
-    Ok((builder.scene, builder.found))
+    let mut tree = Tree { file: &file, hinges: hinges.map(|joint| joint.name.as_str()), turns, tool, robot };
+    tree.take_in(root, None, Pose::identity());
+    Ok(tree.robot)
 }
 
 /// The joints from the root to `tool`, in order.
-fn way_to<'a>(robot: &'a Robot, tool: &str) -> Result<Vec<&'a UrdfJoint>, UrdfError> {
-    if !robot.links.iter().any(|link| link.name == tool) {
-        let known: Vec<&str> = robot.links.iter().map(|link| link.name.as_str()).collect();
+fn way_to<'a>(file: &'a File, tool: &str) -> Result<Vec<&'a UrdfJoint>, UrdfError> {
+    if !file.links.iter().any(|link| link.name == tool) {
+        let known: Vec<&str> = file.links.iter().map(|link| link.name.as_str()).collect();
         return Err(UrdfError::Link { link: tool.into(), known: known.join(", ") });
     }
     let no_tree = |link: &str| UrdfError::NoTree { link: link.into() };
     let mut moved = HashSet::new();
-    if let Some(joint) = robot.joints.iter().find(|joint| !moved.insert(&joint.child.link)) {
+    if let Some(joint) = file.joints.iter().find(|joint| !moved.insert(&joint.child.link)) {
         return Err(no_tree(&joint.child.link));
     }
     let mut way = vec![];
     let mut link = tool;
-    while let Some(joint) = robot.joints.iter().find(|joint| joint.child.link == link) {
+    while let Some(joint) = file.joints.iter().find(|joint| joint.child.link == link) {
         // Longer than all joints: it goes round.
-        if way.len() == robot.joints.len() {
+        if way.len() == file.joints.len() {
             return Err(no_tree(link));
         }
         way.push(joint);
@@ -124,86 +122,49 @@ fn is_hinge(joint: &UrdfJoint) -> bool {
     matches!(joint.joint_type, JointType::Revolute | JointType::Continuous)
 }
 
-struct Builder<'a> {
-    robot: &'a Robot,
+struct Tree<'a> {
+    file: &'a File,
     /// The seven joints, by name and in order.
-    moving: Vec<&'a str>,
+    hinges: [&'a str; JOINTS],
+    /// Rotation of each link of the robot, about whose z it turns, in the frame of its link in the file.
+    turns: [UnitQuaternion<f64>; JOINTS],
     tool: &'a str,
-    drives: &'a Drives,
-    scene: Scene,
-    /// The tool's place.
-    found: usize,
+    /// What has been read.
+    robot: Robot,
 }
 
-impl Builder<'_> {
-    /// Adds `link` and all below it. `turn` is the rotation from the link's frame in the file to that of its body, about whose z
-    /// it moves.
-    fn add(
-        &mut self,
-        link: &str,
-        parent: Option<usize>,
-        pose: Pose,
-        turn: UnitQuaternion<f64>,
-        joint: Option<&UrdfJoint>,
-    ) -> Result<(), UrdfError> {
-        let place = joint.and_then(|joint| self.moving.iter().position(|name| *name == joint.name));
-        let back = Pose::from_parts(Translation3::identity(), turn.inverse());
-        let moves = match (place, joint) {
-            (Some(place), Some(joint)) => self.hinge(place, joint)?,
-            _ => Joint::Fixed,
-        };
-        let name = place.map_or_else(|| link.to_owned(), |place| format!("link{}", place + 1));
-        if self.scene.bodies.iter().any(|body| body.name == name) {
-            return Err(UrdfError::Name { name });
+impl Tree<'_> {
+    /// Adds `link` of the file, and all below it, to the link `carrier` of the robot (`None`: the base), in which it has pose `pose`.
+    fn take_in(&mut self, link: &str, carrier: Option<usize>, pose: Pose) {
+        let file = self.file;
+        if let Some(carrier) = carrier {
+            let inertial = &mut self.robot.links[carrier].inertial;
+            *inertial = inertial.merged(&inertial_of(file, link).transformed(&pose));
         }
-        let index = self.scene.add(Body {
-            name,
-            parent,
-            pose,
-            joint: moves,
-            inertial: self.inertial(link).transformed(&back),
-            geoms: vec![],
-        });
         if link == self.tool {
-            self.found = index;
+            self.robot.flange = pose;
         }
-        let robot = self.robot;
-        for child in robot.joints.iter().filter(|joint| joint.parent.link == link) {
-            let turn =
-                if self.moving.contains(&child.name.as_str()) { to_z(child)? } else { UnitQuaternion::identity() };
-            let pose = back * origin(&child.origin) * Pose::from_parts(Translation3::identity(), turn);
-            self.add(&child.child.link, Some(index), pose, turn, Some(child))?;
+        for child in file.joints.iter().filter(|joint| joint.parent.link == link) {
+            let pose = pose * origin(&child.origin);
+            if let Some(i) = self.hinges.iter().position(|name| *name == child.name) {
+                let turn = self.turns[i];
+                self.robot.links[i].frame = pose * turn;
+                let back = Pose::from_parts(Translation3::identity(), turn.inverse());
+                self.take_in(&child.child.link, Some(i), back);
+            } else {
+                self.take_in(&child.child.link, carrier, pose);
+            }
         }
-        Ok(())
     }
+}
 
-    fn hinge(&mut self, place: usize, joint: &UrdfJoint) -> Result<Joint, UrdfError> {
-        self.scene.actuators.push(Actuator { joint: joint.name.clone(), max_effort: joint.limit.effort });
-        let (damping, friction) = joint.dynamics.as_ref().map_or((0.0, 0.0), |d| (d.damping, d.friction));
-        if !(friction >= 0.0 && friction.is_finite()) {
-            return Err(UrdfError::Friction { joint: joint.name.clone(), friction });
-        }
-        let endless = joint.joint_type == JointType::Continuous;
-        let range = if endless { [-100.0, 100.0] } else { [joint.limit.lower, joint.limit.upper] };
-        Ok(Joint::Hinge(Axis {
-            name: joint.name.clone(),
-            direction: Vector3::z_axis(),
-            range,
-            damping,
-            friction,
-            armature: self.drives.armature[place],
-            spring: 0.0,
-            stop: Stop::Constraint,
-        }))
-    }
-
-    fn inertial(&self, link: &str) -> Inertial {
-        let Some(link) = self.robot.links.iter().find(|l| l.name == link) else { return Inertial::NONE };
-        let i = &link.inertial.inertia;
-        let inertia = Matrix3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
-        Inertial { mass: link.inertial.mass.value, com: Vector3::zeros(), inertia }
-            .transformed(&origin(&link.inertial.origin))
-    }
+/// Mass properties of a link in its own frame.
+fn inertial_of(file: &File, link: &str) -> Inertial {
+    let Some(link) = file.links.iter().find(|l| l.name == link) else { return Inertial::NONE };
+    let i = &link.inertial.inertia;
+    let inertia = Matrix3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
+    Inertial { mass: link.inertial.mass.value, com: Vector3::zeros(), inertia }
+        .transformed(&origin(&link.inertial.origin))
 }
 
 /// A rotation whose z is the joint's axis.
