@@ -68,7 +68,7 @@ pub struct Diverged;
 /// Longest step of the engine (s). The joints' end stops and the contacts are too stiff for a longer one: it creates energy.
 const LONGEST_STEP: f64 = 0.002;
 
-/// A joint faster than this (rad/s) is a numerical accident: the arm's own limit is 2.6.
+/// A joint faster than this (rad/s) is a numerical accident: no robot here may turn a joint faster than 5.3.
 const MAX_PLAUSIBLE_SPEED: f64 = 100.0;
 
 /// An arm with its tool in a scene.
