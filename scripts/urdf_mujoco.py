@@ -27,25 +27,26 @@ for old in root.findall("mujoco")[:-1]:
 theirs = mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode"))
 ours = mujoco.MjModel.from_xml_path(mjcf)
 
-names = [ours.joint(i).name for i in range(ours.njnt)]
-place = [theirs.joint(name).qposadr[0] for name in names]
-print(f"{names[0]} to {names[-1]} of {theirs.njnt} joints")
+# The joints between their root and their tool, in order.
+place, body = [], theirs.body(tool).id
+while body:
+    place[:0] = [theirs.jnt_qposadr[i] for i in range(theirs.njnt) if theirs.jnt_bodyid[i] == body]
+    body = theirs.body_parentid[body]
+print(f"{len(place)} of {theirs.njnt} joints")
 random = np.random.default_rng(28)
 worst = dict.fromkeys(("position (m)", "rotation", "mass (kg m2)", "bias (Nm)"), 0.0)
 for _ in range(100):
-    q = np.array([random.uniform(*ours.joint(name).range) for name in names])
-    qd = random.uniform(-1, 1, len(names))
+    q = random.uniform(*ours.jnt_range.T)
+    qd = random.uniform(-1, 1, ours.nv)
     found = []
-    for model, at in ((ours, range(len(names))), (theirs, place)):
+    for model, at, hand in ((ours, range(ours.nv), "right_hand"), (theirs, place, tool)):
         data = mujoco.MjData(model)
         data.qpos[list(at)], data.qvel[list(at)] = q, qd
         mujoco.mj_forward(model, data)
         mass = np.zeros((model.nv, model.nv))
         mujoco.mj_fullM(model, mass, data.qM)
         mass -= np.diag(model.dof_armature)
-        # The last moved link may be the tool; ours is called link7 then.
-        named = {model.body(i).name for i in range(model.nbody)}
-        body = data.body(tool if tool in named else "link7")
+        body = data.body(hand)
         found.append((body.xpos.copy(), body.xmat.copy(), mass[np.ix_(list(at), list(at))], data.qfrc_bias[list(at)]))
     for name, a, b in zip(worst, *found):
         difference = float(np.abs(a - b).max())

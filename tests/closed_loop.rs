@@ -1,8 +1,9 @@
 //! Controller and plant together: where the tool goes, what it presses, where energy stays.
 
-use aforce::{Controller, ControllerConfig, EnergyLedger, JointVector, Measurement, TorqueLimits, Vector3};
+use aforce::{Arm, Controller, ControllerConfig, EnergyLedger, JointVector, Measurement, Vector3};
 use approx::assert_relative_eq;
-use physics::panda::{HOME, ParameterSet, Parameters};
+use physics::robots::panda::HOME;
+use physics::robots::{Robot, RobotName};
 use physics::scenes::lift::{Lift, TABLE_HEIGHT};
 use physics::{Deviation, Plant, Simulation, SimulationConfig};
 use rand::{RngExt, SeedableRng};
@@ -10,8 +11,8 @@ use rand_chacha::ChaCha8Rng;
 
 const DT: f64 = 0.002;
 
-fn plant(parameters: Parameters) -> (Simulation, Lift) {
-    let plant = Plant { parameters, dt: DT, config: SimulationConfig::default(), deviation: Deviation::default() };
+fn plant(robot: Robot) -> (Simulation, Lift) {
+    let plant = Plant { robot, dt: DT, config: SimulationConfig::default(), deviation: Deviation::default() };
     let (mut simulation, lift) = Lift::simulate(&plant, Vector3::repeat(0.021));
     // Out of the way.
     lift.place_cube(&mut simulation, &nalgebra::Isometry3::translation(0.3, 0.3, TABLE_HEIGHT + 0.021));
@@ -20,8 +21,8 @@ fn plant(parameters: Parameters) -> (Simulation, Lift) {
 }
 
 fn controller(space: &str, config: &ControllerConfig) -> Controller {
-    let limits = TorqueLimits::new(ParameterSet::Robosuite.parameters().max_torque, None).unwrap();
-    Controller::new(&space.parse().unwrap(), config, limits, Vector3::z_axis()).unwrap()
+    let arm = RobotName::Robosuite.robot().arm;
+    Controller::new(&space.parse().unwrap(), config, &arm, Vector3::z_axis()).unwrap()
 }
 
 fn run(simulation: &mut Simulation, controller: &mut Controller, samples: usize) {
@@ -40,8 +41,7 @@ fn actions_move_the_tool_along_world_axes() {
         for axis in 0..6 {
             let config = ControllerConfig { position_step: 0.005, rotation_step: 0.01, ..ControllerConfig::default() };
             // Without dry friction, which leaves a soft controller short.
-            let (mut simulation, _) =
-                plant(Parameters { friction: JointVector::zeros(), ..ParameterSet::Robosuite.parameters() });
+            let (mut simulation, _) = plant(RobotName::Robosuite.robot().with_friction(0.0));
             let mut controller = controller(space, &config);
             let start = simulation.measure();
             controller.reset(&start);
@@ -63,7 +63,7 @@ fn actions_move_the_tool_along_world_axes() {
 #[test]
 fn commanded_force_is_held() {
     let config = ControllerConfig::default();
-    let (mut simulation, _) = plant(ParameterSet::Robosuite.parameters());
+    let (mut simulation, _) = plant(RobotName::Robosuite.robot());
     let mut controller = controller("aforce-force", &config);
     controller.reset(&simulation.measure());
     let wanted = 10.0;
@@ -86,9 +86,8 @@ fn commanded_force_is_held() {
 /// Work of the motors that is not the change of the arm's energy, as a share of the absolute work, over a second without
 /// friction, damping, air or contact.
 fn unaccounted(mut torque: impl FnMut(usize, &Measurement) -> JointVector) -> f64 {
-    let none = JointVector::zeros();
-    let parameters = ParameterSet::Robosuite.parameters();
-    let (mut simulation, _) = plant(Parameters { damping: none, friction: none, air: None, ..parameters });
+    let robot = RobotName::Robosuite.robot().with_damping(0.0).with_friction(0.0);
+    let (mut simulation, _) = plant(Robot { air: None, ..robot });
     let energy = |s: &Simulation| {
         let (q, qd) = s.joints();
         s.model().energy(&q, &qd)
@@ -100,7 +99,7 @@ fn unaccounted(mut torque: impl FnMut(usize, &Measurement) -> JointVector) -> f6
         let tau = torque(k, &y);
         simulation.step(&tau, 0.0).unwrap();
         assert!(!simulation.contact().touching);
-        ledger.add(&tau, &((y.qd + simulation.joints().1) / 2.0), DT);
+        ledger.add(&tau, &((y.qd + simulation.joints().1) / 2.0), &Arm::FRANKA_DRIVES, DT);
     }
     assert!(ledger.absolute > 2.0, "the motion does some work: {} J", ledger.absolute);
     (ledger.net - (energy(&simulation) - start)).abs() / ledger.absolute

@@ -3,10 +3,11 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use aforce::{JointVector, Vector3};
+use aforce::{Arm, JointVector, Vector3};
 use approx::assert_abs_diff_eq;
 use nalgebra::{Quaternion, UnitQuaternion};
-use physics::panda::{HOME, ParameterSet, RANGE};
+use physics::robots::RobotName;
+use physics::robots::panda::HOME;
 use physics::scenes::{door, lift};
 use physics::{Deviation, Plant, Simulation, SimulationConfig};
 use rand::SeedableRng;
@@ -24,8 +25,8 @@ fn env(task: TaskName) -> Env {
 
 /// A task without the environment around it, the arm at `q`.
 fn bare(task: TaskName, q: &JointVector) -> (Box<dyn Task>, Simulation) {
-    let parameters = ParameterSet::Robosuite.parameters();
-    let plant = Plant { parameters, dt: 0.002, config: SimulationConfig::default(), deviation: Deviation::default() };
+    let robot = RobotName::Robosuite.robot();
+    let plant = Plant { robot, dt: 0.002, config: SimulationConfig::default(), deviation: Deviation::default() };
     let mut task = task.create(500, MarkerView::Condensed);
     let mut simulation = task.reset(&plant, &mut ChaCha8Rng::seed_from_u64(1));
     simulation.reset(q);
@@ -34,7 +35,7 @@ fn bare(task: TaskName, q: &JointVector) -> (Box<dyn Task>, Simulation) {
 
 /// Place of one of the door's joints, for [`Simulation::joint`].
 fn door_joint(name: &str) -> usize {
-    door::scene(&ParameterSet::Robosuite.parameters(), &door::root(door::MIDDLE)).0.joint(name)
+    door::scene(&RobotName::Robosuite.robot(), &door::root(door::MIDDLE)).0.joint(name)
 }
 
 /// Holds the arm at `q`.
@@ -103,7 +104,7 @@ fn the_robots_entries_are_its_joints_hand_and_fingers() {
 /// robosuite counts from the cube to the hand, but from the hand to the handle, the door and the markers.
 #[test]
 fn differences_of_positions_point_robosuites_way() {
-    let cube = lift::scene(&ParameterSet::Robosuite.parameters(), Vector3::repeat(0.021)).0.body("cube");
+    let cube = lift::scene(&RobotName::Robosuite.robot(), Vector3::repeat(0.021)).0.body("cube");
     follow_expert(TaskName::Lift, |env, _| {
         let position = vector(env, "cube_pos");
         assert_abs_diff_eq!(position, env.simulation().body_pose(cube).translation.vector, epsilon = ROUNDING);
@@ -158,7 +159,7 @@ fn scaled_observations_are_centred_scaled_and_clipped_at_10() {
 /// robosuite divides all of Lift's terms by 2.25, so that a lifted cube earns 1. A grasp needs both pads.
 #[test]
 fn lift_pays_for_reaching_grasping_and_lifting() {
-    let scene = lift::scene(&ParameterSet::Robosuite.parameters(), Vector3::repeat(0.021)).0;
+    let scene = lift::scene(&RobotName::Robosuite.robot(), Vector3::repeat(0.021)).0;
     let [cube, left, right] = ["cube", "left_pad", "right_pad"].map(|name| scene.geom(name));
     let mut lifted = 0;
     // Actions in which none, one and both pads pressed on the cube that was not lifted yet.
@@ -228,7 +229,7 @@ fn costs_the_arm(terms: [f64; 4]) -> bool {
 #[test]
 fn in_wipe_a_joint_within_a_tenth_of_a_radian_of_its_end_costs_10() {
     let (mut task, simulation) = bare(TaskName::Wipe, &HOME.into());
-    for (joint, [low, high]) in RANGE.into_iter().enumerate() {
+    for (joint, [low, high]) in Arm::PANDA.range.into_iter().enumerate() {
         for (q, near) in [(low + 0.09, true), (low + 0.11, false), (high - 0.11, false), (high - 0.09, true)] {
             let mut y = simulation.measure();
             y.q[joint] = q;

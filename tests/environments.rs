@@ -1,9 +1,9 @@
 //! Every task in every action space: sizes, finiteness, determinism, and a scripted expert
 //! that solves it.
 
-use aforce::{ActionSpace, ControllerConfig};
+use aforce::{ActionSpace, Arm, ControllerConfig};
 use approx::assert_relative_eq;
-use physics::panda::{ParameterSet, RANGE};
+use physics::robots::RobotName;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tasks::{Env, EnvConfig, ForcePenalty, MarkerView, ObservationOptions, REWARD_TERMS, Sensor, Step, TaskName};
@@ -103,8 +103,8 @@ fn an_action_is_recorded_as_it_acted() {
 fn torques_keep_to_the_limits_of_the_plant() {
     let dt = 0.002;
     let sets = [
-        (ParameterSet::Robosuite, [80.0, 80.0, 80.0, 80.0, 80.0, 12.0, 12.0], f64::INFINITY),
-        (ParameterSet::Identified, [87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0], 1000.0 * dt),
+        (RobotName::Robosuite, [80.0, 80.0, 80.0, 80.0, 80.0, 12.0, 12.0], f64::INFINITY),
+        (RobotName::Identified, [87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0], 1000.0 * dt),
     ];
     for (robot, max, change) in sets {
         let controller = ControllerConfig { policy_hz: 500, ..ControllerConfig::default() };
@@ -168,7 +168,7 @@ fn an_episode_starts_in_range_and_in_nothings_way() {
         for seed in 0..30 {
             env.reset(Some(seed));
             let q = env.measurement().q;
-            assert!(q.iter().zip(RANGE).all(|(q, [low, high])| (low..=high).contains(q)), "{q}");
+            assert!(q.iter().zip(Arm::PANDA.range).all(|(q, [low, high])| (low..=high).contains(q)), "{q}");
             let before = energy(&env);
             let still = vec![0.0; env.action_dim()];
             assert!(!env.step(&still).diverged);

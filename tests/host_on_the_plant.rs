@@ -5,7 +5,8 @@ use aforce::host::{ArmInterface, ArmState, Host, HostLimits, HostSetup, Status, 
 use aforce::{
     ActionSpace, Arm, ControllerConfig, ForceConfig, GoalRule, Interpolation, JointMatrix, JointVector, Vector6, encode,
 };
-use physics::panda::{HOME, ParameterSet};
+use physics::robots::RobotName;
+use physics::robots::panda::HOME;
 use physics::scenes::wipe::{TABLE_HEIGHT, Wipe};
 use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
@@ -66,7 +67,7 @@ struct Outcome {
 /// Holds for a second, goes down at 4 cm/s until there is contact, and asks for 10 N.
 fn press(setup: &HostSetup) -> Outcome {
     let plant = Plant {
-        parameters: ParameterSet::Identified.parameters(),
+        robot: RobotName::Identified.robot(),
         dt: DT,
         config: SimulationConfig::default(),
         deviation: Deviation::default(),

@@ -3,8 +3,9 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use aforce::{ActionSpace, Controller, ControllerConfig, TorqueLimits, Vector3};
-use physics::panda::{HOME, ParameterSet};
+use aforce::{ActionSpace, Controller, ControllerConfig, Vector3};
+use physics::robots::RobotName;
+use physics::robots::panda::HOME;
 use physics::scenes::lift::Lift;
 use physics::{Deviation, Plant, SimulationConfig};
 
@@ -32,13 +33,13 @@ static COUNTING: Counting = Counting;
 
 #[test]
 fn measure_and_update_do_not_allocate() {
-    let parameters = ParameterSet::Robosuite.parameters();
-    let limits = TorqueLimits::new(parameters.max_torque, None).unwrap();
-    let plant = Plant { parameters, dt: 0.002, config: SimulationConfig::default(), deviation: Deviation::default() };
+    let robot = RobotName::Robosuite.robot();
+    let arm = robot.arm;
+    let plant = Plant { robot, dt: 0.002, config: SimulationConfig::default(), deviation: Deviation::default() };
     let (mut simulation, _) = Lift::simulate(&plant, Vector3::repeat(0.021));
     simulation.reset(&HOME.into());
     for space in ActionSpace::built_in() {
-        let mut controller = Controller::new(&space, &ControllerConfig::default(), limits, Vector3::z_axis()).unwrap();
+        let mut controller = Controller::new(&space, &ControllerConfig::default(), &arm, Vector3::z_axis()).unwrap();
         controller.reset(&simulation.measure());
         let action = vec![0.3; space.dim()];
         let before = ALLOCATIONS.with(Cell::get);

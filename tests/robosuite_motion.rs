@@ -2,7 +2,7 @@
 //! space, recorded by `scripts/robosuite_motion.py`.
 
 use aforce::{ActionSpace, Controller, ControllerConfig, JointVector, Pose, Vector3, pose_error};
-use physics::panda::ParameterSet;
+use physics::robots::RobotName;
 use physics::scenes::lift::Lift;
 use physics::scenes::wipe::{TABLE_FRICTION, TABLE_HEIGHT, Wipe};
 use physics::{Deviation, Plant, Simulation, SimulationConfig};
@@ -63,13 +63,12 @@ fn simulate(task: &str, plant: &Plant) -> Simulation {
 /// Poses after every eighth action, the arm starting at rest at `start`.
 fn play(scenario: &Scenario, start: &JointVector) -> Vec<Pose> {
     let config = ControllerConfig { position_step: 0.05, rotation_step: 0.5, ..ControllerConfig::default() };
-    let parameters = ParameterSet::Robosuite.parameters();
-    let limits = parameters.torque_limits();
-    let plant =
-        Plant { parameters, dt: config.dt(), config: SimulationConfig::default(), deviation: Deviation::default() };
+    let robot = RobotName::Robosuite.robot();
+    let arm = robot.arm;
+    let plant = Plant { robot, dt: config.dt(), config: SimulationConfig::default(), deviation: Deviation::default() };
     let mut simulation = simulate(&scenario.task, &plant);
     simulation.reset(start);
-    let mut controller = Controller::new(&scenario.space, &config, limits, Vector3::z_axis()).unwrap();
+    let mut controller = Controller::new(&scenario.space, &config, &arm, Vector3::z_axis()).unwrap();
     let mut y = simulation.measure();
     controller.reset(&y);
     let mut poses = vec![];

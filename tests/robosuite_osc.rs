@@ -1,9 +1,9 @@
 //! With a set-point that jumps to its goal, `osc` and `variable` are robosuite's OSC_POSE, fixed and `variable_kp`: torques in
 //! random states agree with its formulas, evaluated in numpy (`scripts/osc_reference.py`).
 
-use aforce::{ActionSpace, Controller, ControllerConfig, Interpolation, JointVector, TorqueLimits, Vector3, Wrench};
+use aforce::{ActionSpace, Arm, Controller, ControllerConfig, Interpolation, Vector3, Wrench};
 use nalgebra::SVector;
-use physics::panda::ParameterSet;
+use physics::robots::RobotName;
 use physics::scenes::lift::Lift;
 use physics::{Deviation, Plant, SimulationConfig};
 
@@ -13,10 +13,10 @@ fn cells<const N: usize>(numbers: &mut impl Iterator<Item = f64>) -> SVector<f64
 
 #[test]
 fn torques_are_robosuites() {
-    let parameters = ParameterSet::Robosuite.parameters();
+    let robot = RobotName::Robosuite.robot();
     // The formulas are compared before the limits.
-    let limits = TorqueLimits::new(JointVector::repeat(1e9), None).unwrap();
-    let plant = Plant { parameters, dt: 0.002, config: SimulationConfig::default(), deviation: Deviation::default() };
+    let arm = Arm { torque_max: [1e9; 7], ..robot.arm };
+    let plant = Plant { robot, dt: 0.002, config: SimulationConfig::default(), deviation: Deviation::default() };
     let (simulation, _) = Lift::simulate(&plant, Vector3::repeat(0.021));
     let measure = |q, qd| simulation.model().measure(q, qd, Wrench::zeros());
     let config = ControllerConfig {
@@ -35,7 +35,7 @@ fn torques_are_robosuites() {
         let (kp, delta, expected) = (cells::<6>(&mut numbers), cells::<6>(&mut numbers), cells::<7>(&mut numbers));
 
         let space: ActionSpace = space.parse().unwrap();
-        let mut controller = Controller::new(&space, &config, limits, Vector3::z_axis()).unwrap();
+        let mut controller = Controller::new(&space, &config, &arm, Vector3::z_axis()).unwrap();
         controller.reset(&measure(q0, SVector::zeros()));
         let y = measure(q, qd);
         let mut action: Vec<f64> =

@@ -5,7 +5,7 @@ use std::collections::hash_map::DefaultHasher;
 use std::hash::{Hash, Hasher};
 use std::process::Command;
 
-use physics::panda::ParameterSet;
+use physics::robots::RobotName;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tasks::{Env, EnvConfig, TaskName};
@@ -43,8 +43,8 @@ fn digest(config: EnvConfig, random: bool) -> u64 {
 fn digests() -> String {
     let mut lines = String::new();
     let robosuite = ["aforce-force", "aforce-psi", "variable", "osc", "robosuite-osc"];
-    let setups = robosuite.map(|space| (space, ParameterSet::Robosuite)).into_iter();
-    for (space, robot) in setups.chain([("aforce", ParameterSet::Identified)]) {
+    let setups = robosuite.map(|space| (space, RobotName::Robosuite)).into_iter();
+    for (space, robot) in setups.chain([("aforce", RobotName::Identified)]) {
         for task in TaskName::ALL {
             for random in [true, false] {
                 let config = EnvConfig { task, space: space.parse().unwrap(), robot, ..EnvConfig::default() };

@@ -1,9 +1,8 @@
 //! The control law alone.
 
-use aforce::{ActionSpace, Jacobian, JointMatrix, JointVector, Pose, TorqueLimits, Vector3, Vector6, Wrench};
+use aforce::{ActionSpace, Arm, Jacobian, JointMatrix, JointVector, Pose, Vector3, Vector6, Wrench};
 use nalgebra::{Matrix3, Quaternion, Translation3, UnitQuaternion, UnitVector3};
 use numpy::{PyArray1, PyUntypedArrayMethods};
-use physics::panda::ParameterSet;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -151,16 +150,19 @@ impl Controller {
         keywords.set_item("controller", section)?;
         let env = env_config("lift", None, &keywords)?;
 
-        let joints = |value, name| Ok::<_, PyErr>(JointVector::from_vec(numbers(value, name, &[7])?));
-        let panda = ParameterSet::Identified.parameters().max_torque;
-        let max = torque_limits.map_or(Ok(panda), |limits| joints(limits, "torque_limits"))?;
-        let rate = torque_rate_limits.map(|limits| joints(limits, "torque_rate_limits")).transpose()?;
-        let limits = TorqueLimits::new(max, rate).map_err(value_error)?;
+        let joints = |value, name| Ok::<_, PyErr>(JointVector::from_vec(numbers(value, name, &[7])?).into());
+        let mut arm = Arm { torque_rate_max: [f64::INFINITY; 7], ..Arm::PANDA };
+        if let Some(limits) = torque_limits {
+            arm.torque_max = joints(limits, "torque_limits")?;
+        }
+        if let Some(limits) = torque_rate_limits {
+            arm.torque_rate_max = joints(limits, "torque_rate_limits")?;
+        }
         let axis = contact_axis.map_or(Ok(vec![0.0, 0.0, 1.0]), |axis| numbers(axis, "contact_axis", &[3]))?;
         let axis = UnitVector3::try_new(Vector3::from_vec(axis), 1e-9)
             .filter(|axis| axis.iter().all(|entry| entry.is_finite()))
             .ok_or_else(|| value_error("contact_axis has no direction"))?;
-        let controller = aforce::Controller::new(&env.space, &env.controller, limits, axis).map_err(value_error)?;
+        let controller = aforce::Controller::new(&env.space, &env.controller, &arm, axis).map_err(value_error)?;
         Ok(Self(Exclusive::new(Law { controller, config: env.controller, ready: false })))
     }
 

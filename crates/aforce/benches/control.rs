@@ -3,8 +3,8 @@
 use std::hint::black_box;
 
 use aforce::{
-    ActionSpace, Adapted, AdaptiveLaw, Controller, ControllerConfig, Errors, ForceConfig, ForceControl, Interpolation,
-    Jacobian, JointMatrix, JointVector, Measurement, OperationalSpace, Pose, TorqueLimits, Twist, Vector3, Vector6,
+    ActionSpace, Adapted, AdaptiveLaw, Arm, Controller, ControllerConfig, Errors, ForceConfig, ForceControl,
+    Interpolation, Jacobian, JointMatrix, JointVector, Measurement, OperationalSpace, Pose, Twist, Vector3, Vector6,
     Wrench, impedance, pose_error,
 };
 use criterion::{Criterion, criterion_group, criterion_main};
@@ -27,8 +27,8 @@ fn measurement() -> Measurement {
 
 fn controller(name: &str, interpolation: Interpolation, y: &Measurement) -> Controller {
     let config = ControllerConfig { interpolation, ..ControllerConfig::default() };
-    let limits = TorqueLimits::new(JointVector::repeat(80.0), None).unwrap();
-    let mut control = Controller::new(&name.parse().unwrap(), &config, limits, Vector3::z_axis()).unwrap();
+    let arm = Arm { torque_max: [80.0; 7], torque_rate_max: [f64::INFINITY; 7], ..Arm::PANDA };
+    let mut control = Controller::new(&name.parse().unwrap(), &config, &arm, Vector3::z_axis()).unwrap();
     control.reset(y);
     control
 }

@@ -25,7 +25,7 @@ pub struct Arm {
     pub speed_max: [f64; 7],
     /// Largest torque of each joint, either way (Nm).
     pub torque_max: [f64; 7],
-    /// Largest rate of each joint's torque, either way (Nm/s).
+    /// Largest rate of each joint's torque, either way (Nm/s); infinite where a simulated arm has no such limit.
     pub torque_rate_max: [f64; 7],
     /// Rotor inertia reflected to each joint (kg m^2).
     pub rotor_inertia: [f64; 7],
@@ -37,6 +37,15 @@ pub struct Arm {
 const ROTORS: [f64; 7] = [0.606, 0.606, 0.462, 0.462, 0.206, 0.206, 0.206];
 
 impl Arm {
+    /// Motor constant times gear ratio of the joints of a Panda and of an FR3 (Nm/sqrt(W)): what an
+    /// [`EnergyLedger`](crate::EnergyLedger) takes. Estimates for frameless motors of this size behind 100:1 gears, the first
+    /// four joints and the last three; no published figures exist. Use copper losses for ratios, not for values.
+    pub const FRANKA_DRIVES: [f64; 7] = {
+        const LARGE: f64 = 0.10 * 100.0;
+        const SMALL: f64 = 0.04 * 100.0;
+        [LARGE, LARGE, LARGE, LARGE, SMALL, SMALL, SMALL]
+    };
+
     /// Franka Emika Panda, from Franka's control-interface documentation.
     pub const PANDA: Self = Self {
         range: [
@@ -75,7 +84,7 @@ impl Arm {
     ///
     /// # Errors
     /// If a limit is NaN or negative.
-    pub fn torque_limits(&self) -> Result<TorqueLimits, ConfigError> {
+    pub(crate) fn torque_limits(&self) -> Result<TorqueLimits, ConfigError> {
         TorqueLimits::new(self.torque_max.into(), Some(self.torque_rate_max.into()))
     }
 

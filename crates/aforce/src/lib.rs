@@ -21,9 +21,8 @@
 //!
 //! The way in is [`Controller`]: `reset`, then one `set_goal` per policy action and one `update` per control sample.
 //! Any simulator that fills a [`Measurement`] can use it: the law asks it for the arm's kinematics and inertia. What is built in
-//! of the plant are seven joints and two sets of a Panda's numbers: how fast its tool may move, which jerk-limited set-points of
-//! [`Controller::new`] keep a share of, and the drives behind [`EnergyLedger::copper_loss`]. An arm that is not simulated is
-//! driven through [`host`], which takes the [`Arm`] as data and bounds what the law may do. The control step does not allocate.
+//! of the plant is that it has seven joints; its limits are data ([`Arm`]). An arm that is not simulated is driven through [`host`],
+//! which bounds what the law may do. The control step does not allocate.
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 // See clippy.toml.
@@ -60,7 +59,6 @@ pub use law::{
     goal::GoalRule,
     impedance::{Impedance, impedance},
     interpolator::Interpolation,
-    limits::TorqueLimits,
     operational_space::OperationalSpace,
     psi::{DeltaSign, Psi},
     stability::{StabilityMargin, stability_margin},

@@ -6,8 +6,8 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use aforce::{
-    ActionSpace, Controller, ControllerConfig, Jacobian, JointMatrix, JointVector, Measurement, Pose, TorqueLimits,
-    Twist, Vector3, Wrench,
+    ActionSpace, Arm, Controller, ControllerConfig, Jacobian, JointMatrix, JointVector, Measurement, Pose, Twist,
+    Vector3, Wrench,
 };
 use nalgebra::{Quaternion, Translation3, UnitQuaternion};
 
@@ -69,14 +69,14 @@ fn actions() -> HashMap<usize, Vec<f64>> {
 /// `torques.csv` as the crate has it now.
 fn torques() -> String {
     let (measurements, actions) = (measurements(), actions());
-    let limits = TorqueLimits::new(LIMITS.into(), None).unwrap();
+    let arm = Arm { torque_max: LIMITS, torque_rate_max: [f64::INFINITY; 7], ..Arm::PANDA };
     let axes = |name: &str| ["x", "y", "z", "rx", "ry", "rz"].map(|axis| format!("{name}_{axis}")).join(",");
     let joints: Vec<String> = (1..=7).map(|i| format!("tau_{i}")).collect();
     let mut text =
         format!("space,sample,{},{},{},", joints.join(","), axes("k"), axes("f_ff")) + "f_d,f_cmd,engagement\n";
     for space in ActionSpace::built_in() {
         let config = ControllerConfig::default();
-        let mut controller = Controller::new(&space, &config, limits, Vector3::z_axis()).unwrap();
+        let mut controller = Controller::new(&space, &config, &arm, Vector3::z_axis()).unwrap();
         controller.reset(&measurements[0]);
         for (sample, y) in measurements.iter().enumerate() {
             if let Some(action) = actions.get(&sample) {

@@ -6,7 +6,7 @@ use std::cell::Cell;
 use aforce::host::{ArmInterface, ArmState, Host, HostLimits, HostSetup, Status};
 use aforce::{
     ActionSpace, Arm, Controller, ControllerConfig, Interpolation, Jacobian, JointMatrix, JointVector, Measurement,
-    Pose, TorqueLimits, Twist, Vector3, Wrench,
+    Pose, Twist, Vector3, Wrench,
 };
 
 thread_local! {
@@ -50,12 +50,12 @@ fn measurement() -> Measurement {
 
 #[test]
 fn the_control_step_allocates_nothing() {
-    let limits = TorqueLimits::new(JointVector::repeat(80.0), Some(JointVector::repeat(1000.0))).unwrap();
+    let arm = Arm { torque_max: [80.0; 7], torque_rate_max: [1000.0; 7], ..Arm::PANDA };
     let y = measurement();
     for interpolation in [Interpolation::Linear { ramp_ratio: 1.0 }, Interpolation::JerkLimited { dynamics: 1.0 }] {
         let config = ControllerConfig { interpolation, ..ControllerConfig::default() };
         for space in ActionSpace::built_in() {
-            let mut control = Controller::new(&space, &config, limits, Vector3::z_axis()).unwrap();
+            let mut control = Controller::new(&space, &config, &arm, Vector3::z_axis()).unwrap();
             control.reset(&y);
             let (mut in_goals, mut in_updates) = (0, 0);
             for step in 0..20 {

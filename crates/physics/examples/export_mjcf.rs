@@ -1,5 +1,5 @@
-//! Writes a scene for MuJoCo: `export_mjcf lift|door|wipe robosuite|identified FOLDER` makes
-//! FOLDER/<scene>_<set>.xml and FOLDER/<scene>_<set>.csv, the table of what the file must
+//! Writes a scene for MuJoCo: `export_mjcf lift|door|wipe ROBOT FOLDER` makes
+//! FOLDER/<scene>_<robot>.xml and FOLDER/<scene>_<robot>.csv, the table of what the file must
 //! contain.
 
 use std::fmt::Write;
@@ -8,25 +8,21 @@ use std::{env, fs, process};
 
 use aforce::Vector3;
 use physics::mjcf;
-use physics::panda::ParameterSet;
+use physics::robots::RobotName;
 use physics::scene::{Joint, Scene};
 use physics::scenes::{door, lift, wipe};
 
 fn main() {
     let arguments: Vec<String> = env::args().skip(1).collect();
-    let [place, set, folder] = arguments.as_slice() else { usage() };
-    let parameters = match set.as_str() {
-        "robosuite" => ParameterSet::Robosuite.parameters(),
-        "identified" => ParameterSet::Identified.parameters(),
-        _ => usage(),
-    };
+    let [place, robot, folder] = arguments.as_slice() else { usage() };
+    let Ok(robot) = robot.parse::<RobotName>().map(RobotName::robot) else { usage() };
     let scene = match place.as_str() {
-        "lift" => lift::scene(&parameters, Vector3::repeat(0.021)).0,
-        "door" => door::scene(&parameters, &door::root(door::MIDDLE)).0,
-        "wipe" => wipe::scene(&parameters, wipe::TABLE_HEIGHT, wipe::TABLE_FRICTION).0,
+        "lift" => lift::scene(&robot, Vector3::repeat(0.021)).0,
+        "door" => door::scene(&robot, &door::root(door::MIDDLE)).0,
+        "wipe" => wipe::scene(&robot, wipe::TABLE_HEIGHT, wipe::TABLE_FRICTION).0,
         _ => usage(),
     };
-    let (folder, name) = (Path::new(folder), format!("{place}_{set}"));
+    let (folder, name) = (Path::new(folder), format!("{place}_{}", robot.name));
     fs::create_dir_all(folder).expect("the folder can be made");
     fs::write(folder.join(format!("{name}.xml")), mjcf::export(&scene, 0.002)).expect("the folder is writable");
     fs::write(folder.join(format!("{name}.csv")), table(&scene)).expect("the folder is writable");
@@ -50,6 +46,6 @@ fn table(scene: &Scene) -> String {
 }
 
 fn usage() -> ! {
-    eprintln!("usage: export_mjcf lift|door|wipe robosuite|identified FOLDER");
+    eprintln!("usage: export_mjcf lift|door|wipe {} FOLDER", RobotName::ALL.map(RobotName::as_str).join("|"));
     process::exit(2)
 }

@@ -3,7 +3,8 @@
 
 use aforce::{JointVector, Measurement, Wrench};
 use physics::model::Model;
-use physics::panda::{HOME, ParameterSet};
+use physics::robots::RobotName;
+use physics::robots::panda::HOME;
 use physics::scenes::wipe;
 use physics::wiping_tool::GRIP_SITE;
 
@@ -11,7 +12,7 @@ const SAMPLES: u32 = 40;
 const DT: f64 = 0.002;
 
 fn main() {
-    let (scene, tool) = wipe::scene(&ParameterSet::Robosuite.parameters(), wipe::TABLE_HEIGHT, wipe::TABLE_FRICTION);
+    let (scene, tool) = wipe::scene(&RobotName::Robosuite.robot(), wipe::TABLE_HEIGHT, wipe::TABLE_FRICTION);
     let model = Model::new(&scene, tool, GRIP_SITE);
     println!("{}", header().join(","));
     for sample in 0..SAMPLES {

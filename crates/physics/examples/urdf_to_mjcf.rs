@@ -1,6 +1,9 @@
-//! Prints the arm of a URDF as MJCF: `cargo run --release -p physics --example urdf_to_mjcf FILE TOOL_LINK`.
+//! Prints the arm of a URDF as MJCF: `cargo run --release -p physics --example urdf_to_mjcf FILE TOOL_LINK`. Its joints are called
+//! joint1 to joint7, and its flange `right_hand`.
 
-use physics::urdf::{self, Drives};
+use aforce::Pose;
+use physics::robots::{RobotName, urdf};
+use physics::scene::Scene;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
@@ -8,7 +11,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         return Err("usage: urdf_to_mjcf FILE TOOL_LINK".into());
     };
     let text = std::fs::read_to_string(&file).map_err(|error| format!("{file}: {error}"))?;
-    let (scene, _) = urdf::arm(&text, &tool, &Drives { armature: aforce::Arm::FR3.rotor_inertia })?;
+    // Rotors, which a URDF does not have, are the FR3's.
+    let robot = urdf::robot(&text, &tool, &RobotName::Fr3.robot())?;
+    let mut scene = Scene::default();
+    robot.add_to(&mut scene, Pose::identity());
     print!("{}", physics::mjcf::export(&scene, 0.002));
     Ok(())
 }

@@ -133,7 +133,7 @@ impl Engine {
                 .density(0.0)
                 .friction(geom.friction)
                 .friction_combine_rule(CoefficientCombineRule::Max)
-                .collision_groups(groups(geom.role));
+                .collision_groups(groups(geom.role, &scene.never_touch));
             let handle = self.world.insert_collider(collider, parent);
             self.geoms.push((handle, geom.color));
             let raw = handle.into_raw_parts().0 as usize;

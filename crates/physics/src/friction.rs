@@ -162,13 +162,14 @@ mod tests {
     use super::*;
     use crate::gripper::GRIP_SITE;
     use crate::model::Model;
-    use crate::panda::{HOME, ParameterSet};
+    use crate::robots::RobotName;
+    use crate::robots::panda::HOME;
     use crate::scenes::lift;
 
     /// Joints that friction can hold stand still; the others are braked by all that it has.
     #[test]
     fn friction_holds_what_it_can_and_brakes_the_rest() {
-        let (scene, gripper) = lift::scene(&ParameterSet::Robosuite.parameters(), Vector3::repeat(0.021));
+        let (scene, gripper) = lift::scene(&RobotName::Robosuite.robot(), Vector3::repeat(0.021));
         let model = Model::new(&scene, gripper, GRIP_SITE);
         let mass = model.mass(&model.kinematics(&HOME.into()));
         let factors = mass.cholesky().unwrap();
@@ -191,13 +192,10 @@ mod tests {
     #[test]
     #[should_panic(expected = "joint \"joint3\" has a dry friction of -0.1: it must be finite and at least 0")]
     fn a_friction_that_drives_is_refused() {
-        let mut axes = crate::engine::Engine::new(
-            &lift::scene(&ParameterSet::Robosuite.parameters(), Vector3::repeat(0.021)).0,
-            0.002,
-            1,
-        )
-        .axes()
-        .to_vec();
+        let mut axes =
+            crate::engine::Engine::new(&lift::scene(&RobotName::Robosuite.robot(), Vector3::repeat(0.021)).0, 0.002, 1)
+                .axes()
+                .to_vec();
         axes[2].friction = -0.1;
         DryFriction::new(&axes, &[1.0; 9], 0.002);
     }

@@ -2,11 +2,10 @@
 //! target is advanced by the sign of the command.
 
 use aforce::Vector3;
-use nalgebra::{Matrix3, Translation3, Vector3 as V3};
+use nalgebra::{Matrix3, Vector3 as V3};
 
-use crate::panda::{Parameters, tool_rotation};
+use crate::robots::{Robot, tool_pose};
 use crate::scene::{Actuator, Axis, Body, Geom, Inertial, Joint, Role, Scene, Shape, Stop, at, pose};
-use aforce::Pose;
 
 /// Centre of the grip in the gripper frame (m): the point that the arm controls.
 pub const GRIP_SITE: [f64; 3] = [0.0, 0.0, 0.097];
@@ -23,14 +22,25 @@ const MAX_FORCE: f64 = 20.0;
 /// Rate of the internal command, full swing being 2 (1/s): 0.01 in 2 ms, as in robosuite.
 const COMMAND_RATE: f64 = 0.01 / 0.002;
 
-/// Adds the gripper below `right_hand`; returns the body that carries the grip site.
-pub fn add_gripper(scene: &mut Scene, parameters: &Parameters, right_hand: usize) -> usize {
+/// What a gripper weighs. Shapes, travel and servos are the same on every robot here: all carry the maker's hand.
+#[derive(Debug, Clone)]
+pub struct GripperInertials {
+    /// The gripper without its fingers, in the gripper frame.
+    pub palm: Inertial,
+    /// One finger without its tip, in its own frame; the left one (the right is its mirror image).
+    pub finger: Inertial,
+    /// The tip of a finger, in its own frame.
+    pub tip: Inertial,
+}
+
+/// Adds the robot's gripper below `right_hand`; returns the body that carries the grip site.
+pub fn add_gripper(scene: &mut Scene, robot: &Robot, right_hand: usize) -> usize {
     let gripper = scene.add(Body {
         name: "gripper".into(),
         parent: Some(right_hand),
-        pose: Pose::from_parts(Translation3::identity(), tool_rotation()),
+        pose: tool_pose(0.0),
         joint: Joint::Fixed,
-        inertial: parameters.gripper,
+        inertial: robot.gripper.palm,
         geoms: vec![Geom {
             name: "hand".into(),
             shape: Shape::Box(Vector3::new(0.1022, 0.0316, 0.04595)),
@@ -40,14 +50,14 @@ pub fn add_gripper(scene: &mut Scene, parameters: &Parameters, right_hand: usize
             color: [60, 62, 68],
         }],
     });
-    add_finger(scene, gripper, parameters, "left", 1.0);
-    add_finger(scene, gripper, parameters, "right", -1.0);
+    add_finger(scene, gripper, &robot.gripper, "left", 1.0);
+    add_finger(scene, gripper, &robot.gripper, "right", -1.0);
     gripper
 }
 
 /// `side` is +1 for the left finger, whose joint coordinate grows as it opens, and -1
 /// for the right one, whose coordinate falls.
-fn add_finger(scene: &mut Scene, gripper: usize, parameters: &Parameters, name: &str, side: f64) {
+fn add_finger(scene: &mut Scene, gripper: usize, inertials: &GripperInertials, name: &str, side: f64) {
     const Q: f64 = std::f64::consts::FRAC_1_SQRT_2;
     let mirror = Matrix3::from_diagonal(&Vector3::new(1.0, side, 1.0));
     let mirrored =
@@ -66,7 +76,7 @@ fn add_finger(scene: &mut Scene, gripper: usize, parameters: &Parameters, name: 
             spring: 0.0,
             stop: Stop::Spring { stiffness: 20_000.0, damping: 100.0 },
         }),
-        inertial: mirrored(&parameters.finger),
+        inertial: mirrored(&inertials.finger),
         geoms: vec![Geom {
             name: format!("{name}_shell"),
             // Its inner face stays 1 mm behind the pad's: the pad alone may grasp.
@@ -82,7 +92,7 @@ fn add_finger(scene: &mut Scene, gripper: usize, parameters: &Parameters, name: 
         parent: Some(finger),
         pose: at([0.0, 0.0085 * side, 0.056]),
         joint: Joint::Fixed,
-        inertial: mirrored(&parameters.tip),
+        inertial: mirrored(&inertials.tip),
         geoms: vec![Geom {
             name: format!("{name}_pad"),
             shape: Shape::Box(Vector3::new(0.008, 0.004, 0.008)),

@@ -1,4 +1,4 @@
-//! The plant: a torque-controlled Franka Panda and the scenes it works in.
+//! The plant: a torque-controlled arm of seven joints ([`robots`]) and the scenes it works in.
 //!
 //! One description of a scene ([`scene::Scene`]) feeds three consumers: the Rapier
 //! world that is simulated ([`Simulation`]), the MJCF file with which MuJoCo checks it
@@ -20,13 +20,12 @@ mod friction;
 pub mod gripper;
 pub mod mjcf;
 pub mod model;
-pub mod panda;
+pub mod robots;
 pub mod scene;
 pub mod scenes;
 mod simulation;
 mod solid;
 mod stop;
-pub mod urdf;
 pub mod wiping_tool;
 
 pub use contact::{ContactReading, LinkReading};

@@ -50,7 +50,7 @@ fn write_body(w: &mut String, scene: &Scene, index: usize, depth: usize) {
         Joint::Slide(axis) => write_axis(w, axis, "slide", &pad),
     }
     for geom in &body.geoms {
-        write_geom(w, geom, &pad);
+        write_geom(w, geom, &scene.never_touch, &pad);
     }
     for (child, _) in scene.bodies.iter().enumerate().filter(|(_, b)| b.parent == Some(index)) {
         write_body(w, scene, child, depth + 1);
@@ -98,7 +98,7 @@ fn write_axis(w: &mut String, axis: &Axis, kind: &str, pad: &str) {
     .unwrap();
 }
 
-fn write_geom(w: &mut String, geom: &Geom, pad: &str) {
+fn write_geom(w: &mut String, geom: &Geom, never_touch: &[[u8; 2]], pad: &str) {
     let (kind, size) = match geom.shape {
         Shape::Box(h) => ("box", format!("{} {} {}", h.x, h.y, h.z)),
         Shape::Capsule { half_length, radius } => ("capsule", format!("{radius} {half_length}")),
@@ -113,7 +113,7 @@ fn write_geom(w: &mut String, geom: &Geom, pad: &str) {
         placement(&geom.pose),
         geom.friction,
         geom.role.bit(),
-        geom.role.mask(),
+        geom.role.mask(never_touch),
     )
     .unwrap();
 }

@@ -20,6 +20,8 @@ pub struct Scene {
     pub pad: Option<Pad>,
     /// What the bodies move through; `None`: nothing.
     pub air: Option<Air>,
+    /// Pairs of the robot's parts that never touch: [`crate::robots::Robot::never_touch`].
+    pub never_touch: Vec<[u8; 2]>,
 }
 
 /// A medium at rest.

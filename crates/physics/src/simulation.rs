@@ -10,16 +10,16 @@ use crate::engine::{Engine, EngineState, Surfaces};
 use crate::friction::DryFriction;
 use crate::gripper::{FINGER_JOINTS, Gripper, INITIAL_OPENING};
 use crate::model::Model;
-use crate::panda::Parameters;
+use crate::robots::Robot;
 use crate::scene::Scene;
 use crate::solid::Solid;
 use crate::stop::ArmStops;
 
-/// What is simulated apart from the scene: the arm's numbers, the rate, the engine.
+/// What is simulated apart from the scene: the robot, the rate, the engine.
 #[derive(Debug, Clone)]
 pub struct Plant {
-    /// Dynamics of the arm.
-    pub parameters: Parameters,
+    /// The robot.
+    pub robot: Robot,
     /// Length of one control sample (s). One longer than 2 ms is simulated in several equal parts.
     pub dt: f64,
     /// Engine settings.
@@ -68,7 +68,7 @@ pub struct Diverged;
 /// Longest step of the engine (s). The joints' end stops and the contacts are too stiff for a longer one: it creates energy.
 const LONGEST_STEP: f64 = 0.002;
 
-/// A joint faster than this (rad/s) is a numerical accident: the arm's own limit is 2.6.
+/// A joint faster than this (rad/s) is a numerical accident: no robot here may turn a joint faster than 5.3.
 const MAX_PLAUSIBLE_SPEED: f64 = 100.0;
 
 /// An arm with its tool in a scene.

@@ -1,10 +1,10 @@
 //! robosuite's wiping tool: a compliant pad below the flange, without joints or motors.
 
-use aforce::{Pose, Vector3, Wrench};
-use nalgebra::Translation3;
+use aforce::{JointVector, Vector3, Wrench};
+use nalgebra::{Rotation3, UnitQuaternion};
 
 use crate::model::Model;
-use crate::panda::{HOME, tool_rotation};
+use crate::robots::tool_pose;
 use crate::scene::{Body, Geom, Inertial, Joint, Pad, Role, Scene, Shape, at};
 
 /// Middle of the contact face in the tool frame (m): the point that the arm controls.
@@ -44,7 +44,7 @@ pub fn add_wiping_tool(scene: &mut Scene, right_hand: usize) -> usize {
     scene.add(Body {
         name: "wiping_tool".into(),
         parent: Some(right_hand),
-        pose: Pose::from_parts(Translation3::new(0.0, 0.0, 0.015), tool_rotation()),
+        pose: tool_pose(0.015),
         joint: Joint::Fixed,
         inertial: Inertial::diagonal(0.03, [0.0; 3], [0.01; 3]),
         geoms: vec![rail(RAILS[0], RAIL_Y), rail(RAILS[1], -RAIL_Y)],
@@ -53,10 +53,10 @@ pub fn add_wiping_tool(scene: &mut Scene, right_hand: usize) -> usize {
 
 /// The tool's soft layer against the geom `surface` (its place in the scene).
 ///
-/// Its damping is relative to the effective mass of a corner: what a push meets there while the arm, here at home, may give
-/// way to all sides.
-pub fn pad(model: &Model, surface: usize) -> Pad {
-    let k = model.kinematics(&HOME.into());
+/// Its damping is relative to the effective mass of a corner: what a push meets there while the arm, with its joints at `home` (rad),
+/// may give way to all sides.
+pub fn pad(model: &Model, home: &JointVector, surface: usize) -> Pad {
+    let k = model.kinematics(home);
     let (jacobian, mass) = (model.jacobian(&k), model.mass(&k).cholesky().expect("a mass matrix"));
     let mut total = 0.0;
     for (x, y) in [-1.0, 1.0].into_iter().flat_map(|x| [-1.0, 1.0].map(|y| (x, y))) {
@@ -69,4 +69,10 @@ pub fn pad(model: &Model, surface: usize) -> Pad {
     }
     let damping = 2.0 * DAMPING_RATIO * (STIFFNESS * total).sqrt();
     Pad { surface, stiffness: STIFFNESS / CORNERS, damping: damping / CORNERS, travel: TRAVEL }
+}
+
+/// Rotation of a tool that faces straight down, its x axis (the wiping tool's long side) along y (world).
+pub fn facing_down() -> UnitQuaternion<f64> {
+    let axes = [Vector3::y(), Vector3::x(), -Vector3::z()];
+    UnitQuaternion::from_rotation_matrix(&Rotation3::from_basis_unchecked(&axes))
 }

@@ -8,16 +8,17 @@ mod mujoco_reference;
 use aforce::{JointVector, Pose, Vector3, Vector6};
 use approx::assert_relative_eq;
 use mujoco_reference::reference;
-use nalgebra::{SVector, Translation3};
+use nalgebra::Translation3;
 use physics::gripper::GRIP_SITE;
 use physics::model::GRAVITY;
-use physics::panda::{HOME, ParameterSet, Parameters, facing_down};
+use physics::robots::RobotName;
+use physics::robots::panda::HOME;
 use physics::scene::{Axis, Body, Geom, Inertial, Joint, Role, Scene, Shape, Stop, at};
 use physics::scenes::lift::{self, Lift, TABLE_HEIGHT};
+use physics::wiping_tool::facing_down;
 use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
-const SETS: [(&str, ParameterSet); 2] =
-    [("robosuite", ParameterSet::Robosuite), ("identified", ParameterSet::Identified)];
+const SETS: [(&str, RobotName); 2] = [("robosuite", RobotName::Robosuite), ("identified", RobotName::Identified)];
 
 /// The Lift scene with a flat block instead of the cube, in which the table counts as the
 /// sensor: the contact reading is the wrench on it. Tools on rails come down or push.
@@ -76,12 +77,12 @@ impl Bench {
     /// 1, those of block and tools are 0.
     fn new(add: impl FnOnce(&mut Scene)) -> Bench {
         let plant = Plant {
-            parameters: ParameterSet::Robosuite.parameters(),
+            robot: RobotName::Robosuite.robot(),
             dt: 0.002,
             config: SimulationConfig::default(),
             deviation: Deviation::default(),
         };
-        let (mut scene, gripper) = lift::scene(&plant.parameters, BLOCK_HALF.into());
+        let (mut scene, gripper) = lift::scene(&plant.robot, BLOCK_HALF.into());
         let (table, block) = (scene.body("table"), scene.body("cube"));
         scene.bodies[table].geoms[0].role = Role::Hand;
         scene.bodies[block].geoms[0].friction = 0.0;
@@ -209,11 +210,10 @@ fn wrench_beyond_the_wrist_balances_the_joint_torques() {
     for ((name, set), substeps, pressed) in
         SETS.into_iter().flat_map(|set| [(set, 1, 20.0), (set, 1, 50.0), (set, 4, 20.0), (set, 4, 50.0)])
     {
-        let parameters =
-            Parameters { friction: SVector::zeros(), damping: JointVector::repeat(5.0), ..set.parameters() };
+        let robot = set.robot().with_damping(5.0).with_friction(0.0);
         let config = SimulationConfig { substeps, ..SimulationConfig::default() };
         let (mut simulation, cube) = Lift::simulate(
-            &Plant { parameters, dt: 0.002, config, deviation: Deviation::default() },
+            &Plant { robot, dt: 0.002, config, deviation: Deviation::default() },
             Vector3::repeat(0.021),
         );
         simulation.reset(&HOME.into());

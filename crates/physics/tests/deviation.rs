@@ -2,15 +2,16 @@
 
 use aforce::{JointVector, Vector3};
 use approx::assert_relative_eq;
-use physics::panda::{HOME, ParameterSet};
+use physics::robots::RobotName;
+use physics::robots::panda::HOME;
 use physics::scenes::door::{self, Door, MIDDLE};
 use physics::scenes::lift::Lift;
 use physics::scenes::wipe::{TABLE_FRICTION, TABLE_HEIGHT, Wipe};
 use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
 fn plant(deviation: Deviation) -> Plant {
-    let parameters = ParameterSet::Robosuite.parameters();
-    Plant { parameters, dt: 0.002, config: SimulationConfig::default(), deviation }
+    let robot = RobotName::Robosuite.robot();
+    Plant { robot, dt: 0.002, config: SimulationConfig::default(), deviation }
 }
 
 /// Springs and dampers hold the arm at home.
@@ -80,7 +81,7 @@ fn every_coefficient_of_friction_is_multiplied() {
             let y = simulation.measure();
             let p = y.pose.translation.vector;
             let speed = if step < 2000 { 0.0 } else { 0.05 };
-            let level = physics::panda::facing_down();
+            let level = physics::wiping_tool::facing_down();
             let turn = (level * y.pose.rotation.inverse()).scaled_axis();
             let target = start.translation.vector.y + speed * 0.002 * f64::from((step - 2000).max(0));
             let force = Vector3::new(

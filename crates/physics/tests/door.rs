@@ -3,7 +3,8 @@
 use aforce::{JointVector, Vector3};
 use approx::assert_relative_eq;
 use nalgebra::UnitQuaternion;
-use physics::panda::{HOME, ParameterSet, Parameters};
+use physics::robots::panda::HOME;
+use physics::robots::{Robot, RobotName};
 use physics::scenes::door::{self, Door, MIDDLE};
 use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
@@ -13,11 +14,11 @@ const TURN: f64 = 1.45;
 
 /// A shut door, the arm turned away from it.
 fn door() -> (Simulation, Door) {
-    simulate(ParameterSet::Robosuite.parameters())
+    simulate(RobotName::Robosuite.robot())
 }
 
-fn simulate(parameters: Parameters) -> (Simulation, Door) {
-    let plant = Plant { parameters, dt: DT, config: SimulationConfig::default(), deviation: Deviation::default() };
+fn simulate(robot: Robot) -> (Simulation, Door) {
+    let plant = Plant { robot, dt: DT, config: SimulationConfig::default(), deviation: Deviation::default() };
     let (mut simulation, door) = Door::simulate(&plant, &door::root(MIDDLE));
     simulation.reset(&aside());
     (simulation, door)
@@ -75,7 +76,7 @@ fn handle_springs_back_to_where_friction_holds_it() {
 
 /// Moment of inertia (kg m2) about the hinge with the handle turned by `angle`.
 fn inertia_about_hinge(angle: f64) -> f64 {
-    let (scene, _) = door::scene(&ParameterSet::Robosuite.parameters(), &door::root(MIDDLE));
+    let (scene, _) = door::scene(&RobotName::Robosuite.robot(), &door::root(MIDDLE));
     let (door, handle) = (&scene.bodies[scene.body("door")], &scene.bodies[scene.body("handle")]);
     let turned = handle.pose * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle);
     let all = door.inertial.merged(&handle.inertial.transformed(&turned));
@@ -87,7 +88,7 @@ fn inertia_about_hinge(angle: f64) -> f64 {
 #[test]
 fn open_door_coasts_as_damping_and_friction_say() {
     assert_relative_eq!(inertia_about_hinge(0.0), 0.236, epsilon = 5e-4);
-    let (mut simulation, door) = simulate(Parameters { air: None, ..ParameterSet::Robosuite.parameters() });
+    let (mut simulation, door) = simulate(Robot { air: None, ..RobotName::Robosuite.robot() });
     load(&mut simulation, &door, 0.0, TURN, 2.0);
     load(&mut simulation, &door, 5.0, TURN, 0.1);
     let (q, v) = simulation.joint(door.hinge);

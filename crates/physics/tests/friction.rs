@@ -9,7 +9,8 @@ use approx::assert_relative_eq;
 use nalgebra::{Unit, UnitQuaternion};
 use physics::gripper::GRIP_SITE;
 use physics::model::GRAVITY;
-use physics::panda::{HOME, ParameterSet};
+use physics::robots::RobotName;
+use physics::robots::panda::HOME;
 use physics::scene::{Geom, Inertial, Role, Scene, Shape, at};
 use physics::scenes::lift::{self, TABLE_HEIGHT};
 use physics::{Deviation, Plant, Simulation, SimulationConfig};
@@ -61,14 +62,14 @@ impl Motion {
 impl Bench {
     /// `change` makes of the Lift scene what is tested.
     fn new(q: JointVector, change: impl FnOnce(&mut Scene)) -> Bench {
-        let parameters = ParameterSet::Robosuite.parameters();
-        let (mut scene, gripper) = lift::scene(&parameters, Vector3::repeat(CUBE_HALF));
+        let robot = RobotName::Robosuite.robot();
+        let (mut scene, gripper) = lift::scene(&robot, Vector3::repeat(CUBE_HALF));
         let cube = scene.body("cube");
         let density = CUBE_MASS / (2.0 * CUBE_HALF).powi(3);
         scene.bodies[cube].inertial = Inertial::solid_box(Vector3::repeat(CUBE_HALF), density);
         scene.bodies[cube].geoms[0].friction = 0.0;
         change(&mut scene);
-        let plant = Plant { parameters, dt: DT, config: SimulationConfig::default(), deviation: Deviation::default() };
+        let plant = Plant { robot, dt: DT, config: SimulationConfig::default(), deviation: Deviation::default() };
         let mut simulation = Simulation::new(&scene, gripper, GRIP_SITE, &plant);
         simulation.reset(&q);
         Bench { simulation, cube, q, grip: -1.0 }

@@ -1,12 +1,12 @@
 //! A grasped cube stays where it is in the hand while the arm shakes it.
 
 use aforce::{JointVector, Vector3};
-use physics::panda::{HOME, ParameterSet};
+use physics::robots::RobotName;
+use physics::robots::panda::HOME;
 use physics::scenes::lift::Lift;
 use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
-const SETS: [(&str, ParameterSet); 2] =
-    [("robosuite", ParameterSet::Robosuite), ("identified", ParameterSet::Identified)];
+const SETS: [(&str, RobotName); 2] = [("robosuite", RobotName::Robosuite), ("identified", RobotName::Identified)];
 
 /// Where the cube is in the hand (m) after 10 s in which the joints swing around HOME with
 /// amplitudes `swing` (rad) and frequencies `rate` (rad/s): difference from the start, its
@@ -15,14 +15,9 @@ const SETS: [(&str, ParameterSet); 2] =
 /// The prediction: the solver holds the cube by equal velocities at the contact points, with
 /// the Jacobian of the start of the step. A cube flies on straight within the step, a pad
 /// on its curve: dt^2 / 2 times J_dot qd apart, and friction has no memory of position.
-fn shaken_grasp(set: ParameterSet, swing: JointVector, rate: JointVector) -> (Vector3, Vector3, f64) {
+fn shaken_grasp(set: RobotName, swing: JointVector, rate: JointVector) -> (Vector3, Vector3, f64) {
     let dt = 0.002;
-    let plant = Plant {
-        parameters: set.parameters(),
-        dt,
-        config: SimulationConfig::default(),
-        deviation: Deviation::default(),
-    };
+    let plant = Plant { robot: set.robot(), dt, config: SimulationConfig::default(), deviation: Deviation::default() };
     let (mut simulation, cube) = Lift::simulate(&plant, Vector3::repeat(0.021));
     simulation.reset(&HOME.into());
     let in_hand = |s: &Simulation| (s.measure().pose.inverse() * cube.cube_pose(s)).translation.vector;

@@ -3,7 +3,7 @@
 //! Retrieval of Feasible Parameters Using Penalty-Based Optimization", IEEE RA-L 4(4), 2019.
 
 use aforce::{Pose, Vector3};
-use physics::panda::{ParameterSet, Parameters, add_arm};
+use physics::robots::{Robot, RobotName};
 use physics::scene::{Inertial, Scene};
 
 /// Moments (kg m, along x and y of the link frame) that the links 2 to 7 carry about their joint,
@@ -23,9 +23,9 @@ const PUBLISHED: [[f64; 2]; 6] = [
 /// physically possible ones; what they leave over is at most 9 g at arm's length of 1 m.
 #[test]
 fn gravity_moments_are_the_published_ones() {
-    let parameters = Parameters { hand: Inertial::NONE, ..ParameterSet::Identified.parameters() };
+    let robot = Robot { flange_inertial: Inertial::NONE, ..RobotName::Identified.robot() };
     let mut scene = Scene::default();
-    add_arm(&mut scene, &parameters, Pose::identity());
+    robot.add_to(&mut scene, Pose::identity());
     // What a link's child hands on to it: mass at the child's origin, and the child's moment along
     // its own joint axis, which does not change as the joint turns.
     let (mut mass, mut handed) = (0.0, Vector3::zeros());

@@ -5,11 +5,12 @@ use aforce::{JointVector, Vector3};
 use approx::assert_relative_eq;
 use nalgebra::SVector;
 use physics::model::Model;
-use physics::panda::{HOME, ParameterSet};
+use physics::robots::RobotName;
+use physics::robots::panda::HOME;
 use physics::scenes::lift;
 
-fn model(set: ParameterSet) -> Model {
-    let (scene, gripper) = lift::scene(&set.parameters(), Vector3::repeat(0.021));
+fn model(set: RobotName) -> Model {
+    let (scene, gripper) = lift::scene(&set.robot(), Vector3::repeat(0.021));
     Model::new(&scene, gripper, physics::gripper::GRIP_SITE)
 }
 
@@ -24,7 +25,7 @@ fn states() -> impl Iterator<Item = (JointVector, JointVector)> {
 
 #[test]
 fn home_pose_is_robosuites() {
-    let tool = model(ParameterSet::Robosuite).kinematics(&HOME.into()).tool;
+    let tool = model(RobotName::Robosuite).kinematics(&HOME.into()).tool;
     let p = tool.translation.vector;
     assert_relative_eq!(p, Vector3::new(-0.10277, 0.0, 1.01104), epsilon = 1e-5);
     let axes = tool.rotation.to_rotation_matrix();
@@ -37,7 +38,7 @@ fn home_pose_is_robosuites() {
 /// Measured in robosuite 1.4.1 at the nominal pose, with rotor inertia.
 #[test]
 fn mass_and_gravity_are_robosuites() {
-    let model = model(ParameterSet::Robosuite);
+    let model = model(RobotName::Robosuite);
     let k = model.kinematics(&HOME.into());
     let diagonal = model.mass(&k).diagonal();
     let expected: JointVector = SVector::from([7.322, 4.922, 3.345, 2.866, 1.510, 1.222, 0.914]);
@@ -48,7 +49,7 @@ fn mass_and_gravity_are_robosuites() {
 
 #[test]
 fn jacobian_is_the_derivative_of_the_pose() {
-    let model = model(ParameterSet::Identified);
+    let model = model(RobotName::Identified);
     let h = 1e-6;
     for (q, qd) in states() {
         let twist = model.jacobian(&model.kinematics(&q)) * qd;
@@ -62,7 +63,7 @@ fn jacobian_is_the_derivative_of_the_pose() {
 /// energy alone.
 #[test]
 fn bias_follows_from_the_energy() {
-    for set in [ParameterSet::Robosuite, ParameterSet::Identified] {
+    for set in [RobotName::Robosuite, RobotName::Identified] {
         let model = model(set);
         let h = 1e-5;
         for (q, qd) in states() {
@@ -85,7 +86,7 @@ fn bias_follows_from_the_energy() {
 
 #[test]
 fn mass_matrix_is_symmetric_and_positive() {
-    let model = model(ParameterSet::Identified);
+    let model = model(RobotName::Identified);
     for (q, _) in states() {
         let mass = model.mass(&model.kinematics(&q));
         assert_relative_eq!(mass, mass.transpose(), epsilon = 1e-14);

@@ -17,17 +17,17 @@ use mujoco_reference::reference;
 use nalgebra::SVector;
 use physics::gripper::{GRIP_SITE, INITIAL_OPENING};
 use physics::model::Model;
-use physics::panda::{HOME, ParameterSet, Parameters};
+use physics::robots::panda::HOME;
+use physics::robots::{Robot, RobotName};
 use physics::scene::{Joint, Scene, Stop, at};
 use physics::scenes::lift;
 use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
-const SETS: [(&str, ParameterSet); 2] =
-    [("robosuite", ParameterSet::Robosuite), ("identified", ParameterSet::Identified)];
+const SETS: [(&str, RobotName); 2] = [("robosuite", RobotName::Robosuite), ("identified", RobotName::Identified)];
 
 /// The arm alone, fingers welded, nothing to touch, no joint stops.
-fn bare_arm(parameters: &Parameters) -> (Scene, usize) {
-    let (mut scene, gripper) = lift::scene(parameters, Vector3::repeat(0.021));
+fn bare_arm(robot: &Robot) -> (Scene, usize) {
+    let (mut scene, gripper) = lift::scene(robot, Vector3::repeat(0.021));
     scene.bodies.pop().filter(|b| b.name == "cube").expect("the cube is the last body");
     for body in &mut scene.bodies {
         body.geoms.clear();
@@ -44,11 +44,11 @@ fn bare_arm(parameters: &Parameters) -> (Scene, usize) {
     (scene, gripper)
 }
 
-fn simulate_bare_arm(parameters: Parameters, dt: f64, substeps: usize) -> Simulation {
-    let (scene, gripper) = bare_arm(&parameters);
+fn simulate_bare_arm(robot: Robot, dt: f64, substeps: usize) -> Simulation {
+    let (scene, gripper) = bare_arm(&robot);
     let config = SimulationConfig { substeps, ..SimulationConfig::default() };
     let mut simulation =
-        Simulation::new(&scene, gripper, GRIP_SITE, &Plant { parameters, dt, config, deviation: Deviation::default() });
+        Simulation::new(&scene, gripper, GRIP_SITE, &Plant { robot, dt, config, deviation: Deviation::default() });
     simulation.reset(&HOME.into());
     simulation
 }
@@ -102,7 +102,7 @@ fn relative<const R: usize, const C: usize>(
 #[test]
 fn model_is_mujocos_to_rounding() {
     for (name, set) in SETS {
-        let (scene, gripper) = lift::scene(&set.parameters(), Vector3::repeat(0.021));
+        let (scene, gripper) = lift::scene(&set.robot(), Vector3::repeat(0.021));
         let model = Model::new(&scene, gripper, GRIP_SITE);
         let mut worst = SVector::<f64, 5>::zeros();
         for state in State::all(name) {
@@ -132,9 +132,8 @@ fn model_is_mujocos_to_rounding() {
 fn engine_accelerates_as_mujoco() {
     let dt = 1e-7;
     for (name, set) in SETS {
-        let parameters =
-            Parameters { damping: SVector::zeros(), friction: SVector::zeros(), air: None, ..set.parameters() };
-        let mut simulation = simulate_bare_arm(parameters, dt, 1);
+        let robot = Robot { air: None, ..set.robot().with_damping(0.0).with_friction(0.0) };
+        let mut simulation = simulate_bare_arm(robot, dt, 1);
         let mut worst: f64 = 0.0;
         for state in State::all(name) {
             simulation.reset(&(state.q - state.qd * dt));
@@ -178,7 +177,7 @@ fn motions_follow_mujoco() {
                 .collect();
             assert_eq!(fine.len(), 41);
             for (k, (substeps, factor)) in [(1, 3.0), (4, 1.0)].into_iter().enumerate() {
-                let mut simulation = simulate_bare_arm(set.parameters(), DT, substeps);
+                let mut simulation = simulate_bare_arm(set.robot(), DT, substeps);
                 let mut errors = vec![0.0];
                 for step in 0..1000 {
                     let t = step as f64 * DT;
@@ -223,8 +222,8 @@ fn motions_follow_mujoco() {
 #[test]
 fn energy_balance_closes() {
     for (name, set) in SETS {
-        let parameters = Parameters { friction: SVector::repeat(0.5), air: None, ..set.parameters() };
-        let [(coarse, exchanged, _), (fine, _, work)] = [0.002, 0.0005].map(|dt| unaccounted_work(&parameters, dt));
+        let robot = Robot { air: None, ..set.robot().with_friction(0.5) };
+        let [(coarse, exchanged, _), (fine, _, work)] = [0.002, 0.0005].map(|dt| unaccounted_work(&robot, dt));
         println!("{name}: {coarse:.3} of {exchanged:.1} J exchanged at 2 ms, {fine:.3} of {work:.2} J at 0.5 ms");
         assert!(coarse < 0.01 * exchanged, "{name}: {coarse} of {exchanged} J");
         assert!(fine < 0.01 * work, "{name}: {fine} of {work} J");
@@ -234,8 +233,8 @@ fn energy_balance_closes() {
 
 /// Work that is missing after 2 s of motion, sum of its size over joints and steps, and its
 /// sum (J).
-fn unaccounted_work(parameters: &Parameters, dt: f64) -> (f64, f64, f64) {
-    let mut simulation = simulate_bare_arm(parameters.clone(), dt, 1);
+fn unaccounted_work(robot: &Robot, dt: f64) -> (f64, f64, f64) {
+    let mut simulation = simulate_bare_arm(robot.clone(), dt, 1);
     let energy = |s: &Simulation| {
         let (q, qd) = s.joints();
         s.model().energy(&q, &qd)
@@ -251,7 +250,7 @@ fn unaccounted_work(parameters: &Parameters, dt: f64) -> (f64, f64, f64) {
         let moved = simulation.joints().0 - before.q;
         work += tau.dot(&moved);
         exchanged += tau.component_mul(&moved).abs().sum();
-        lost += parameters.damping.dot(&moved.component_mul(&moved)) / dt + parameters.friction.dot(&moved.abs());
+        lost += robot.damping().dot(&moved.component_mul(&moved)) / dt + robot.friction().dot(&moved.abs());
     }
     (work - lost - (energy(&simulation) - start), exchanged, work)
 }

@@ -6,7 +6,8 @@ mod mujoco_reference;
 
 use aforce::JointVector;
 use mujoco_reference::reference;
-use physics::panda::{HOME, ParameterSet};
+use physics::robots::RobotName;
+use physics::robots::panda::HOME;
 use physics::scenes::door::{self, Door, MIDDLE};
 use physics::{Deviation, Plant, SimulationConfig};
 
@@ -18,8 +19,8 @@ const TURNED: (f64, f64, f64) = (0.0, 1.45, 3.0);
 
 /// Opening and handle angle (rad) every 50 ms; the arm hangs aside.
 fn motion(loads: Loads) -> Vec<[f64; 2]> {
-    let parameters = ParameterSet::Robosuite.parameters();
-    let plant = Plant { parameters, dt: DT, config: SimulationConfig::default(), deviation: Deviation::default() };
+    let robot = RobotName::Robosuite.robot();
+    let plant = Plant { robot, dt: DT, config: SimulationConfig::default(), deviation: Deviation::default() };
     let (mut simulation, door) = Door::simulate(&plant, &door::root(MIDDLE));
     let mut aside = JointVector::from(HOME);
     aside[0] = 1.5;

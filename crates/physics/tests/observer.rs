@@ -3,7 +3,8 @@
 use aforce::{JointVector, MomentumObserver, Pose, Vector6, Wrench};
 use approx::assert_relative_eq;
 use nalgebra::Translation3;
-use physics::panda::{HOME, ParameterSet};
+use physics::robots::RobotName;
+use physics::robots::panda::HOME;
 use physics::scenes::wipe::{TABLE_HEIGHT, Wipe};
 use physics::{Deviation, Plant, SimulationConfig};
 
@@ -12,9 +13,9 @@ use physics::{Deviation, Plant, SimulationConfig};
 #[test]
 fn free_motion_reads_zero_and_contact_its_force() {
     const DT: f64 = 0.001;
-    let parameters = ParameterSet::Identified.parameters();
-    let damping = parameters.damping;
-    let plant = Plant { parameters, dt: DT, config: SimulationConfig::default(), deviation: Deviation::default() };
+    let robot = RobotName::Identified.robot();
+    let damping = robot.damping();
+    let plant = Plant { robot, dt: DT, config: SimulationConfig::default(), deviation: Deviation::default() };
     let (mut simulation, _) = Wipe::simulate(&plant, TABLE_HEIGHT, 0.3);
     simulation.reset(&HOME.into());
     let mut y = simulation.measure();
@@ -62,7 +63,7 @@ fn free_motion_reads_zero_and_contact_its_force() {
 #[test]
 fn forces_and_moments_are_told_apart() {
     let plant = Plant {
-        parameters: ParameterSet::Identified.parameters(),
+        robot: RobotName::Identified.robot(),
         dt: 0.001,
         config: SimulationConfig::default(),
         deviation: Deviation::default(),

@@ -3,18 +3,15 @@
 use aforce::{JointVector, Vector3};
 use approx::assert_relative_eq;
 use nalgebra::{Translation3, UnitQuaternion};
-use physics::panda::{HOME, ParameterSet};
+use physics::robots::RobotName;
+use physics::robots::panda::HOME;
 use physics::scenes::lift::{Lift, TABLE_HEIGHT};
 use physics::scenes::wipe::Wipe;
 use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
-fn lift(set: ParameterSet) -> (Simulation, Lift) {
-    let plant = Plant {
-        parameters: set.parameters(),
-        dt: 0.002,
-        config: SimulationConfig::default(),
-        deviation: Deviation::default(),
-    };
+fn lift(set: RobotName) -> (Simulation, Lift) {
+    let plant =
+        Plant { robot: set.robot(), dt: 0.002, config: SimulationConfig::default(), deviation: Deviation::default() };
     let (mut simulation, lift) = Lift::simulate(&plant, Vector3::repeat(0.021));
     simulation.reset(&HOME.into());
     (simulation, lift)
@@ -44,12 +41,9 @@ fn grasp(simulation: &mut Simulation, lift: &Lift) {
 /// The engine accelerates as the independent model says: qdd = M^-1 (tau - bias - friction).
 #[test]
 fn engine_agrees_with_the_model() {
-    for set in [ParameterSet::Robosuite, ParameterSet::Identified] {
-        let mut parameters = set.parameters();
-        parameters.damping.fill(0.0);
-        parameters.friction.fill(0.0);
-        let plant =
-            Plant { parameters, dt: 1e-6, config: SimulationConfig::default(), deviation: Deviation::default() };
+    for set in RobotName::ALL {
+        let robot = set.robot().with_damping(0.0).with_friction(0.0);
+        let plant = Plant { robot, dt: 1e-6, config: SimulationConfig::default(), deviation: Deviation::default() };
         let (mut simulation, _) = Lift::simulate(&plant, Vector3::repeat(0.021));
         simulation.reset(&HOME.into());
         let tau = JointVector::from([5.0, -20.0, 3.0, 15.0, -2.0, 4.0, 1.0]);
@@ -65,7 +59,7 @@ fn engine_agrees_with_the_model() {
 /// What is drawn is what is simulated: each shape's middle lies inside a shape of the engine.
 #[test]
 fn solids_stand_where_the_engine_has_them() {
-    let (mut simulation, _) = lift(ParameterSet::Robosuite);
+    let (mut simulation, _) = lift(RobotName::Robosuite);
     for _ in 0..100 {
         simulation.step(&JointVector::from([20.0, -10.0, 15.0, -20.0, 5.0, 5.0, 5.0]), 1.0).unwrap();
     }
@@ -73,8 +67,8 @@ fn solids_stand_where_the_engine_has_them() {
     draws_what_it_simulates(&simulation);
 
     let deviation = Deviation { table_height: 0.06, payload: 1.0, ..Deviation::default() };
-    let (parameters, config) = (ParameterSet::Robosuite.parameters(), SimulationConfig::default());
-    let (mut raised, _) = Wipe::simulate(&Plant { parameters, dt: 0.002, config, deviation }, 0.8, 0.03);
+    let (robot, config) = (RobotName::Robosuite.robot(), SimulationConfig::default());
+    let (mut raised, _) = Wipe::simulate(&Plant { robot, dt: 0.002, config, deviation }, 0.8, 0.03);
     raised.reset(&HOME.into());
     hold(&mut raised, 1, 0.0);
     draws_what_it_simulates(&raised);
@@ -92,9 +86,8 @@ fn draws_what_it_simulates(simulation: &Simulation) {
 #[test]
 fn a_blow_within_a_long_step_is_told() {
     let deviation = Deviation::default();
-    let (parameters, config) = (ParameterSet::Robosuite.parameters(), SimulationConfig::default());
-    let (mut simulation, lift) =
-        Lift::simulate(&Plant { parameters, dt: 0.05, config, deviation }, Vector3::repeat(0.021));
+    let (robot, config) = (RobotName::Robosuite.robot(), SimulationConfig::default());
+    let (mut simulation, lift) = Lift::simulate(&Plant { robot, dt: 0.05, config, deviation }, Vector3::repeat(0.021));
     simulation.reset(&HOME.into());
     drop_on_forearm(&mut simulation, &lift);
     let felt = (0..10).any(|_| {
@@ -108,15 +101,15 @@ fn a_blow_within_a_long_step_is_told() {
 
 /// The cube begins to fall from 20 cm above the forearm.
 fn drop_on_forearm(simulation: &mut Simulation, lift: &Lift) {
-    let parameters = ParameterSet::Robosuite.parameters();
-    let forearm = physics::scenes::lift::scene(&parameters, Vector3::repeat(0.021)).0.body("link5");
+    let robot = RobotName::Robosuite.robot();
+    let forearm = physics::scenes::lift::scene(&robot, Vector3::repeat(0.021)).0.body("link5");
     let top = simulation.body_pose(forearm) * nalgebra::Point3::new(0.0, 0.0, -0.2);
     lift.place_cube(simulation, &nalgebra::Isometry3::translation(top.x, top.y, top.z + 0.2));
 }
 
 #[test]
 fn cube_rests_on_the_table() {
-    let (mut simulation, lift) = lift(ParameterSet::Robosuite);
+    let (mut simulation, lift) = lift(RobotName::Robosuite);
     hold(&mut simulation, 500, 0.0);
     let z = lift.cube_pose(&simulation).translation.z;
     assert!((z - TABLE_HEIGHT - 0.021).abs() < 5e-4, "cube centre at {z}");
@@ -128,7 +121,7 @@ fn cube_rests_on_the_table() {
 /// it presses on neither, in the gripper on the fingers alone.
 #[test]
 fn what_touches_the_arm_is_told_from_what_touches_the_hand() {
-    let (mut simulation, cube) = lift(ParameterSet::Robosuite);
+    let (mut simulation, cube) = lift(RobotName::Robosuite);
     let touches = |simulation: &Simulation| (simulation.contact().arm_touches(), simulation.contact().touching);
     hold(&mut simulation, 500, 0.0);
     assert_eq!(touches(&simulation), (false, false), "on the table");
@@ -150,7 +143,7 @@ fn what_touches_the_arm_is_told_from_what_touches_the_hand() {
 /// A cube held in the air pulls the hand down by its weight; the two grip forces cancel.
 #[test]
 fn contact_wrench_has_the_right_sign_and_size() {
-    let (mut simulation, cube) = lift(ParameterSet::Robosuite);
+    let (mut simulation, cube) = lift(RobotName::Robosuite);
     let weight = 8.0 * 0.021f64.powi(3) * 1000.0 * 9.81;
     grasp(&mut simulation, &cube);
     let wrench = simulation.contact().filtered;
@@ -164,7 +157,7 @@ fn contact_wrench_has_the_right_sign_and_size() {
 fn gripper_closes_as_measured() {
     const MEASURED: [f64; 12] =
         [0.0392, 0.0371, 0.0337, 0.0297, 0.0252, 0.0205, 0.0156, 0.0107, 0.0066, 0.0041, 0.0028, 0.0020];
-    let (mut simulation, _) = lift(ParameterSet::Robosuite);
+    let (mut simulation, _) = lift(RobotName::Robosuite);
     hold(&mut simulation, 1000, -1.0);
     for (action, expected) in MEASURED.into_iter().enumerate() {
         hold(&mut simulation, 25, 1.0);
@@ -175,7 +168,7 @@ fn gripper_closes_as_measured() {
 
 #[test]
 fn restoring_continues_bit_for_bit() {
-    let (mut simulation, cube) = lift(ParameterSet::Robosuite);
+    let (mut simulation, cube) = lift(RobotName::Robosuite);
     grasp(&mut simulation, &cube);
     let snapshot = simulation.snapshot();
     let run = |simulation: &mut Simulation| {
@@ -191,7 +184,7 @@ fn restoring_continues_bit_for_bit() {
 /// A grasped cube does not creep.
 #[test]
 fn grasp_holds_for_ten_seconds() {
-    let (mut simulation, cube) = lift(ParameterSet::Robosuite);
+    let (mut simulation, cube) = lift(RobotName::Robosuite);
     grasp(&mut simulation, &cube);
     let in_hand = |s: &Simulation| s.measure().pose.inverse() * cube.cube_pose(s);
     let start = in_hand(&simulation);
@@ -202,7 +195,7 @@ fn grasp_holds_for_ten_seconds() {
 
 #[test]
 fn non_finite_torque_is_a_divergence() {
-    let (mut simulation, _) = lift(ParameterSet::Robosuite);
+    let (mut simulation, _) = lift(RobotName::Robosuite);
     assert!(simulation.step(&JointVector::repeat(f64::NAN), 0.0).is_err());
     simulation.reset(&HOME.into());
     simulation.step(&JointVector::zeros(), 0.0).unwrap();
@@ -210,7 +203,7 @@ fn non_finite_torque_is_a_divergence() {
 
 #[test]
 fn cube_falls_onto_the_floor_and_stays() {
-    let (mut simulation, cube) = lift(ParameterSet::Robosuite);
+    let (mut simulation, cube) = lift(RobotName::Robosuite);
     let beside = nalgebra::Isometry3::from_parts(Translation3::new(0.6, 0.0, 0.5), UnitQuaternion::identity());
     cube.place_cube(&mut simulation, &beside);
     hold(&mut simulation, 1000, 0.0);

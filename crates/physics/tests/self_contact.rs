@@ -1,13 +1,14 @@
 //! The arm meets itself.
 
 use aforce::{JointVector, Vector3};
-use physics::panda::{HOME, ParameterSet};
+use physics::robots::RobotName;
+use physics::robots::panda::HOME;
 use physics::scenes::lift::Lift;
 use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
 fn simulation() -> Simulation {
     let plant = Plant {
-        parameters: ParameterSet::Robosuite.parameters(),
+        robot: RobotName::Robosuite.robot(),
         dt: 0.002,
         config: SimulationConfig::default(),
         deviation: Deviation::default(),
@@ -17,7 +18,7 @@ fn simulation() -> Simulation {
 
 /// A spring and damper on every joint, within the torque limits, pull the arm towards `target`.
 fn drive(simulation: &mut Simulation, target: &JointVector) {
-    let limit = ParameterSet::Robosuite.parameters().max_torque;
+    let limit = JointVector::from(RobotName::Robosuite.robot().arm.torque_max);
     let y = simulation.measure();
     let tau = y.bias + (target - y.q) * 200.0 - y.qd * 40.0;
     simulation.step(&tau.zip_map(&limit, |tau, limit| tau.clamp(-limit, limit)), 0.0).unwrap();

@@ -2,28 +2,29 @@
 
 mod mujoco_reference;
 
-use aforce::{JointVector, Vector3};
+use aforce::{Arm, JointVector, Vector3};
 use mujoco_reference::reference;
 use physics::gripper::GRIP_SITE;
-use physics::panda::{HOME, ParameterSet, RANGE};
+use physics::robots::RobotName;
+use physics::robots::panda::HOME;
 use physics::scene::Role;
 use physics::scenes::lift;
 use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
 /// Overshoot (rad) of a joint that full torque pushes into the lower (0) or upper (1) end of its range from 0.2 rad
 /// before it: the largest, and the last of 2 s. The other joints are held; nothing is touched.
-fn push(set: ParameterSet, joint: usize, end: usize, dt: f64) -> [f64; 2] {
-    let parameters = set.parameters();
-    let (mut scene, gripper) = lift::scene(&parameters, Vector3::repeat(0.021));
+fn push(set: RobotName, joint: usize, end: usize, dt: f64) -> [f64; 2] {
+    let robot = set.robot();
+    let (mut scene, gripper) = lift::scene(&robot, Vector3::repeat(0.021));
     for body in &mut scene.bodies {
         body.geoms.retain(|geom| geom.role == Role::Object);
     }
-    let torque = parameters.max_torque[joint];
-    let plant = Plant { parameters, dt, config: SimulationConfig::default(), deviation: Deviation::default() };
+    let torque = robot.arm.torque_max[joint];
+    let plant = Plant { robot, dt, config: SimulationConfig::default(), deviation: Deviation::default() };
     let mut simulation = Simulation::new(&scene, gripper, GRIP_SITE, &plant);
     let sign = [-1.0, 1.0][end];
     let mut q0 = JointVector::from(HOME);
-    q0[joint] = RANGE[joint][end] - 0.2 * sign;
+    q0[joint] = Arm::PANDA.range[joint][end] - 0.2 * sign;
     simulation.reset(&q0);
     let (mut largest, mut last) = (0.0f64, 0.0);
     for _ in 0..(2.0 / dt).round() as usize {
@@ -31,7 +32,7 @@ fn push(set: ParameterSet, joint: usize, end: usize, dt: f64) -> [f64; 2] {
         let mut held = y.mass * ((q0 - y.q) * 400.0 - y.qd * 40.0);
         held[joint] = sign * torque;
         simulation.step(&(y.bias + held), 0.0).unwrap();
-        last = sign * (simulation.joints().0[joint] - RANGE[joint][end]);
+        last = sign * (simulation.joints().0[joint] - Arm::PANDA.range[joint][end]);
         largest = largest.max(last);
     }
     [largest, last]
@@ -49,7 +50,7 @@ fn references() -> Vec<(usize, usize, [f64; 2])> {
 #[test]
 fn joints_stop_as_robosuites() {
     for (joint, end, [largest, rest]) in references() {
-        let ours = push(ParameterSet::Robosuite, joint, end, 0.002);
+        let ours = push(RobotName::Robosuite, joint, end, 0.002);
         println!("joint {}, end {end}: {ours:.6?} rad, robosuite {largest} and {rest}", joint + 1);
         assert!((ours[0] - largest).abs() < 1e-4 && (ours[1] - rest).abs() < 5e-5, "joint {}: {ours:?}", joint + 1);
     }
@@ -58,7 +59,7 @@ fn joints_stop_as_robosuites() {
 /// Full torque from a fifth of a radian away is the worst that a controller does to a stop.
 #[test]
 fn no_joint_goes_far_beyond_its_range() {
-    for (set, most, at_rest) in [(ParameterSet::Robosuite, 0.032, 0.0013), (ParameterSet::Identified, 0.052, 0.0035)] {
+    for (set, most, at_rest) in [(RobotName::Robosuite, 0.032, 0.0013), (RobotName::Identified, 0.052, 0.0035)] {
         for dt in [0.001, 0.002, 0.01] {
             for (joint, end, _) in references() {
                 let [largest, rest] = push(set, joint, end, dt);

@@ -7,19 +7,20 @@ use aforce::{JointVector, Pose, Vector3};
 use approx::assert_relative_eq;
 use nalgebra::{Rotation3, Translation3, UnitQuaternion};
 use physics::model::Model;
-use physics::panda::{HOME, ParameterSet, add_arm};
+use physics::robots::panda::HOME;
+use physics::robots::urdf;
+use physics::robots::{Robot, RobotName};
 use physics::scene::{Inertial, Joint, Scene};
-use physics::urdf::{self, Drives};
 
-/// The identified Panda without a tool; its hand is the controlled point.
-fn panda() -> (Scene, usize) {
-    let mut scene = Scene::default();
-    let hand = add_arm(&mut scene, &ParameterSet::Identified.parameters(), Pose::identity());
-    (scene, hand)
+fn panda() -> Robot {
+    RobotName::Identified.robot()
 }
 
-fn drives() -> Drives {
-    Drives { armature: aforce::Arm::PANDA.rotor_inertia }
+/// The arm without a tool, and its flange.
+fn scene(robot: &Robot) -> (Scene, usize) {
+    let mut scene = Scene::default();
+    let flange = robot.add_to(&mut scene, Pose::identity());
+    (scene, flange)
 }
 
 fn xyz_rpy(pose: &Pose) -> String {
@@ -73,12 +74,12 @@ fn turns(scene: &Scene, size: f64) -> Vec<UnitQuaternion<f64>> {
 
 #[test]
 fn the_panda_reads_back_whatever_the_axes_of_its_joints() {
-    let (scene, hand) = panda();
-    let expected = Model::new(&scene, hand, [0.0; 3]);
+    let (arm, hand) = scene(&panda());
+    let expected = Model::new(&arm, hand, [0.0; 3]);
     for size in [0.0, 0.4, 3.0] {
-        let text = as_urdf(&scene, &turns(&scene, size));
-        let (read, tool) = urdf::arm(&text, "right_hand", &drives()).unwrap();
-        let model = Model::new(&read, tool, [0.0; 3]);
+        let robot = urdf::robot(&as_urdf(&arm, &turns(&arm, size)), "right_hand", &panda()).unwrap();
+        let (read, flange) = scene(&robot);
+        let model = Model::new(&read, flange, [0.0; 3]);
         for k in 0..10 {
             let q = JointVector::from_fn(|i, _| HOME[i] + 0.8 * (0.7 * (k as f64 + 1.0) * (i as f64 + 1.0)).sin());
             let qd = JointVector::from_fn(|i, _| (1.1 * (k as f64 + 2.0) * (i as f64 + 1.0)).sin());
@@ -92,16 +93,16 @@ fn the_panda_reads_back_whatever_the_axes_of_its_joints() {
             Joint::Hinge(axis) => axis.clone(),
             other => panic!("{other:?}"),
         };
-        assert_eq!(joint(&read, "link4"), joint(&scene, "link4"));
-        assert_eq!((read.actuators.len(), read.actuators[6].max_effort), (7, 87.0));
+        assert_eq!(joint(&read, "link4"), joint(&arm, "link4"));
+        assert_eq!((robot.arm.torque_max, robot.arm.speed_max), ([87.0; 7], [2.0; 7]));
     }
 }
 
 #[test]
 fn what_is_no_arm_of_seven_joints_is_refused_by_name() {
-    let (scene, _) = panda();
-    let text = as_urdf(&scene, &turns(&scene, 0.0));
-    let error = |text: &str, tool: &str| urdf::arm(text, tool, &drives()).unwrap_err().to_string();
+    let (arm, _) = scene(&panda());
+    let text = as_urdf(&arm, &turns(&arm, 0.0));
+    let error = |text: &str, tool: &str| urdf::robot(text, tool, &panda()).unwrap_err().to_string();
     assert!(error("<robot", "right_hand").starts_with("no URDF: "));
     assert!(error(&text, "hand").starts_with("no link \"hand\"; there are link0, link1"), "{}", error(&text, "hand"));
     let short = error(&text, "link6");
@@ -124,12 +125,7 @@ fn what_is_no_arm_of_seven_joints_is_refused_by_name() {
     };
     assert!(error(&joint("right_hand", "link0"), "right_hand").contains("is below itself"));
     assert!(error(&joint("link0", "link5"), "right_hand").starts_with("link \"link5\" is moved by two joints"));
-    // Links of any name, but for one that stands still and is called as the first that moves here.
-    let named = text.replace("\"link", "\"part");
-    assert!(urdf::arm(&named, "right_hand", &drives()).is_ok());
-    let taken = error(&named.replace("\"part0\"", "\"link1\""), "right_hand");
-    assert_eq!(
-        taken,
-        "two links would be called \"link1\": the seven that the joints move are link1 to link7 here; rename the other"
-    );
+    // Links of any name.
+    let named = text.replace("\"link", "\"part").replace("\"part0\"", "\"link1\"");
+    assert!(urdf::robot(&named, "right_hand", &panda()).is_ok());
 }

@@ -3,11 +3,13 @@
 
 use std::path::Path;
 
-use aforce::{JointVector, Pose, Vector6, Wrench};
+use aforce::{Pose, Vector6, Wrench};
 use approx::assert_relative_eq;
-use nalgebra::{SVector, Translation3};
-use physics::panda::{HOME, ParameterSet, Parameters, facing_down};
+use nalgebra::Translation3;
+use physics::robots::RobotName;
+use physics::robots::panda::HOME;
 use physics::scenes::wipe::{TABLE_FRICTION, TABLE_HEIGHT, Wipe};
+use physics::wiping_tool::facing_down;
 use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
 /// Stiffness and damping of the Cartesian spring that carries the tool.
@@ -26,11 +28,9 @@ struct Bench {
 }
 
 impl Bench {
-    fn new(set: ParameterSet, height: f64, friction: f64) -> Bench {
-        let parameters =
-            Parameters { friction: SVector::zeros(), damping: JointVector::repeat(5.0), ..set.parameters() };
-        let plant =
-            Plant { parameters, dt: 0.002, config: SimulationConfig::default(), deviation: Deviation::default() };
+    fn new(set: RobotName, height: f64, friction: f64) -> Bench {
+        let robot = set.robot().with_damping(5.0).with_friction(0.0);
+        let plant = Plant { robot, dt: 0.002, config: SimulationConfig::default(), deviation: Deviation::default() };
         let (mut simulation, scene) = Wipe::simulate(&plant, height, friction);
         simulation.reset(&HOME.into());
         Bench { simulation, scene, step: 0 }
@@ -84,7 +84,7 @@ fn pressing_and_sliding_forces() {
     assert_eq!(rows.len(), 3);
     for row in rows {
         let pressed = row[0];
-        let mut bench = Bench::new(ParameterSet::Robosuite, TABLE_HEIGHT, TABLE_FRICTION);
+        let mut bench = Bench::new(RobotName::Robosuite, TABLE_HEIGHT, TABLE_FRICTION);
         let (rest, scatter) = bench.run(4000, pressed);
         println!("{pressed} N, rest: {:.4?} +- {:.4?}, MuJoCo {:.4?}", rest.as_slice(), scatter.as_slice(), &row[1..4]);
         assert!(bench.scene.is_flat(&bench.simulation));
@@ -112,7 +112,7 @@ fn pressing_and_sliding_forces() {
 fn the_face_gives_way_as_robosuites() {
     const ROBOSUITE: [(f64, f64); 6] =
         [(5.3, 0.13), (13.2, 0.30), (26.5, 0.59), (53.0, 1.08), (78.0, 1.42), (127.0, 1.88)];
-    for set in [ParameterSet::Robosuite, ParameterSet::Identified] {
+    for set in [RobotName::Robosuite, RobotName::Identified] {
         for (force, expected) in ROBOSUITE {
             let mut bench = Bench::new(set, TABLE_HEIGHT, TABLE_FRICTION);
             bench.run(4000, force);
@@ -128,7 +128,7 @@ fn the_face_gives_way_as_robosuites() {
 /// with 43 kN/m and the 36 kg that the arm weighs there, 1.2 N per mm/s.
 #[test]
 fn an_impact_is_modest() {
-    let mut bench = Bench::new(ParameterSet::Robosuite, TABLE_HEIGHT, TABLE_FRICTION);
+    let mut bench = Bench::new(RobotName::Robosuite, TABLE_HEIGHT, TABLE_FRICTION);
     let (mut speed, mut peak, mut sustained) = (0.0f64, 0.0f64, 0.0f64);
     for step in 1..=2100 {
         bench.run(step, 0.0);
@@ -145,7 +145,7 @@ fn an_impact_is_modest() {
 
 #[test]
 fn restoring_in_contact_continues_bit_for_bit() {
-    let mut bench = Bench::new(ParameterSet::Robosuite, TABLE_HEIGHT, TABLE_FRICTION);
+    let mut bench = Bench::new(RobotName::Robosuite, TABLE_HEIGHT, TABLE_FRICTION);
     bench.run(4100, 30.0);
     let (snapshot, step) = (bench.simulation.snapshot(), bench.step);
     let run = |bench: &mut Bench| {
@@ -161,7 +161,7 @@ fn restoring_in_contact_continues_bit_for_bit() {
 /// The builder's height and friction reach the table.
 #[test]
 fn another_table() {
-    let mut bench = Bench::new(ParameterSet::Identified, TABLE_HEIGHT + 0.01, 0.3);
+    let mut bench = Bench::new(RobotName::Identified, TABLE_HEIGHT + 0.01, 0.3);
     let (slide, _) = bench.run(5000, 20.0);
     let height = bench.simulation.measure().pose.translation.z;
     assert!((height - TABLE_HEIGHT - 0.01).abs() < 0.002, "{height}");

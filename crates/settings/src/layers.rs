@@ -119,6 +119,10 @@ mod tests {
             ("learner.gamma = 1", "unknown key \"learner\""),
             ("env.task = 3", "keys: env.task: a name in quotes is wanted"),
             (
+                "env.robot = 'ur5'",
+                "keys: env.robot: unknown variant `ur5`, expected one of `robosuite`, `identified`, `fr3`",
+            ),
+            (
                 "env.space.stiffness.adaptive.delta_sign = 3",
                 "env.space.stiffness.adaptive.delta_sign: a name in quotes is wanted",
             ),

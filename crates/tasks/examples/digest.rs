@@ -1,4 +1,4 @@
-//! Whether a change to the code changes a number: one line for every task and built-in action space, a hash of every
+//! Whether a change to the code changes a number: one line for every robot, task and built-in action space, a hash of every
 //! observation, reward, energy and joint state of an episode of random actions, to the last bit.
 //!
 //! `digest [ACTIONS]` (200 by default). Two builds behave alike if they print the same.
@@ -7,6 +7,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::{env, process};
 
 use aforce::ActionSpace;
+use physics::robots::RobotName;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tasks::{Env, EnvConfig, TaskName};
@@ -17,11 +18,14 @@ fn main() {
         eprintln!("usage: digest [ACTIONS]");
         process::exit(2)
     };
-    for task in TaskName::ALL {
-        for space in ActionSpace::built_in() {
-            let name = space.to_string();
-            let (digest, diverged) = digest(EnvConfig { task, space, ..EnvConfig::default() }, actions);
-            println!("{:<5} {name:<24} {digest:016x} {diverged} diverged", task.as_str());
+    for robot in RobotName::ALL {
+        for task in TaskName::ALL {
+            for space in ActionSpace::built_in() {
+                let name = space.to_string();
+                let (digest, diverged) = digest(EnvConfig { task, space, robot, ..EnvConfig::default() }, actions);
+                let (robot, task) = (robot.as_str(), task.as_str());
+                println!("{robot:<10} {task:<5} {name:<24} {digest:016x} {diverged} diverged");
+            }
         }
     }
 }

@@ -4,7 +4,6 @@ use aforce::{Measurement, Pose, Vector3};
 use nalgebra::{Translation3, UnitVector3};
 use physics::camera::{Camera, Decal};
 use physics::gripper::{GRIP_SITE, add_gripper};
-use physics::panda::add_arm;
 use physics::scene::Scene;
 use physics::scenes::{Table, add_fixtures};
 use physics::{Plant, Simulation};
@@ -29,9 +28,9 @@ impl Task for Reach {
         self.target = Vector3::new(within(-0.1..0.1), within(-0.2..0.2), TABLE + within(0.1..0.3));
         let mut scene = Scene::default();
         let table = Table { size: [0.8, 0.8, 0.05], top: [0.0, 0.0, TABLE], friction: 1.0 };
-        let base = add_fixtures(&mut scene, &table);
-        let wrist = add_arm(&mut scene, &plant.parameters, base);
-        let gripper = add_gripper(&mut scene, &plant.parameters, wrist);
+        let base = add_fixtures(&mut scene, &plant.robot, &table);
+        let wrist = plant.robot.add_to(&mut scene, base);
+        let gripper = add_gripper(&mut scene, &plant.robot, wrist);
         Simulation::new(&scene, gripper, GRIP_SITE, plant)
     }
 

@@ -3,7 +3,6 @@
 use std::fmt::Write;
 
 use aforce::{ActionEntry, JointVector, OperationalSpace, StiffnessUnit, Vector6, Wrench};
-use physics::panda::HOME;
 use serde::Serialize;
 
 use crate::component::Component;
@@ -100,7 +99,7 @@ const RISE: &str = "rise of K under it, from floor to top";
 
 fn derived(env: &Env) -> Vec<Derived> {
     let EnvConfig { space, controller, .. } = env.config();
-    let y = env.simulation().model().measure(HOME.into(), JointVector::zeros(), Wrench::zeros());
+    let y = env.simulation().model().measure(env.robot().home, JointVector::zeros(), Wrench::zeros());
     let inertia = OperationalSpace::new(&y.mass, &y.jacobian).map_or(Vector6::repeat(1.0), |arm| arm.diagonal());
     let effective = |gains: &Vector6| space.unit.effective(gains, &inertia);
     let mut list = vec![];

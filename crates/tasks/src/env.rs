@@ -1,7 +1,7 @@
 //! The environment: the one loop from an action to torques, and back to a reward.
 
 use aforce::{ActionEntry, ConfigError, Controller, Measurement};
-use physics::panda::{HOME, RANGE};
+use physics::robots::Robot;
 use physics::{Plant, Simulation};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -91,21 +91,20 @@ impl Env {
     /// If the task observes more or fewer numbers than it names.
     pub fn with_task(mut task: Box<dyn Task>, config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
         config.validate()?;
-        let parameters = config.robot.parameters();
-        let limits = parameters.torque_limits();
-        let controller = Controller::new(&config.space, &config.controller, limits, task.contact_axis())?;
+        let robot = config.robot.robot();
+        let controller = Controller::new(&config.space, &config.controller, &robot.arm, task.contact_axis())?;
         let drawn = config.disturbance.draw(0);
         let deviation = config.disturbance.highest_table();
-        let plant = Plant { parameters, dt: config.controller.dt(), config: config.simulation, deviation };
+        let plant = Plant { robot, dt: config.controller.dt(), config: config.simulation, deviation };
         let mut simulation = task.reset(&plant, &mut ChaCha8Rng::seed_from_u64(0));
-        simulation.reset(&HOME.into());
+        simulation.reset(&plant.robot.home);
         if simulation.overlap() >= LARGEST_OVERLAP {
             let raised = deviation.table_height > 0.0;
             let field = if raised { "env.disturbance.table_height_m" } else { "env.task" };
             let reason = if raised {
                 format!("{} m raise the table into the arm at its start; lower it", deviation.table_height)
             } else {
-                format!("the scene of {} leaves the arm no room at its home pose", task.name())
+                format!("the scene of {} leaves {} no room at its home pose", task.name(), plant.robot.name)
             };
             return Err(ConfigError::Contradiction { field: field.into(), reason });
         }
@@ -156,10 +155,11 @@ impl Env {
 
     /// Draws joint angles until they are within their ranges and the arm stands in nothing's way.
     fn place_arm(&mut self, rng: &mut ChaCha8Rng) {
+        let Robot { home, arm, .. } = &self.plant.robot;
         for _ in 0..MOST_STARTS {
-            let q = HOME.map(|q| q + self.config.initial_noise * standard_normal(rng));
-            if q.iter().zip(RANGE).all(|(q, [low, high])| (low..=high).contains(q)) {
-                self.simulation.reset(&q.into());
+            let q = home.map(|q| q + self.config.initial_noise * standard_normal(rng));
+            if q.iter().zip(arm.range).all(|(q, [low, high])| (low..=high).contains(q)) {
+                self.simulation.reset(&q);
                 if self.simulation.overlap() < LARGEST_OVERLAP {
                     return;
                 }
@@ -191,9 +191,9 @@ impl Env {
             }
             self.y = self.drawn.sense(&self.simulation);
             let qd = (before + self.simulation.joints().1) / 2.0;
-            let penalty = &self.config.force_penalty;
-            interval.add(&tau, &qd, self.simulation.contacts(), &self.controller, penalty, self.plant.dt);
-            interval.watch(&self.config.protection, &self.simulation.joints().1, self.simulation.contacts());
+            let (contacts, penalty) = (self.simulation.contacts(), &self.config.force_penalty);
+            interval.add(&tau, &qd, contacts, &self.controller, penalty, &self.plant);
+            interval.watch(&self.config.protection, &self.plant.robot.arm, &self.simulation.joints().1, contacts);
             interval.overlap = interval.overlap.max(self.simulation.deepest_penetration());
             if self.config.stops && interval.stop.is_some() {
                 break;
@@ -278,6 +278,11 @@ impl Env {
     /// The task.
     pub fn task(&self) -> &dyn Task {
         self.task.as_ref()
+    }
+
+    /// The robot.
+    pub fn robot(&self) -> &Robot {
+        &self.plant.robot
     }
 
     /// The plant, to look at.

@@ -2,7 +2,7 @@
 
 use aforce::{ActionSpace, ConfigError, ControllerConfig, within};
 use physics::SimulationConfig;
-use physics::panda::ParameterSet;
+use physics::robots::RobotName;
 use serde::{Deserialize, Serialize};
 
 use crate::disturbance::Disturbance;
@@ -19,8 +19,8 @@ pub struct EnvConfig {
     pub task: TaskName,
     /// The action space.
     pub space: ActionSpace,
-    /// The arm's numbers.
-    pub robot: ParameterSet,
+    /// The robot: its kinematics, inertia, limits and shapes.
+    pub robot: RobotName,
     /// Actions until an episode is truncated. Door's penalty and all of Wipe's reward are scaled with it.
     pub horizon: u32,
     /// Standard deviation of the joint angles around the home pose at reset (rad). Angles out of range, and those with which
@@ -76,7 +76,7 @@ impl Default for EnvConfig {
         EnvConfig {
             task: TaskName::default(),
             space: "aforce".parse().expect("a built-in space"),
-            robot: ParameterSet::default(),
+            robot: RobotName::default(),
             horizon: 500,
             initial_noise: 0.02,
             motion_price: 0.0,

@@ -2,8 +2,8 @@
 
 use std::ops::AddAssign;
 
-use aforce::{Controller, EnergyLedger, JointVector, Vector6};
-use physics::ContactReading;
+use aforce::{Arm, Controller, EnergyLedger, JointVector, Vector6};
+use physics::{ContactReading, Plant};
 
 use crate::penalty::{ForcePenalty, Sensor};
 use crate::protection::{Protection, StopReason, speed_share};
@@ -142,7 +142,7 @@ impl AddAssign for AxisGroup {
 }
 
 impl Interval {
-    /// Takes in one control sample of `dt` seconds: the torque that acted, the mean joint velocity meanwhile (the work of a
+    /// Takes in one control sample of `plant`: the torque that acted, the mean joint velocity meanwhile (the work of a
     /// torque that acts over the whole sample goes with it), and the contact after each of its equally long parts.
     pub fn add(
         &mut self,
@@ -151,11 +151,12 @@ impl Interval {
         contacts: &[ContactReading],
         controller: &Controller,
         penalty: &ForcePenalty,
-        dt: f64,
+        plant: &Plant,
     ) {
+        let dt = plant.dt;
         self.samples += 1;
         self.time += dt;
-        self.energy.add(tau, qd, dt);
+        self.energy.add(tau, qd, &plant.robot.drives, dt);
         self.sum_torque += tau;
         self.joint_work += tau.component_mul(qd) * dt;
         let part = dt / contacts.len() as f64;
@@ -174,10 +175,10 @@ impl Interval {
         self.sum_saturated += controller.saturated().iter().filter(|&&limited| limited).count() as f64 / 7.0;
     }
 
-    /// Takes in what a real arm watches at the end of the sample that was [added](Self::add) last: the joints' velocities `qd`
-    /// (rad/s), and the contact after each of the sample's parts.
-    pub fn watch(&mut self, protection: &Protection, qd: &JointVector, contacts: &[ContactReading]) {
-        let speed = speed_share(qd);
+    /// Takes in what a real arm watches at the end of the sample that was [added](Self::add) last: the velocities `qd` of the
+    /// joints of `arm` (rad/s), and the contact after each of the sample's parts.
+    pub fn watch(&mut self, protection: &Protection, arm: &Arm, qd: &JointVector, contacts: &[ContactReading]) {
+        let speed = speed_share(qd, arm);
         self.max_speed_share = self.max_speed_share.max(speed);
         let reason = contacts.iter().find_map(|contact| protection.stop(speed, contact));
         self.stop = self.stop.or(reason.map(|reason| Stop { time: self.time, reason }));
@@ -210,8 +211,9 @@ impl Interval {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use aforce::{ControllerConfig, Jacobian, JointMatrix, Measurement, Pose, TorqueLimits, Twist, Vector3, Wrench};
-    use physics::LinkReading;
+    use aforce::{ControllerConfig, Jacobian, JointMatrix, Measurement, Pose, Twist, Vector3, Wrench};
+    use physics::robots::RobotName;
+    use physics::{Deviation, LinkReading, SimulationConfig};
 
     /// Seven joints of unit inertia, at rest; six of them move the tool along and about the world axes.
     fn arm() -> Measurement {
@@ -227,14 +229,20 @@ mod tests {
         }
     }
 
+    fn plant(dt: f64) -> Plant {
+        let (config, deviation) = (SimulationConfig::default(), Deviation::default());
+        Plant { robot: RobotName::default().robot(), dt, config, deviation }
+    }
+
     /// A controller after one sample at its goal. It holds each joint with 1 Nm, of which the first `limited` joints take
     /// half. `kp` commands the stiffness, -1 being 0 and 1 being 300.
     fn controller(kp: [f64; 6], limited: usize) -> Controller {
         let y = Measurement { bias: JointVector::repeat(1.0), ..arm() };
-        let max = JointVector::from_fn(|i, _| if i < limited { 0.5 } else { 10.0 });
-        let (space, limits) = ("variable".parse().unwrap(), TorqueLimits::new(max, None).unwrap());
+        let torque_max = std::array::from_fn(|i| if i < limited { 0.5 } else { 10.0 });
+        let arm = Arm { torque_max, torque_rate_max: [f64::INFINITY; 7], ..Arm::PANDA };
+        let space = "variable".parse().unwrap();
         let mut controller =
-            Controller::new(&space, &ControllerConfig::default(), limits, Vector3::z_axis()).expect("defaults");
+            Controller::new(&space, &ControllerConfig::default(), &arm, Vector3::z_axis()).expect("defaults");
         controller.reset(&y);
         controller.set_goal(&[kp, [0.0; 6]].concat(), &y);
         controller.update(&y);
@@ -271,7 +279,7 @@ mod tests {
 
         let mut interval = Interval::default();
         for k in 0..3 {
-            interval.add(&torques[k], &speeds[k], &contacts[k..=k], &controllers[k], &penalty, DT);
+            interval.add(&torques[k], &speeds[k], &contacts[k..=k], &controllers[k], &penalty, &plant(DT));
         }
 
         let close = |name: &str, a: f64, b: f64| assert!((a - b).abs() < 1e-9, "{name}: {a}, not {b}");
@@ -312,16 +320,23 @@ mod tests {
     #[test]
     fn each_group_of_axes_is_recorded_with_its_parts() {
         let mut y = arm();
-        let limits = TorqueLimits::new(JointVector::repeat(1e3), None).unwrap();
+        let limits = Arm { torque_max: [1e3; 7], torque_rate_max: [f64::INFINITY; 7], ..Arm::PANDA };
         let space = "aforce".parse().unwrap();
-        let mut controller = Controller::new(&space, &ControllerConfig::default(), limits, Vector3::z_axis()).unwrap();
+        let mut controller = Controller::new(&space, &ControllerConfig::default(), &limits, Vector3::z_axis()).unwrap();
         controller.reset(&y);
         y.pose = Pose::new(Vector3::new(0.03, 0.0, 0.04), Vector3::new(0.0, 0.1, 0.0));
         y.twist = Twist::new(0.0, 0.2, 0.0, 0.0, 0.0, 0.5);
         controller.update(&y);
         let mut interval = Interval::default();
         let still = JointVector::zeros();
-        interval.add(&still, &still, &[ContactReading::default()], &controller, &ForcePenalty::default(), 0.002);
+        interval.add(
+            &still,
+            &still,
+            &[ContactReading::default()],
+            &controller,
+            &ForcePenalty::default(),
+            &plant(0.002),
+        );
         let [translation, rotation] = interval.impedance;
         let close =
             |name: &str, a: f64, b: f64| assert!((a - b).abs() < 1e-9 * b.abs().max(1.0), "{name}: {a}, not {b}");
@@ -353,8 +368,8 @@ mod tests {
         let mut interval = Interval::default();
         for (speed, newton) in [(2.0, 90.0), (-2.4, 10.0), (2.2, 110.0)] {
             let (qd, contacts) = (JointVector::repeat(speed), [push(newton)]);
-            interval.add(&qd, &qd, &contacts, &controller, &ForcePenalty::default(), DT);
-            interval.watch(&Protection::default(), &qd, &contacts);
+            interval.add(&qd, &qd, &contacts, &controller, &ForcePenalty::default(), &plant(DT));
+            interval.watch(&Protection::default(), &Arm::PANDA, &qd, &contacts);
         }
         assert_eq!(interval.stop, Some(Stop { time: 2.0 * DT, reason: StopReason::JointSpeed }));
         assert_eq!(interval.max_speed_share, 2.4 / 2.175, "joints 1 to 4 may turn at 2.175 rad/s");

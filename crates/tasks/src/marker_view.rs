@@ -80,7 +80,7 @@ impl MarkerView {
 mod tests {
     use super::*;
     use nalgebra::Translation3;
-    use physics::panda::facing_down;
+    use physics::wiping_tool::facing_down;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
 

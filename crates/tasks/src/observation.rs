@@ -2,7 +2,8 @@
 
 use aforce::Measurement;
 use nalgebra::UnitQuaternion;
-use physics::{Simulation, panda};
+use physics::Simulation;
+use physics::robots::tool_rotation;
 
 use crate::component::{Component, xyz, xyzw};
 
@@ -43,7 +44,7 @@ pub fn observe_robot(simulation: &Simulation, y: &Measurement, out: &mut Vec<f32
     out.extend(y.q.iter().map(|&q| libm::sin(q) as f32));
     out.extend(y.qd.iter().map(|&qd| qd as f32));
     out.extend(y.pose.translation.vector.iter().map(|&p| p as f32));
-    let hand: UnitQuaternion<f64> = y.pose.rotation * panda::tool_rotation().inverse();
+    let hand: UnitQuaternion<f64> = y.pose.rotation * tool_rotation().inverse();
     let sign = if hand.i < 0.0 { -1.0 } else { 1.0 };
     out.extend(hand.coords.iter().map(|&c| (sign * c) as f32));
     match simulation.fingers() {

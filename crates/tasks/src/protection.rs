@@ -1,7 +1,7 @@
 //! When, and why, a real arm would have stopped itself.
 
-use aforce::{ConfigError, JointVector, within};
-use physics::{ContactReading, panda};
+use aforce::{Arm, ConfigError, JointVector, within};
+use physics::ContactReading;
 use serde::{Deserialize, Serialize};
 
 /// What a real arm does not put up with. Every real arm watches itself and brakes; a simulated one goes on.
@@ -12,7 +12,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Protection {
-    /// A joint must not turn faster than this share of its limit (2.175 rad/s for joints 1 to 4, 2.61 for 5 to 7).
+    /// A joint must not turn faster than this share of its limit, [`Arm::speed_max`]: of a Panda 2.175 rad/s for joints 1 to 4,
+    /// 2.61 for 5 to 7.
     pub joint_speed: f64,
     /// The sustained force beyond the wrist must not exceed this (N).
     pub hand_force: f64,
@@ -80,9 +81,9 @@ impl Protection {
     }
 }
 
-/// Speed of the joint that is nearest to its limit, as a share of that limit.
-pub fn speed_share(qd: &JointVector) -> f64 {
-    qd.iter().zip(panda::SPEED_MAX).fold(0.0, |most, (qd, limit)| f64::max(most, qd.abs() / limit))
+/// Speed of the joint of `arm` that is nearest to its limit, as a share of that limit; `qd` in rad/s.
+pub fn speed_share(qd: &JointVector, arm: &Arm) -> f64 {
+    qd.iter().zip(arm.speed_max).fold(0.0, |most, (qd, limit)| f64::max(most, qd.abs() / limit))
 }
 
 #[cfg(test)]
@@ -118,9 +119,12 @@ mod tests {
         let turning = |joint: usize, qd: f64| {
             let mut speeds = JointVector::zeros();
             speeds[joint] = qd;
-            speed_share(&speeds)
+            speed_share(&speeds, &Arm::PANDA)
         };
-        assert_eq!((turning(1, -2.175), turning(5, 1.305), speed_share(&JointVector::zeros())), (1.0, 0.5, 0.0));
+        assert_eq!(
+            (turning(1, -2.175), turning(5, 1.305), speed_share(&JointVector::zeros(), &Arm::PANDA)),
+            (1.0, 0.5, 0.0)
+        );
     }
 
     #[test]

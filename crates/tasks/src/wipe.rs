@@ -4,8 +4,9 @@
 use aforce::{Measurement, Pose, Vector3};
 use nalgebra::{Translation3, UnitVector3};
 use physics::camera::{Camera, Decal};
-use physics::panda::{RANGE, facing_down};
+use physics::robots::JOINTS;
 use physics::scenes::wipe::{self, TABLE_FRICTION, TABLE_HEIGHT};
+use physics::wiping_tool::facing_down;
 use physics::{Plant, Simulation};
 use rand_chacha::ChaCha8Rng;
 
@@ -52,6 +53,8 @@ struct Running {
     markers: Markers,
     /// How much higher the table stands than is believed (m).
     raised: f64,
+    /// Lower and upper end of the robot's joints (rad).
+    range: [[f64; 2]; JOINTS],
 }
 
 /// What the reward depends on besides the markers.
@@ -104,7 +107,8 @@ impl Task for Wipe {
     fn reset(&mut self, plant: &Plant, rng: &mut ChaCha8Rng) -> Simulation {
         let (simulation, scene) = wipe::Wipe::simulate(plant, TABLE_HEIGHT, TABLE_FRICTION);
         let raised = plant.deviation.table_height;
-        self.episode = Some(Running { scene, markers: Markers::random(TABLE_HEIGHT + raised, rng), raised });
+        let markers = Markers::random(TABLE_HEIGHT + raised, rng);
+        self.episode = Some(Running { scene, markers, raised, range: plant.robot.arm.range });
         simulation
     }
 
@@ -136,7 +140,7 @@ impl Task for Wipe {
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: Option<f64>) -> Reward {
         let at_limit = |(&q, &[low, high]): (&f64, &[f64; 2])| q < low + JOINT_MARGIN || q > high - JOINT_MARGIN;
         let touch = Touch {
-            arm: simulation.contact().arm_touches() || y.q.iter().zip(&RANGE).any(at_limit),
+            arm: simulation.contact().arm_touches() || y.q.iter().zip(&self.running().range).any(at_limit),
             contact: in_contact(y) && simulation.contact().touching,
             force: simulation.contact().hand_force(),
             flat: self.running().scene.is_flat(simulation),

@@ -91,12 +91,10 @@ pub fn point(
     stiffness: f64,
     share: f64,
 ) -> Result<Point> {
-    let parameters = setup.parameters();
-    let limits = parameters.torque_limits();
-    let joints = parameters.damping;
+    let robot = setup.arm();
+    let (arm, joints) = (robot.arm, robot.damping());
     let Trial { height, friction, start, .. } = Trial::nominal();
-    let plant =
-        Plant { parameters, dt: setup.controller.dt(), config: setup.simulation, deviation: Deviation::default() };
+    let plant = Plant { robot, dt: setup.controller.dt(), config: setup.simulation, deviation: Deviation::default() };
     let (mut simulation, _) = Wipe::simulate(&plant, height, friction);
     simulation.reset(&start);
     let y = simulation.measure();
@@ -122,7 +120,7 @@ pub fn point(
     (0..3).for_each(|axis| psi.alpha.set(axis, alpha));
     space.stiffness = Stiffness::Adaptive(psi);
 
-    let mut controller = Controller::new(&space, &setup.controller, limits, Vector3::z_axis())?;
+    let mut controller = Controller::new(&space, &setup.controller, &arm, Vector3::z_axis())?;
     controller.reset(&y);
     let period = TAU * (principal.eigenvalues.max() / stiffness).sqrt();
     let growth = growth(&mut simulation, &mut controller, &heaviest, period);

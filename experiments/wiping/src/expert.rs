@@ -2,7 +2,7 @@
 
 use aforce::{Controller, Measurement, Pose, Vector3, encode, pose_error};
 use nalgebra::Translation3;
-use physics::panda::facing_down;
+use physics::wiping_tool::facing_down;
 
 use crate::record::Phase;
 use crate::setup::Setup;

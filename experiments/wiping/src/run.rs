@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use aforce::{ActionSpace, Controller, JointVector, Measurement, Pose, Vector3, Wrench};
 use anyhow::Result;
 use physics::model::Model;
-use physics::panda::Parameters;
+use physics::robots::Robot;
 use physics::scenes::wipe::{self, Wipe};
 use physics::wiping_tool::GRIP_SITE;
 use physics::{Deviation, Plant, Simulation};
@@ -62,7 +62,7 @@ pub fn simulate(run: &Run) -> Result<Record> {
 /// A wipe under way.
 struct Wiping<'a> {
     run: &'a Run<'a>,
-    parameters: Parameters,
+    robot: Robot,
     simulation: Simulation,
     /// What the controller believes the arm to be: without payload.
     model: Model,
@@ -81,11 +81,11 @@ struct Wiping<'a> {
 impl<'a> Wiping<'a> {
     fn new(run: &'a Run<'a>) -> Result<Self> {
         let Run { setup, space, trial, disturbance } = run;
-        let parameters = setup.parameters();
+        let robot = setup.arm();
         let height = trial.height + disturbance.table_offset;
-        let loaded = disturbance.loaded(&parameters);
+        let loaded = disturbance.loaded(&robot);
         let plant = Plant {
-            parameters: loaded,
+            robot: loaded,
             dt: setup.controller.dt(),
             config: setup.simulation,
             deviation: Deviation::default(),
@@ -94,11 +94,11 @@ impl<'a> Wiping<'a> {
         let (mut simulation, _) = Wipe::simulate(&plant, height, friction);
         simulation.reset(&trial.start);
 
-        let (believed, tool) = wipe::scene(&parameters, trial.height, trial.friction);
+        let (believed, tool) = wipe::scene(&robot, trial.height, trial.friction);
         let model = Model::new(&believed, tool, GRIP_SITE);
         let (q, qd) = simulation.joints();
         let y = model.measure(q, qd, Wrench::zeros());
-        let mut controller = Controller::new(space, &setup.controller, parameters.torque_limits(), Vector3::z_axis())?;
+        let mut controller = Controller::new(space, &setup.controller, &robot.arm, Vector3::z_axis())?;
         controller.reset(&y);
 
         let sensing = setup.sensing.worsened(disturbance.wrench_error);
@@ -107,12 +107,12 @@ impl<'a> Wiping<'a> {
         Ok(Wiping {
             run,
             start_energy: energy(&simulation),
-            estimator: Estimator::new(&sensing, parameters.damping, &y, rng),
+            estimator: Estimator::new(&sensing, robot.damping(), &y, rng),
             expert: Expert::new(setup, spot(trial.height)),
             paint: Markers::spot(spot(height), setup.spot_radius),
             late: VecDeque::from(vec![y.bias; (disturbance.delay / plant.dt).round() as usize]),
             record: Record::default(),
-            parameters,
+            robot,
             simulation,
             model,
             controller,
@@ -146,14 +146,14 @@ impl<'a> Wiping<'a> {
     /// The energy of one sample. A torque acts over the whole of it: its work goes with the mean velocity.
     fn account(&mut self, tau: &JointVector, before: &Measurement, contact: &Wrench, dt: f64) {
         let qd = (before.qd + self.y.qd) / 2.0;
-        let joints = self.parameters.damping.component_mul(&qd).dot(&qd) * dt;
+        let joints = self.robot.damping().component_mul(&qd).dot(&qd) * dt;
         let table = -contact.dot(&(before.twist + self.y.twist)) / 2.0 * dt;
-        let record = &mut self.record;
-        record.total.add(tau, &qd, dt);
+        let (record, drives) = (&mut self.record, &self.robot.drives);
+        record.total.add(tau, &qd, drives, dt);
         record.total_losses.add(joints, table);
         if self.expert.phase() == Phase::Wipe {
-            record.energy.add(tau, &qd, dt);
-            record.control_energy.add(&(tau - before.bias), &qd, dt);
+            record.energy.add(tau, &qd, drives, dt);
+            record.control_energy.add(&(tau - before.bias), &qd, drives, dt);
             record.losses.add(joints, table);
         }
     }

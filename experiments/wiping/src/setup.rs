@@ -6,7 +6,7 @@ use aforce::{ActionSpace, ControllerConfig, ForceConfig, Interpolation};
 use anyhow::{Context, Result, anyhow, ensure};
 use output::program::bad;
 use physics::SimulationConfig;
-use physics::panda::{ParameterSet, Parameters};
+use physics::robots::{Robot, RobotName};
 use serde::{Deserialize, Serialize};
 
 use crate::sensing::Sensing;
@@ -16,8 +16,8 @@ use crate::spaces::{AFORCE, spaces};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Setup {
-    /// The arm's numbers.
-    pub robot: ParameterSet,
+    /// The robot.
+    pub robot: RobotName,
     /// The joints without damping and friction, no air, and the table with next to no friction (the tool's own, 0.001): what wiping costs then is the
     /// controller's own.
     pub lossless: bool,
@@ -49,7 +49,7 @@ pub struct Setup {
 impl Default for Setup {
     fn default() -> Self {
         Setup {
-            robot: ParameterSet::Identified,
+            robot: RobotName::Identified,
             lossless: false,
             force: 10.0,
             press_time: 3.0,
@@ -115,14 +115,9 @@ impl Setup {
     }
 
     /// The arm.
-    pub(crate) fn parameters(&self) -> Parameters {
-        let mut parameters = self.robot.parameters();
-        if self.lossless {
-            parameters.damping.fill(0.0);
-            parameters.friction.fill(0.0);
-            parameters.air = None;
-        }
-        parameters
+    pub(crate) fn arm(&self) -> Robot {
+        let robot = self.robot.robot();
+        if self.lossless { Robot { air: None, ..robot.with_damping(0.0).with_friction(0.0) } } else { robot }
     }
 }
 

@@ -77,7 +77,7 @@ mod tests {
     fn nominal_inertia_covers_the_arm() {
         let setup = Setup::default();
         let Trial { height, friction, start, .. } = Trial::nominal();
-        let (scene, tool) = scene(&setup.parameters(), height, friction);
+        let (scene, tool) = scene(&setup.arm(), height, friction);
         let model = physics::model::Model::new(&scene, tool, GRIP_SITE);
         let y = model.measure(start, start * 0.0, aforce::Wrench::zeros());
         let arm = OperationalSpace::new(&y.mass, &y.jacobian).unwrap();

@@ -1,7 +1,8 @@
 //! What varies: from one wipe to the next, and unknown to script, controller and model.
 
 use aforce::JointVector;
-use physics::panda::{HOME, Parameters};
+use physics::robots::Robot;
+use physics::robots::panda::HOME;
 use physics::scene::Inertial;
 use physics::scenes::wipe::TABLE_HEIGHT;
 use rand::{RngExt, SeedableRng};
@@ -64,8 +65,8 @@ impl Disturbance {
     pub const NONE: Self = Self { table_offset: 0.0, friction: 1.0, payload: 0.0, wrench_error: 1.0, delay: 0.0 };
 
     /// The arm with its payload.
-    pub(crate) fn loaded(&self, parameters: &Parameters) -> Parameters {
+    pub(crate) fn loaded(&self, robot: &Robot) -> Robot {
         let payload = Inertial::diagonal(self.payload, [0.0; 3], [0.0; 3]);
-        Parameters { hand: parameters.hand.merged(&payload), ..parameters.clone() }
+        Robot { flange_inertial: robot.flange_inertial.merged(&payload), ..robot.clone() }
     }
 }

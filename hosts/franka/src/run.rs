@@ -215,8 +215,8 @@ impl Act<'_> {
             let qd = 0.5 * (last_qd.replace(arm.qd).unwrap_or(arm.qd) + arm.qd);
             let law_coriolis =
                 if self.setup.interface.coriolis == CompensatedBy::Law { arm.coriolis } else { JointVector::zeros() };
-            energy.add(&(arm.tau + arm.gravity), &qd, dt);
-            control_energy.add(&(arm.tau - law_coriolis), &qd, dt);
+            energy.add(&(arm.tau + arm.gravity), &qd, &Arm::FRANKA_DRIVES, dt);
+            control_energy.add(&(arm.tau - law_coriolis), &qd, &Arm::FRANKA_DRIVES, dt);
             time += dt;
             cycles += 1;
             lost += (dt / self.setup.controller.dt()).round().max(1.0) as u64 - 1;

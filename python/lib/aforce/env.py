@@ -49,15 +49,15 @@ def checked_options(options: dict[str, Any] | None) -> None:
 
 
 class Env(gym.Env[Floats, Floats], EzPickle):
-    """A Panda, a task and an action space; made by `gymnasium.make("aforce/Lift-v0", ...)`, `Door-v0` or `Wipe-v0`.
+    """A robot, a task and an action space; made by `gymnasium.make("aforce/Lift-v0", ...)`, `Door-v0` or `Wipe-v0`.
 
     space        name of `aforce.spaces()`, file, or dict: what an action is; "aforce" if not given
     config       path of a run's config.toml: its environment, on top of which keywords come
     scaled       whether every number of an observation is scaled to about 1, and clipped to 10
     render_mode  None or "rgb_array"
     render_size  width and height of a picture
-    **settings   everything else that `env` of a configuration has, with the same names, defaults and messages: setup, horizon,
-                 controller, force_penalty, disturbance, observation, ends_on_success, stops, motion_price, ..
+    **settings   everything else that `env` of a configuration has, with the same names, defaults and messages: setup, robot,
+                 horizon, controller, force_penalty, disturbance, observation, ends_on_success, stops, motion_price, ..
 
     Observations and actions are float32; NaN or a wrong shape is a ValueError. An episode is truncated at its horizon, and
     terminated if the simulation diverges or, with `stops=True`, where a real arm would have stopped itself. `info`: is_success,

@@ -161,8 +161,7 @@ impl HostSetup {
     /// A controller for this arm.
     pub(crate) fn new_controller(&self) -> Result<Controller, ConfigError> {
         self.validate()?;
-        let (limits, cartesian) = (self.arm.torque_limits()?, &self.arm.cartesian);
-        Controller::of_arm(&self.space, &self.controller, limits, cartesian, self.contact_axis()?)
+        Controller::new(&self.space, &self.controller, &self.arm, self.contact_axis()?)
     }
 }
 

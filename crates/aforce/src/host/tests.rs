@@ -139,8 +139,8 @@ fn without_bounds_a_host_is_the_controller_bit_by_bit() {
     for name in ["aforce-force", "variable", "osc", "aforce-psi"] {
         let setup = HostSetup { limits: endless(), ..setup(name) };
         let mut plant = Plant::new(&setup);
-        let limits = setup.arm.torque_limits().unwrap();
-        let mut alone = Controller::new(&setup.space, &setup.controller, limits, nalgebra::Vector3::z_axis()).unwrap();
+        let up = nalgebra::Vector3::z_axis();
+        let mut alone = Controller::new(&setup.space, &setup.controller, &setup.arm, up).unwrap();
         alone.reset(&plant.y);
         for cycle in 0..2000 {
             if cycle % 50 == 0 {

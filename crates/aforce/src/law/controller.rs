@@ -2,7 +2,7 @@
 
 use nalgebra::UnitVector3;
 
-use crate::arm::{Arm, CartesianLimits};
+use crate::arm::Arm;
 use crate::error::ConfigError;
 use crate::law::action::decode;
 use crate::law::action_space::{ActionSpace, SetPoint};
@@ -11,7 +11,7 @@ use crate::law::config::ControllerConfig;
 use crate::law::force::ForceControl;
 use crate::law::impedance::Impedance;
 use crate::law::interpolator::Interpolator;
-use crate::law::limits::{TorqueLimiter, TorqueLimits};
+use crate::law::limits::TorqueLimiter;
 use crate::law::operational_space::OperationalSpace;
 use crate::spatial::{JointVector, Measurement, Pose, Vector6, Wrench, all_finite};
 
@@ -46,26 +46,15 @@ pub struct Controller {
 
 impl Controller {
     /// A controller for `space`. `contact_axis` is n: the direction, in world axes, in which the environment pushes on
-    /// the tool (+z for a table below); only spaces with force use it. Interpolated set-points move no faster than the Panda
-    /// may; those of another arm are bounded by a [`Host`](crate::host::Host). Call [`reset`](Self::reset) before use.
+    /// the tool (+z for a table below); only spaces with force use it. Of `arm` the torques keep to the limits, and
+    /// jerk-limited set-points to a share of what its tool may do. Call [`reset`](Self::reset) before use.
     ///
     /// # Errors
-    /// If a value of `space` or `config` is not allowed, or the adaptive law is unstable.
+    /// If a value of `space` or `config` is not allowed, a limit of a torque is NaN or negative, or the adaptive law is unstable.
     pub fn new(
         space: &ActionSpace,
         config: &ControllerConfig,
-        limits: TorqueLimits,
-        contact_axis: UnitVector3<f64>,
-    ) -> Result<Self, ConfigError> {
-        Self::of_arm(space, config, limits, &Arm::PANDA.cartesian, contact_axis)
-    }
-
-    /// The same, for an arm whose tool may move as `cartesian` says.
-    pub(crate) fn of_arm(
-        space: &ActionSpace,
-        config: &ControllerConfig,
-        limits: TorqueLimits,
-        cartesian: &CartesianLimits,
+        arm: &Arm,
         contact_axis: UnitVector3<f64>,
     ) -> Result<Self, ConfigError> {
         config.validate()?;
@@ -76,13 +65,13 @@ impl Controller {
             dt: config.dt(),
             set_point: match space.set_point {
                 SetPoint::Interpolated => {
-                    Interpolator::new(&config.interpolation, cartesian, config.samples_per_action(), config.dt())
+                    Interpolator::new(&config.interpolation, &arm.cartesian, config.samples_per_action(), config.dt())
                 }
                 SetPoint::Jump => Interpolator::jump(config.dt()),
             },
             adaptation: None,
             force: ForceControl::new(config.force, contact_axis.into_inner()),
-            limiter: TorqueLimiter::new(limits),
+            limiter: TorqueLimiter::new(arm.torque_limits()?),
             start: Pose::identity(),
             goal: Pose::identity(),
             q0: JointVector::zeros(),

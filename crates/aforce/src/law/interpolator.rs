@@ -20,7 +20,7 @@ pub enum Interpolation {
     },
     /// A time-optimal, jerk-limited move (the paper's real arm).
     JerkLimited {
-        /// Share of the arm's Cartesian limits (the Panda's where none is named) of velocity, acceleration and jerk, above 0 and at most 1. Each action
+        /// Share of the arm's Cartesian limits of velocity, acceleration and jerk, above 0 and at most 1. Each action
         /// plans to come to rest at its goal: with all of the limits the set-point stops and goes at the policy's rate.
         dynamics: f64,
     },

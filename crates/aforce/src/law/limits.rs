@@ -5,7 +5,7 @@ use crate::spatial::{JointVector, all_finite};
 
 /// What the plant's joints can take. Part of the plant, not of the controller's configuration.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TorqueLimits {
+pub(crate) struct TorqueLimits {
     max: JointVector,
     rate: Option<JointVector>,
 }
@@ -15,7 +15,7 @@ impl TorqueLimits {
     ///
     /// # Errors
     /// If one is NaN or negative.
-    pub fn new(max: JointVector, rate: Option<JointVector>) -> Result<Self, ConfigError> {
+    pub(crate) fn new(max: JointVector, rate: Option<JointVector>) -> Result<Self, ConfigError> {
         for (name, limits) in [("max", Some(max)), ("rate", rate)] {
             for (joint, &limit) in limits.iter().flat_map(|limits| limits.iter()).enumerate() {
                 within(&format!("torque_limits.{name} (joint {})", joint + 1), limit, 0.0..=f64::INFINITY)?;

@@ -2,7 +2,8 @@
 
 use aforce::{JointVector, Vector3};
 use physics::gripper::GRIP_SITE;
-use physics::panda::{HOME, ParameterSet};
+use physics::robots::RobotName;
+use physics::robots::panda::HOME;
 use physics::scene::{Axis, Body, Geom, Inertial, Joint, Role, Scene, Shape, Stop, at};
 use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
@@ -11,7 +12,7 @@ pub const DT: f64 = 0.002;
 
 pub fn plant() -> Plant {
     Plant {
-        parameters: ParameterSet::Robosuite.parameters(),
+        robot: RobotName::Robosuite.robot(),
         dt: DT,
         config: SimulationConfig::default(),
         deviation: Deviation::default(),
@@ -27,7 +28,7 @@ pub fn simulate(scene: &Scene) -> Simulation {
 
 /// A step in which springs on all joints, within the torque limits, pull the arm towards `target`.
 pub fn drive(simulation: &mut Simulation, target: &JointVector) {
-    let limit = ParameterSet::Robosuite.parameters().max_torque;
+    let limit = JointVector::from(RobotName::Robosuite.robot().arm.torque_max);
     let y = simulation.measure();
     let tau = y.bias + (target - y.q) * 200.0 - y.qd * 40.0;
     simulation.step(&tau.zip_map(&limit, |tau, limit| tau.clamp(-limit, limit)), 0.0).expect("it stays finite");

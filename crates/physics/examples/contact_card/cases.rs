@@ -55,7 +55,7 @@ fn weight() -> f64 {
 }
 
 fn empty() -> Scene {
-    lift::scene(&plant().parameters, Vector3::repeat(CUBE_HALF)).0
+    lift::scene(&plant().robot, Vector3::repeat(CUBE_HALF)).0
 }
 
 /// The cube between two pads on slides.
@@ -198,7 +198,7 @@ fn pegs() -> Vec<Figure> {
 }
 
 pub fn door_scene() -> Scene {
-    door::scene(&plant().parameters, &door::root(door::MIDDLE)).0
+    door::scene(&plant().robot, &door::root(door::MIDDLE)).0
 }
 
 fn latch() -> Vec<Figure> {

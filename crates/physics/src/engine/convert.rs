@@ -8,9 +8,10 @@ use rapier3d_f64::parry::shape::SharedShape;
 
 use crate::scene::{Role, Shape};
 
-pub(super) fn groups(role: Role) -> InteractionGroups {
+/// What a geom of `role` collides with, where some parts of the robot never touch.
+pub(super) fn groups(role: Role, never_touch: &[[u8; 2]]) -> InteractionGroups {
     let group = Group::from_bits_truncate;
-    InteractionGroups::new(group(role.bit()), group(role.mask()), InteractionTestMode::And)
+    InteractionGroups::new(group(role.bit()), group(role.mask(never_touch)), InteractionTestMode::And)
 }
 
 pub(super) fn shared_shape(shape: &Shape) -> SharedShape {

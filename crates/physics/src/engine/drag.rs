@@ -127,7 +127,7 @@ mod tests {
     use aforce::Vector3;
 
     use super::Engine;
-    use crate::panda::ParameterSet;
+    use crate::robots::RobotName;
     use crate::scene::Scene;
     use crate::scenes::{door, lift, wipe};
 
@@ -148,7 +148,7 @@ mod tests {
     /// In robosuite's own models as robosuite and MuJoCo say, on our scenes as MuJoCo says of their export.
     #[test]
     fn air_brakes_the_joints_as_in_mujoco() {
-        let parameters = ParameterSet::Robosuite.parameters();
+        let robot = RobotName::Robosuite.robot();
         let references = [include_str!("../../reference/robosuite_air.csv"), include_str!("../../reference/air.csv")];
         for (reference, rows) in references.iter().zip([20, 30]) {
             let lines: Vec<&str> = reference.lines().skip(2).collect();
@@ -157,9 +157,9 @@ mod tests {
                 let (task, numbers) = line.split_once(',').unwrap();
                 let numbers: Vec<f64> = numbers.split(',').map(|cell| cell.parse().unwrap()).collect();
                 let scene = match task {
-                    "lift" => lift::scene(&parameters, Vector3::repeat(0.021)).0,
-                    "door" => door::scene(&parameters, &door::root(door::MIDDLE)).0,
-                    "wipe" => wipe::scene(&parameters, wipe::TABLE_HEIGHT, wipe::TABLE_FRICTION).0,
+                    "lift" => lift::scene(&robot, Vector3::repeat(0.021)).0,
+                    "door" => door::scene(&robot, &door::root(door::MIDDLE)).0,
+                    "wipe" => wipe::scene(&robot, wipe::TABLE_HEIGHT, wipe::TABLE_FRICTION).0,
                     _ => panic!("{task}"),
                 };
                 let (q, qd, expected) = (&numbers[..9], &numbers[9..18], &numbers[18..]);
@@ -175,7 +175,7 @@ mod tests {
 
     #[test]
     fn the_identified_arm_moves_through_nothing() {
-        let scene = lift::scene(&ParameterSet::Identified.parameters(), Vector3::repeat(0.021)).0;
+        let scene = lift::scene(&RobotName::Identified.robot(), Vector3::repeat(0.021)).0;
         assert!(Engine::new(&scene, 0.002, 1).movers.is_empty());
     }
 }

@@ -48,13 +48,14 @@ impl Surfaces<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::panda::{HOME, ParameterSet};
+    use crate::robots::RobotName;
+    use crate::robots::panda::HOME;
     use crate::scenes::lift;
 
     /// The tree leaves out no shape that trying them all finds.
     #[test]
     fn rays_meet_what_they_meet_without_the_tree() {
-        let scene = lift::scene(&ParameterSet::Robosuite.parameters(), Vector3::repeat(0.021)).0;
+        let scene = lift::scene(&RobotName::Robosuite.robot(), Vector3::repeat(0.021)).0;
         let mut engine = Engine::new(&scene, 0.002, 1);
         HOME.iter().enumerate().for_each(|(i, &q)| engine.set_coordinate(i, q, 0.0));
         engine.settle();

@@ -3,7 +3,7 @@
 /// What a geom belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// Floor, table, pedestal, the arm's base.
+    /// Floor, table, mount, the arm's base.
     Fixture,
     /// A link of the arm, 1 to 7.
     Link(u8),
@@ -37,17 +37,13 @@ impl Role {
         }
     }
 
-    /// Whether two geoms can touch.
-    ///
-    /// Of the arm, links 1 and 2 meet what lies beyond the elbow, and link 5 the hand: in 3000 random postures the meshes
-    /// of robosuite, where all but neighbours may meet, overlap in no other pair. Links 1 and 2 cannot reach a fixture.
-    pub fn collides_with(self, other: Role) -> bool {
-        match (self.joints(), other.joints()) {
-            (Some(a), Some(b)) => matches!((a.min(b), a.max(b)), (1..=2, 5..=7) | (5, 7)),
-            (Some(joints), None) => joints > 2 || other == Role::Object,
-            (None, Some(joints)) => joints > 2 || self == Role::Object,
-            (None, None) => (self, other) != (Role::Fixture, Role::Fixture),
+    /// Whether two geoms can touch on a robot some of whose parts never do ([`crate::robots::Robot::never_touch`]).
+    pub fn collides_with(self, other: Role, never_touch: &[[u8; 2]]) -> bool {
+        if self == Role::Object || other == Role::Object {
+            return true;
         }
+        let [a, b] = [self, other].map(|role| role.joints().unwrap_or(0));
+        a != b && !never_touch.contains(&[a, b]) && !never_touch.contains(&[b, a])
     }
 
     const ALL: [Role; 12] = {
@@ -63,8 +59,8 @@ impl Role {
         1 << Role::ALL.iter().position(|&r| r == self).expect("listed above")
     }
 
-    /// The bits of all roles this one can touch.
-    pub fn mask(self) -> u32 {
-        Role::ALL.iter().filter(|&&other| self.collides_with(other)).map(|r| r.bit()).sum()
+    /// The bits of all roles this one can touch; see [`collides_with`](Self::collides_with).
+    pub fn mask(self, never_touch: &[[u8; 2]]) -> u32 {
+        Role::ALL.iter().filter(|&&other| self.collides_with(other, never_touch)).map(|r| r.bit()).sum()
     }
 }

@@ -7,7 +7,7 @@ use nalgebra::{Translation3, UnitQuaternion};
 
 use super::{Table, add_fixtures};
 use crate::gripper::{GRIP_SITE, add_gripper};
-use crate::panda::{Parameters, add_arm};
+use crate::robots::Robot;
 use crate::scene::{Axis, Body, Geom, Inertial, Joint, Role, Scene, Shape, Stop, at, between, pose};
 use crate::{Plant, Simulation};
 
@@ -43,12 +43,12 @@ pub fn root([x, y, yaw]: [f64; 3]) -> Pose {
 
 /// The scene with the door's root at `root` (world), and the body that carries the grip
 /// site.
-pub fn scene(parameters: &Parameters, root: &Pose) -> (Scene, usize) {
+pub fn scene(robot: &Robot, root: &Pose) -> (Scene, usize) {
     let mut scene = Scene::default();
     let table = Table { size: [0.8, 0.3, 0.05], top: TABLE_TOP, friction: 1.0 };
-    let base = add_fixtures(&mut scene, &table);
-    let right_hand = add_arm(&mut scene, parameters, base);
-    let gripper = add_gripper(&mut scene, parameters, right_hand);
+    let base = add_fixtures(&mut scene, robot, &table);
+    let right_hand = robot.add_to(&mut scene, base);
+    let gripper = add_gripper(&mut scene, robot, right_hand);
     add_door(&mut scene, root);
     (scene, gripper)
 }
@@ -131,7 +131,7 @@ fn geom(name: &str, shape: Shape, pose: Pose, role: Role, color: [u8; 3]) -> Geo
 impl Door {
     /// Builds and simulates the scene.
     pub fn simulate(plant: &Plant, root: &Pose) -> (Simulation, Door) {
-        let (scene, gripper) = scene(&plant.parameters, root);
+        let (scene, gripper) = scene(&plant.robot, root);
         let simulation = Simulation::new(&scene, gripper, GRIP_SITE, plant);
         let door = Door {
             door: scene.body("door"),

@@ -4,7 +4,7 @@ use aforce::{Pose, Vector3};
 
 use super::{Table, add_fixtures};
 use crate::gripper::{GRIP_SITE, add_gripper};
-use crate::panda::{Parameters, add_arm};
+use crate::robots::Robot;
 use crate::scene::{Body, Geom, Inertial, Joint, Role, Scene, Shape, at};
 use crate::{Plant, Simulation};
 
@@ -21,12 +21,12 @@ pub struct Lift {
 
 /// The scene with a cube of the given half extents (m), and the body that carries the
 /// grip site.
-pub fn scene(parameters: &Parameters, cube_half: Vector3) -> (Scene, usize) {
+pub fn scene(robot: &Robot, cube_half: Vector3) -> (Scene, usize) {
     let mut scene = Scene::default();
     let table = Table { size: [0.8, 0.8, 0.05], top: [0.0, 0.0, TABLE_HEIGHT], friction: 1.0 };
-    let base = add_fixtures(&mut scene, &table);
-    let right_hand = add_arm(&mut scene, parameters, base);
-    let gripper = add_gripper(&mut scene, parameters, right_hand);
+    let base = add_fixtures(&mut scene, robot, &table);
+    let right_hand = robot.add_to(&mut scene, base);
+    let gripper = add_gripper(&mut scene, robot, right_hand);
     scene.add(Body {
         name: "cube".into(),
         parent: None,
@@ -48,7 +48,7 @@ pub fn scene(parameters: &Parameters, cube_half: Vector3) -> (Scene, usize) {
 impl Lift {
     /// Builds and simulates the scene.
     pub fn simulate(plant: &Plant, cube_half: Vector3) -> (Simulation, Lift) {
-        let (scene, gripper) = scene(&plant.parameters, cube_half);
+        let (scene, gripper) = scene(&plant.robot, cube_half);
         let simulation = Simulation::new(&scene, gripper, GRIP_SITE, plant);
         let lift = Lift {
             cube: scene.body("cube"),

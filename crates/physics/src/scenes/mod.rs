@@ -1,16 +1,13 @@
-//! The scenes, and what they share: floor, table, pedestal.
+//! The scenes, and what they share: floor, table, and what the robot stands on.
 
 pub mod door;
 pub mod lift;
 pub mod wipe;
 
-use aforce::Vector3;
+use aforce::{Pose, Vector3};
 
-use crate::panda;
+use crate::robots::{Mount, Robot};
 use crate::scene::{Geom, Role, Scene, Shape, at};
-
-/// Height of the arm's base frame above the floor (m).
-const BASE_HEIGHT: f64 = 0.912;
 
 /// A table top.
 pub struct Table {
@@ -22,10 +19,11 @@ pub struct Table {
     pub friction: f64,
 }
 
-/// Adds floor, pedestal and table; returns the pose of the arm's base, which stands half
-/// the table's length and 16 cm behind the world's origin, as in robosuite.
-pub fn add_fixtures(scene: &mut Scene, table: &Table) -> aforce::Pose {
-    let base = at([-0.16 - table.size[0] / 2.0, 0.0, BASE_HEIGHT]);
+/// Adds floor, mount and table; returns the pose of the robot's base (world), which stands half the table's length and the mount's
+/// distance behind the world's origin, as in robosuite.
+pub fn add_fixtures(scene: &mut Scene, robot: &Robot, table: &Table) -> Pose {
+    let Mount { height, behind_table, geoms } = &robot.mount;
+    let base = at([-behind_table - table.size[0] / 2.0, 0.0, *height]);
     let fixture = |name: &str, half: [f64; 3], centre: [f64; 3], friction, color| Geom {
         name: name.into(),
         shape: Shape::Box(Vector3::from(half)),
@@ -37,7 +35,8 @@ pub fn add_fixtures(scene: &mut Scene, table: &Table) -> aforce::Pose {
     let [x, y, z] = table.top;
     let half = table.size.map(|s| s / 2.0);
     scene.add_static("floor", vec![fixture("floor", [3.0, 3.0, 0.05], [0.0, 0.0, -0.05], 1.0, [202, 206, 212])]);
-    scene.add_static("pedestal", panda::pedestal(&base));
+    let mount = geoms.iter().map(|geom| Geom { pose: base * geom.pose, ..geom.clone() });
+    scene.add_static("pedestal", mount.collect());
     scene.add_static("table", vec![fixture("table", half, [x, y, z - half[2]], table.friction, [190, 160, 128])]);
     base
 }

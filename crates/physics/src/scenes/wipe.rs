@@ -2,7 +2,7 @@
 
 use super::{Table, add_fixtures};
 use crate::model::Model;
-use crate::panda::{Parameters, add_arm};
+use crate::robots::Robot;
 use crate::scene::Scene;
 use crate::wiping_tool::{GRIP_SITE, RAILS, add_wiping_tool, pad};
 use crate::{Plant, Simulation};
@@ -25,21 +25,21 @@ pub struct Wipe {
 
 /// The scene with a table top at `height` (m) whose sliding friction is `friction`, and the
 /// body that carries the grip site.
-pub fn scene(parameters: &Parameters, height: f64, friction: f64) -> (Scene, usize) {
+pub fn scene(robot: &Robot, height: f64, friction: f64) -> (Scene, usize) {
     let mut scene = Scene::default();
     let [x, y] = TABLE_CENTRE;
     let table = Table { size: [TABLE_SIZE[0], TABLE_SIZE[1], 0.05], top: [x, y, height], friction };
-    let base = add_fixtures(&mut scene, &table);
-    let right_hand = add_arm(&mut scene, parameters, base);
+    let base = add_fixtures(&mut scene, robot, &table);
+    let right_hand = robot.add_to(&mut scene, base);
     let tool = add_wiping_tool(&mut scene, right_hand);
-    scene.pad = Some(pad(&Model::new(&scene, tool, GRIP_SITE), scene.geom("table")));
+    scene.pad = Some(pad(&Model::new(&scene, tool, GRIP_SITE), &robot.home, scene.geom("table")));
     (scene, tool)
 }
 
 impl Wipe {
     /// Builds and simulates the scene; see [`scene`].
     pub fn simulate(plant: &Plant, height: f64, friction: f64) -> (Simulation, Wipe) {
-        let (scene, tool) = scene(&plant.parameters, height, friction);
+        let (scene, tool) = scene(&plant.robot, height, friction);
         let simulation = Simulation::new(&scene, tool, GRIP_SITE, plant);
         let wipe = Wipe { table: scene.geom("table"), rails: RAILS.map(|rail| scene.geom(rail)) };
         (simulation, wipe)

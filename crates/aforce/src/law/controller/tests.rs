@@ -12,12 +12,12 @@ use proptest::prelude::*;
 
 const INERTIA: [f64; 6] = [6.0, 4.0, 12.0, 0.5, 0.4, 0.3];
 
-fn unlimited() -> TorqueLimits {
-    TorqueLimits::new(JointVector::repeat(1e6), None).unwrap()
+fn unlimited() -> Arm {
+    Arm { torque_max: [1e6; 7], torque_rate_max: [f64::INFINITY; 7], ..Arm::PANDA }
 }
 
-fn controller(space: &ActionSpace, config: &ControllerConfig, limits: TorqueLimits) -> Controller {
-    Controller::new(space, config, limits, Vector3::z_axis()).unwrap()
+fn controller(space: &ActionSpace, config: &ControllerConfig, arm: Arm) -> Controller {
+    Controller::new(space, config, &arm, Vector3::z_axis()).unwrap()
 }
 
 /// An action of `space` that asks for nothing but the given pose delta (entries) and force (entry).
@@ -229,7 +229,7 @@ fn reset_restores_the_beginning() {
 #[test]
 fn an_unstable_law_is_refused() {
     let unstable = Psi { alpha: Gains::pair(7000.0, 5.0), ..psi() };
-    let build = |psi| Controller::new(&adaptive(psi), &ControllerConfig::default(), unlimited(), Vector3::z_axis());
+    let build = |psi| Controller::new(&adaptive(psi), &ControllerConfig::default(), &unlimited(), Vector3::z_axis());
     let error = build(unstable).unwrap_err().to_string();
     assert!(error.starts_with("space.stiffness.adaptive.alpha (axis x) = 7000 is unstable"), "{error}");
     build(Psi { allow_unstable: true, ..unstable }).unwrap();
@@ -292,9 +292,8 @@ proptest! {
         if continued {
             space.goal = GoalRule::Continued { leash_position: 0.02, leash_rotation: 0.15 };
         }
-        let max = JointVector::from([80.0, 80.0, 80.0, 80.0, 80.0, 12.0, 12.0]);
-        let limits = TorqueLimits::new(max, Some(JointVector::repeat(1000.0))).unwrap();
-        let mut control = controller(&space, &config, limits);
+        let max = [80.0, 80.0, 80.0, 80.0, 80.0, 12.0, 12.0];
+        let mut control = controller(&space, &config, Arm { torque_max: max, torque_rate_max: [1000.0; 7], ..Arm::PANDA });
         let mut y = gantry(INERTIA);
         control.reset(&y);
         let mut previous = y.bias;
