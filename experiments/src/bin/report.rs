@@ -8,17 +8,18 @@ use anyhow::{Result, ensure};
 use clap::Parser;
 use experiments::config::cli;
 use experiments::report::comparable::comparable;
-use experiments::report::comparison::comparison;
+use experiments::report::comparison::{ComparisonRow, comparison};
 use experiments::report::curves;
-use experiments::report::disturbed::disturbed;
+use experiments::report::disturbed::{DisturbedRow, disturbed};
 use experiments::report::energy_ratio::energy_ratios;
-use experiments::report::groups::{Section, groups, sections, summary};
+use experiments::report::groups::{Group, Section, groups, sections, summary};
 use experiments::report::markdown;
+use experiments::report::record::Record;
 use experiments::report::scatter;
 use experiments::report::summary::{RunSummary, find_runs};
 use experiments::report::text;
 use experiments::report::tournament::TournamentRow;
-use experiments::report::verdicts::{NO_RUNS, judge};
+use experiments::report::verdicts::{NO_RUNS, VerdictRow, judge};
 use output::{file, plot, program};
 use serde::Serialize;
 
@@ -54,23 +55,64 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let root = &arguments.runs;
+    let out = arguments.out.as_ref().unwrap_or(root);
     if arguments.pages {
-        return pages(&arguments.runs, arguments.out.as_ref().unwrap_or(&arguments.runs));
+        return pages(root, out);
     }
-    let found = find_runs(&arguments.runs)?;
-    ensure!(
-        !found.is_empty(),
-        "{}: no run folder below it that is not a search's (search.csv)",
-        arguments.runs.display()
-    );
-    let out = arguments.out.as_ref().unwrap_or(&arguments.runs);
-    fs_err::create_dir_all(out)?;
+    let mut found = find(root)?;
+    comparable(&found.runs, &found.rows)?;
+    let groups = groups(&found.rows);
+    let comparison = comparison(&groups);
+    let (robustness, all_read) = robustness(&groups, &found);
+    found.all_read &= all_read;
+    let verdicts = verdicts(&arguments.hypotheses, out, &found.rows)?;
+    let wanted_ratios = root.join("energy_ratio.toml");
+    let (ratios, forest) =
+        if wanted_ratios.exists() { energy_ratios(&wanted_ratios, &found.rows)? } else { <_>::default() };
+    let timed = found.runs.iter().zip(&found.rows).map(|(run, row)| TournamentRow::of(run, row));
+    let timed: Vec<_> = timed.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect();
 
-    let (mut runs, mut rows) = (vec![], vec![]);
-    let mut ending = ExitCode::SUCCESS;
-    for found in found {
-        let read = found.map_err(|(folder, reason)| (folder.path().to_path_buf(), folder.done().exists(), reason));
-        let summed_up = read.and_then(|run| match RunSummary::of(&run, &arguments.runs) {
+    let mut report = Report::new(out)?;
+    report.table("runs.csv", &found.rows)?;
+    report.table("summary.csv", &summary(&groups))?;
+    report.table("comparison.csv", &comparison)?;
+    report.table("tournament.csv", &timed)?;
+    report.table("robustness.csv", &robustness)?;
+    report.table("verdicts.csv", &verdicts)?;
+    report.table("energy_ratio.csv", &ratios)?;
+    if !ratios.is_empty() {
+        let picture = out.join("energy_ratio");
+        plot::write_forest(&forest, &picture)?;
+        report.written.push(picture.with_extension("svg"));
+    }
+    let sections = sections(&groups);
+    report.experiments(&found, &groups, &sections, &comparison)?;
+    for template in text::find_templates(root)? {
+        let filled = out.join(template.strip_prefix(root)?).with_extension("");
+        report.text(&template, filled, &found.rows, &comparison)?;
+    }
+    program::say(format_args!("{} runs in {} tables of a task", found.rows.len(), sections.len()));
+    program::written(&report.written);
+    Ok(if found.all_read { ExitCode::SUCCESS } else { ExitCode::from(cli::SOME_FAILED) })
+}
+
+/// The runs below a folder, each with its numbers.
+struct Found {
+    runs: Vec<Record>,
+    rows: Vec<RunSummary>,
+    /// Whether every run that is done could be read.
+    all_read: bool,
+}
+
+/// Those that can be read; the others are named.
+fn find(root: &Path) -> Result<Found> {
+    let all = find_runs(root)?;
+    ensure!(!all.is_empty(), "{}: no run folder below it that is not a search's (search.csv)", root.display());
+    let mut found = Found { runs: vec![], rows: vec![], all_read: true };
+    for run in all {
+        let read = run.map_err(|(folder, reason)| (folder.path().to_path_buf(), folder.done().exists(), reason));
+        let summed_up = read.and_then(|run| match RunSummary::of(&run, root) {
             Ok(row) => Ok((run, row)),
             Err(reason) => Err((run.path, run.done, reason)),
         });
@@ -79,148 +121,163 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
                 if !run.done {
                     program::tell(format_args!("{}: not done, {} steps so far", run.path.display(), row.env_steps));
                 }
-                rows.push(row);
-                runs.push(run);
+                found.rows.push(row);
+                found.runs.push(run);
             }
             Err((path, done, reason)) => {
                 program::tell(format_args!("left out: {}: {reason:#}", path.display()));
-                if done {
-                    ending = ExitCode::from(cli::SOME_FAILED);
-                }
+                found.all_read &= !done;
             }
         }
     }
-    ensure!(!rows.is_empty(), "{}: no run has been evaluated yet", arguments.runs.display());
-    comparable(&runs, &rows)?;
-    let groups = groups(&rows);
-    let (summary, comparison) = (summary(&groups), comparison(&groups));
-    let timed = runs.iter().zip(&rows).map(|(run, row)| TournamentRow::of(run, row)).collect::<Result<Vec<_>>>()?;
-    let timed: Vec<_> = timed.into_iter().flatten().collect();
-    let mut robustness = vec![];
-    for group in &groups {
-        match disturbed(group, &runs, &rows) {
-            Ok(of_group) => robustness.extend(of_group),
+    ensure!(!found.rows.is_empty(), "{}: no run has been evaluated yet", root.display());
+    Ok(found)
+}
+
+/// What disturbances cost every group, and whether every table of them could be read.
+fn robustness(groups: &[Group], found: &Found) -> (Vec<DisturbedRow>, bool) {
+    let (mut rows, mut all_read) = (vec![], true);
+    for group in groups {
+        match disturbed(group, &found.runs, &found.rows) {
+            Ok(of_group) => rows.extend(of_group),
             Err(reason) => {
                 program::tell(format_args!("left out: {reason:#}"));
-                ending = ExitCode::from(cli::SOME_FAILED);
+                all_read = false;
             }
         }
     }
-    let verdicts_table = out.join("verdicts.csv");
+    (rows, all_read)
+}
+
+/// The verdicts on the hypotheses in `files`; those without runs are named.
+fn verdicts(files: &[PathBuf], out: &Path, rows: &[RunSummary]) -> Result<Vec<VerdictRow>> {
+    let table = out.join("verdicts.csv");
     ensure!(
-        !arguments.hypotheses.is_empty() || !verdicts_table.exists(),
+        !files.is_empty() || !table.exists(),
         "{}: would speak of earlier runs: name with --hypotheses what it was made from, or remove it; nothing was written",
-        verdicts_table.display()
+        table.display()
     );
-    let hypotheses = arguments.hypotheses.iter().map(|path| file::place(path)).collect::<Result<Vec<_>>>()?;
-    for (at, file) in hypotheses.iter().enumerate() {
-        ensure!(!hypotheses[..at].contains(file), "{}: its hypotheses are named twice", file.display());
+    let places = files.iter().map(|path| file::place(path)).collect::<Result<Vec<_>>>()?;
+    for (at, file) in places.iter().enumerate() {
+        ensure!(!places[..at].contains(file), "{}: its hypotheses are named twice", file.display());
     }
-    let verdicts = arguments.hypotheses.iter().map(|file| judge(file, &rows)).collect::<Result<Vec<_>>>()?.concat();
+    let verdicts = files.iter().map(|file| judge(file, rows)).collect::<Result<Vec<_>>>()?.concat();
     for row in verdicts.iter().filter(|row| row.verdict == NO_RUNS) {
         let (name, task, space, against) = (&row.hypothesis, &row.task, &row.space, &row.against);
         program::tell(format_args!("no runs yet of {name:?}: {} {task}, {space} against {against}", row.experiment));
     }
-    let wanted_ratios = arguments.runs.join("energy_ratio.toml");
-    let (ratios, forest) = if wanted_ratios.exists() { energy_ratios(&wanted_ratios, &rows)? } else { <_>::default() };
-    let tables = [
-        "runs.csv",
-        "summary.csv",
-        "comparison.csv",
-        "tournament.csv",
-        "robustness.csv",
-        "verdicts.csv",
-        "energy_ratio.csv",
-    ];
-    let tables = tables.map(|name| out.join(name));
-    tables.iter().try_for_each(|table| is_ours(table))?;
-    let [
-        runs_table,
-        summary_table,
-        comparison_table,
-        tournament_table,
-        robustness_table,
-        verdicts_table,
-        energy_ratio_table,
-    ] = &tables;
-    write_or_remove(runs_table, &rows)?;
-    write_or_remove(summary_table, &summary)?;
-    write_or_remove(comparison_table, &comparison)?;
-    write_or_remove(tournament_table, &timed)?;
-    write_or_remove(robustness_table, &robustness)?;
-    write_or_remove(verdicts_table, &verdicts)?;
-    write_or_remove(energy_ratio_table, &ratios)?;
-    let mut written: Vec<PathBuf> = tables.into_iter().filter(|table| table.exists()).collect();
+    Ok(verdicts)
+}
 
-    if !ratios.is_empty() {
-        let picture = out.join("energy_ratio");
-        plot::write_forest(&forest, &picture)?;
-        written.push(picture.with_extension("svg"));
+/// The tables of a report.
+const TABLES: [&str; 7] = [
+    "runs.csv",
+    "summary.csv",
+    "comparison.csv",
+    "tournament.csv",
+    "robustness.csv",
+    "verdicts.csv",
+    "energy_ratio.csv",
+];
+
+/// Where a report is written, and what was.
+struct Report<'a> {
+    out: &'a Path,
+    written: Vec<PathBuf>,
+}
+
+impl<'a> Report<'a> {
+    /// In the folder `out`, which holds no table of somebody else's under one of our names.
+    fn new(out: &'a Path) -> Result<Self> {
+        fs_err::create_dir_all(out)?;
+        TABLES.iter().try_for_each(|name| is_ours(&out.join(name)))?;
+        Ok(Report { out, written: vec![] })
     }
 
-    let sections = sections(&groups);
-    for section in &sections {
-        let of_section: Vec<_> = runs.iter().zip(&rows).filter(|(_, row)| Section::of(row) == *section).collect();
-        let commits: BTreeSet<&str> = of_section.iter().map(|(_, row)| row.commit.as_str()).collect();
-        if commits.len() > 1 {
-            let list = commits.into_iter().collect::<Vec<_>>().join(", ");
-            program::tell(format_args!(
-                "{} {}: runs of programs of several commits: {list}",
-                section.experiment, section.task
-            ));
+    /// A table without rows is none: an earlier one would speak of other runs.
+    fn table(&mut self, name: &str, rows: &[impl Serialize]) -> Result<()> {
+        let table = self.out.join(name);
+        match rows {
+            [] if table.exists() => fs_err::remove_file(table)?,
+            [] => {}
+            rows => {
+                file::write_table(&table, rows)?;
+                self.written.push(table);
+            }
         }
-        let out = out.join(section.experiment);
-        fs_err::create_dir_all(&out)?;
-        let curves = out.join(format!("curves_{}", section.task));
-        plot::write(&section.name(), &curves::of_runs(&of_section)?, &curves)?;
-        let tables = out.join(format!("tables_{}.md", section.task));
-        file::replace(&tables, markdown::tables(*section, &groups, &comparison).as_bytes())?;
-        written.extend([tables, curves.with_extension("svg")]);
+        Ok(())
     }
-    for experiment in sections.iter().map(|section| section.experiment).collect::<BTreeSet<_>>() {
-        let panels = scatter::energy_and_return(experiment, &sections, &groups);
-        let dots = out.join(experiment).join("energy_return");
-        plot::write(experiment, &panels, &dots)?;
-        written.push(dots.with_extension("svg"));
+
+    /// The tables and pictures of every experiment.
+    fn experiments(
+        &mut self,
+        found: &Found,
+        groups: &[Group],
+        sections: &[Section],
+        comparison: &[ComparisonRow],
+    ) -> Result<()> {
+        for section in sections {
+            let of_section: Vec<_> =
+                found.runs.iter().zip(&found.rows).filter(|(_, row)| Section::of(row) == *section).collect();
+            tell_commits(section, of_section.iter().map(|(_, row)| row.commit.as_str()).collect());
+            let out = self.out.join(section.experiment);
+            fs_err::create_dir_all(&out)?;
+            let curves = out.join(format!("curves_{}", section.task));
+            plot::write(&section.name(), &curves::of_runs(&of_section)?, &curves)?;
+            let tables = out.join(format!("tables_{}.md", section.task));
+            file::replace(&tables, markdown::tables(*section, groups, comparison).as_bytes())?;
+            self.written.extend([tables, curves.with_extension("svg")]);
+        }
+        for experiment in sections.iter().map(|section| section.experiment).collect::<BTreeSet<_>>() {
+            let panels = scatter::energy_and_return(experiment, sections, groups);
+            let dots = self.out.join(experiment).join("energy_return");
+            plot::write(experiment, &panels, &dots)?;
+            self.written.push(dots.with_extension("svg"));
+        }
+        Ok(())
     }
-    for template in text::find_templates(&arguments.runs)? {
-        let filled = out.join(template.strip_prefix(&arguments.runs)?).with_extension("");
+
+    /// The text `filled` from its template.
+    fn text(
+        &mut self,
+        template: &Path,
+        filled: PathBuf,
+        rows: &[RunSummary],
+        comparison: &[ComparisonRow],
+    ) -> Result<()> {
         file::prepare(&filled)?;
-        file::replace(&filled, text::fill(&template, &filled, &rows, &comparison)?.as_bytes())?;
-        written.push(filled);
+        file::replace(&filled, text::fill(template, &filled, rows, comparison)?.as_bytes())?;
+        self.written.push(filled);
+        Ok(())
     }
-    program::say(format_args!("{} runs in {} tables of a task", rows.len(), sections.len()));
-    program::written(&written);
-    Ok(ending)
+}
+
+/// Says so if the runs of a table are of several commits.
+fn tell_commits(section: &Section, commits: BTreeSet<&str>) {
+    if commits.len() > 1 {
+        let list = commits.into_iter().collect::<Vec<_>>().join(", ");
+        program::tell(format_args!(
+            "{} {}: runs of programs of several commits: {list}",
+            section.experiment, section.task
+        ));
+    }
 }
 
 /// Texts whose tables are there already.
 fn pages(root: &Path, out: &Path) -> Result<ExitCode> {
-    let mut written = vec![];
+    let mut report = Report { out, written: vec![] };
     for template in text::find_templates(root)? {
         let has_report =
             |folder: &Path| folder != root && folder.join("runs.csv").exists() && folder.join("summary.csv").exists();
         let between = template.ancestors().skip(1).take_while(|folder| folder.starts_with(root));
-        if between.into_iter().any(has_report) {
-            continue;
+        if !between.into_iter().any(has_report) {
+            let filled = out.join(template.strip_prefix(root)?).with_extension("");
+            report.text(&template, filled, &[], &[])?;
         }
-        let filled = out.join(template.strip_prefix(root)?).with_extension("");
-        file::prepare(&filled)?;
-        file::replace(&filled, text::fill(&template, &filled, &[], &[])?.as_bytes())?;
-        written.push(filled);
     }
-    ensure!(!written.is_empty(), "{}: no NAME.j2 there or below", root.display());
-    program::written(&written);
+    ensure!(!report.written.is_empty(), "{}: no NAME.j2 there or below", root.display());
+    program::written(&report.written);
     Ok(ExitCode::SUCCESS)
-}
-
-/// A table without rows is none: an earlier one would speak of other runs.
-fn write_or_remove(table: &Path, rows: &[impl Serialize]) -> Result<()> {
-    match rows {
-        [] if table.exists() => Ok(fs_err::remove_file(table)?),
-        [] => Ok(()),
-        rows => file::write_table(table, rows),
-    }
 }
 
 /// An earlier report is replaced, somebody else's table is not.

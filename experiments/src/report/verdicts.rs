@@ -15,7 +15,7 @@ use tasks::TaskName;
 use crate::config::label;
 use crate::report::summary::RunSummary;
 
-/// Probability of calling one difference of a task real though there is none, over all hypotheses of a file.
+/// Probability of calling one difference of a family real though there is none.
 const LEVEL: f64 = 0.05;
 
 /// The verdict on a hypothesis one of whose sides has no run that is done.
@@ -25,7 +25,20 @@ pub const NO_RUNS: &str = "no runs";
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
+    #[serde(default)]
+    family: Family,
     hypothesis: Vec<Hypothesis>,
+}
+
+/// Over which hypotheses of a file Holm's method corrects.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Family {
+    /// Those of one task.
+    #[default]
+    Task,
+    /// All of them.
+    File,
 }
 
 /// One action space is expected to have more, or less, of something than another.
@@ -84,7 +97,7 @@ pub struct VerdictRow {
 
 /// Judges the hypotheses of `file` by those of `runs` that are done.
 ///
-/// The exact two-sided rank test over seeds, corrected by Holm's method within a task for those that have runs: below 0.05 a
+/// The exact two-sided rank test over seeds, corrected by Holm's method within the file's families for those that have runs: below 0.05 a
 /// hypothesis is `as expected` or `the other way round`. Else the two are `equal` if Welch's 95 % interval of the difference of
 /// their means lies within the margin and each has five runs, and `not decided` if not.
 ///
@@ -92,7 +105,7 @@ pub struct VerdictRow {
 /// If the file is not one of hypotheses, names a metric that runs do not have, or means runs of several groups as one.
 pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
     let wrong = |problem: String| bad(format!("{}: {problem}", file.display()));
-    let File { hypothesis: hypotheses } = parse(&fs_err::read_to_string(file)?).map_err(wrong)?;
+    let File { family, hypothesis: hypotheses } = parse(&fs_err::read_to_string(file)?).map_err(wrong)?;
     let numbers: Vec<Value> = runs.iter().map(|run| serde_json::to_value(run).expect("a row")).collect();
     let done: Vec<(&RunSummary, &Value)> = runs.iter().zip(&numbers).filter(|(run, _)| run.done).collect();
     let (mut rows, mut samples): (Vec<VerdictRow>, Vec<[Vec<f64>; 2]>) = (vec![], vec![]);
@@ -155,21 +168,29 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
             samples.push([a, b]);
         }
     }
-    for task in TaskName::ALL {
-        let of_task = rows.iter_mut().zip(&samples).filter(|(row, _)| row.task == task.as_str());
-        let mut of_task: Vec<_> = of_task.filter_map(|(row, samples)| Some((row.p?, row, samples))).collect();
-        let corrected = holm(&of_task.iter().map(|(p, ..)| *p).collect::<Vec<_>>());
-        // What Holm's method asks of the first.
-        let level = LEVEL / of_task.len() as f64;
-        for ((_, row, [a, b]), p) in of_task.iter_mut().zip(corrected) {
-            row.p_holm = Some(p);
-            row.smallest_detectable =
-                smallest_detectable(a, b, level).filter(|&d| d <= largest_difference(&row.metric));
+    match family {
+        Family::File => correct(rows.iter_mut().zip(&samples)),
+        Family::Task => {
+            for task in TaskName::ALL {
+                correct(rows.iter_mut().zip(&samples).filter(|(row, _)| row.task == task.as_str()));
+            }
         }
     }
     let expected = hypotheses.iter().flat_map(|hypothesis| hypothesis.tasks.iter().map(|_| hypothesis.expected));
     rows.iter_mut().zip(expected).for_each(|(row, expected)| row.verdict = verdict(row, expected));
     Ok(rows)
+}
+
+/// Corrects the p of one family.
+fn correct<'a>(family: impl Iterator<Item = (&'a mut VerdictRow, &'a [Vec<f64>; 2])>) {
+    let mut family: Vec<_> = family.filter_map(|(row, samples)| Some((row.p?, row, samples))).collect();
+    let corrected = holm(&family.iter().map(|(p, ..)| *p).collect::<Vec<_>>());
+    // What Holm's method asks of the first.
+    let level = LEVEL / family.len() as f64;
+    for ((_, row, [a, b]), p) in family.iter_mut().zip(corrected) {
+        row.p_holm = Some(p);
+        row.smallest_detectable = smallest_detectable(a, b, level).filter(|&d| d <= largest_difference(&row.metric));
+    }
 }
 
 /// The group that a hypothesis names: a space that has one variant, and is nowhere without, needs no second name.

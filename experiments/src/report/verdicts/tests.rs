@@ -139,3 +139,21 @@ fn what_is_wrong_is_named() {
         assert!(error.contains("hypotheses.toml") && error.contains(word), "{error}");
     }
 }
+
+/// Two tasks with one hypothesis each: two families of one, or one of two.
+#[test]
+fn a_file_may_be_one_family() {
+    let mut all = vec![];
+    for task in ["lift", "door"] {
+        let mut of_task =
+            [runs("aforce", &[3.0, 4.0, 5.0], &[None; 3]), runs("osc", &[0.0, 1.0, 2.0], &[None; 3])].concat();
+        of_task.iter_mut().for_each(|run| run.task = task.into());
+        all.extend(of_task);
+    }
+    let text = hypothesis("sampled_return", "above", "osc", "").replace("['lift']", "['lift', 'door']");
+    let corrected = |text: &str| judged(text, &all).unwrap().iter().map(|row| row.p_holm.unwrap()).collect::<Vec<_>>();
+    let apart = corrected(&text);
+    assert!(apart.iter().all(|p| (p - 0.1).abs() < 1e-12), "{apart:?}");
+    let together = corrected(&format!("family = 'file'\n{text}"));
+    assert!(together.iter().all(|p| (p - 0.2).abs() < 1e-12), "{together:?}");
+}
