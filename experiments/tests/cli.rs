@@ -155,16 +155,18 @@ fn a_sweep_hides_no_run_and_repeats_none() {
 fn committed_tables_and_curves_are_of_the_committed_runs() {
     let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("../results");
     let out = tempfile::tempdir().unwrap();
-    // The study's tables are made first, with what was expected.
-    let mut study = program("report");
-    study.arg(results.join("study")).arg("--out").arg(out.path().join("study"));
-    let files = WalkDir::new(results.join("study")).max_depth(1).sort_by_file_name().into_iter();
-    for file in files.map(|file| file.unwrap().into_path()) {
-        if file.file_name().is_some_and(|name| name.to_string_lossy().starts_with("hypotheses")) {
-            study.arg("--hypotheses").arg(file);
+    // The studies' tables are made first, with what was expected.
+    for name in ["study", "second-study"] {
+        let mut study = program("report");
+        study.arg(results.join(name)).arg("--out").arg(out.path().join(name));
+        let files = WalkDir::new(results.join(name)).max_depth(1).sort_by_file_name().into_iter();
+        for file in files.map(|file| file.unwrap().into_path()) {
+            if file.file_name().is_some_and(|name| name.to_string_lossy().starts_with("hypotheses")) {
+                study.arg("--hypotheses").arg(file);
+            }
         }
+        study.assert().success();
     }
-    study.assert().success();
     program("report").arg(&results).arg("--pages").arg("--out").arg(out.path()).assert().success();
     let made = WalkDir::new(out.path()).into_iter().map(|entry| entry.unwrap().into_path());
     let texts: Vec<_> = made.filter(|path| path.is_file()).collect();
@@ -176,7 +178,7 @@ fn committed_tables_and_curves_are_of_the_committed_runs() {
         let [made, committed] = [out.path(), &results].map(|root| std::fs::read_to_string(root.join(text)).unwrap());
         assert!(
             made == committed,
-            "{}: run report results/study with its hypotheses, then report results --pages",
+            "{}: run report results/study and results/second-study with their hypotheses, then report results --pages",
             text.display()
         );
     }

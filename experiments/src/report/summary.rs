@@ -97,7 +97,7 @@ fn seed(path: &Path) -> Option<u64> {
 /// A group's name within its section: the action space, the variant, and the preset where it is none of those that tables are made with.
 pub fn label(space: &str, variant: &str, preset: &str) -> String {
     let label = config::label(space, variant);
-    let usual = [sac::Preset::DESKTOP, sac::Preset::SWIFT].iter().any(|usual| usual.name == preset);
+    let usual = [sac::Preset::DESKTOP, sac::Preset::SWIFT, sac::Preset::PLAIN].iter().any(|usual| usual.name == preset);
     if usual { label } else { format!("{label}, {preset} preset") }
 }
 
