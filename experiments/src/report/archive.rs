@@ -95,32 +95,21 @@ pub fn read(folder: &Path) -> Result<Vec<Record>> {
 /// Writes the archive `folder` of `records`.
 ///
 /// # Errors
-/// If a table cannot be read, the tables of two runs have other columns, or the disk does not take it.
+/// If a table cannot be read, or the disk does not take it.
 pub fn write(records: &[Record], folder: &Path) -> Result<()> {
     fs_err::create_dir_all(folder)?;
     for table in Table::ALL {
-        let mut writer = csv::Writer::from_writer(vec![]);
-        let mut columns: Option<Vec<String>> = None;
+        let mut parts = vec![];
         for record in records {
-            let Some(csv) = record.csv(table)? else { continue };
-            let csv = with_key(&csv, &RunId::of(&record.config), table.digits());
-            let here: Vec<String> = csv.headers.iter().map(String::from).collect();
-            match &columns {
-                None => writer.write_record(&here)?,
-                Some(there) => ensure!(
-                    *there == here,
-                    "{}: other columns than the runs before: archive runs of one program together",
-                    record.place(table).display()
-                ),
+            if let Some(csv) = record.csv(table)? {
+                parts.push(with_key(&csv, &RunId::of(&record.config), table.digits()));
             }
-            columns = Some(here);
-            csv.rows.iter().try_for_each(|row| writer.write_record(row))?;
         }
         let path = folder.join(format!("{}.zst", table.file()));
-        match columns {
-            Some(_) => pack(&path, &writer.into_inner()?)?,
-            None if path.exists() => fs_err::remove_file(&path)?,
-            None => {}
+        match parts.as_slice() {
+            [] if path.exists() => fs_err::remove_file(&path)?,
+            [] => {}
+            parts => pack(&path, &joined(parts)?)?,
         }
     }
     // The list comes last: a folder without it is no archive.
@@ -168,6 +157,25 @@ fn with_key(csv: &CsvTable, run: &RunId, digits: usize) -> CsvTable {
     CsvTable::new(csv.path(), headers, rows)
 }
 
+/// All rows below each other. A column that a table does not have yet is empty in its rows.
+fn joined(parts: &[CsvTable]) -> Result<Vec<u8>> {
+    let mut columns: Vec<&str> = vec![];
+    for column in parts.iter().flat_map(|part| &part.headers) {
+        if !columns.contains(&column) {
+            columns.push(column);
+        }
+    }
+    let mut writer = csv::Writer::from_writer(vec![]);
+    writer.write_record(&columns)?;
+    for part in parts {
+        let places: Vec<Option<usize>> = columns.iter().map(|column| part.position(column)).collect();
+        for row in &part.rows {
+            writer.write_record(places.iter().map(|place| place.map_or("", |at| &row[at])))?;
+        }
+    }
+    Ok(writer.into_inner()?)
+}
+
 fn pack(path: &Path, bytes: &[u8]) -> Result<()> {
     let packed = zstd::encode_all(bytes, LEVEL).with_context(|| path.display().to_string())?;
     file::replace(path, &packed)
@@ -202,6 +210,18 @@ mod tests {
         let second = root.path().join("second");
         write(&again, &second).unwrap();
         assert_eq!(bytes(&folder), bytes(&second));
+        // A run whose tables lack a column of later: its cells are empty, and the other run's stay.
+        let table = again[1].csv(Table::Eval).unwrap().unwrap();
+        let last = table.headers.len() - 1;
+        let cut = |row: &csv::StringRecord| row.iter().take(last).collect::<csv::StringRecord>();
+        let earlier = CsvTable::new(table.path(), cut(&table.headers), table.rows.iter().map(cut).collect());
+        let text = joined(&[table.clone(), earlier]).unwrap();
+        let both = CsvTable::parse(table.path(), std::str::from_utf8(&text).unwrap()).unwrap();
+        assert_eq!((&both.headers, both.rows.len()), (&table.headers, 2 * table.rows.len()));
+        assert!(
+            both.rows[..table.rows.len()] == table.rows
+                && both.rows[table.rows.len()..].iter().all(|row| &row[last] == "")
+        );
         let list = unpack(&folder.join(RUNS)).unwrap();
         pack(&folder.join(RUNS), list.lines().next().unwrap().as_bytes()).unwrap();
         let told = read(&folder).unwrap_err().to_string();

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use anyhow::{Result, bail, ensure};
 use output::statistics::{mean, mean_of, quantile};
+use tasks::columns::COLUMNS;
 
 use crate::run::csv_table::CsvTable;
 use crate::run::rows::SCHEMA;
@@ -60,10 +61,11 @@ impl Columns {
         self.0.rows.is_empty()
     }
 
-    /// The values of a column, from the top; NaN where a cell is empty.
+    /// The values of a column, from the top; NaN where a cell is empty, and in a table that was written before an entry of
+    /// [`COLUMNS`] was there.
     ///
     /// # Errors
-    /// If the table has no such column, or a cell of it is no finite number; so for every method.
+    /// If there is no such column, or a cell of it is no finite number; so for every method.
     pub fn values(&self, column: &str) -> Result<Vec<f64>> {
         let number = |(row, cell): (usize, &str)| match cell {
             "true" => Ok(1.0),
@@ -77,6 +79,9 @@ impl Columns {
                 }
             },
         };
+        if self.0.position(column).is_none() && COLUMNS.iter().any(|entry| entry.name == column) {
+            return Ok(vec![f64::NAN; self.0.rows.len()]);
+        }
         self.0.column(column)?.into_iter().enumerate().map(number).collect()
     }
 
