@@ -25,8 +25,11 @@ pub fn bad(message: String) -> anyhow::Error {
 }
 
 /// Runs a program and turns its result into the exit code: an error is printed on one line, its
-/// causes after colons; 2 for a [`BadSetting`], 1 for any other. A reader of the output that goes
-/// away, as `| head` does, ends the program without a word, unless it is to [`outlive_readers`].
+/// causes after colons; 2 for a [`BadSetting`], 1 for any other.
+///
+/// A pipe whose reader has gone, as in `report | head`, would make the next line that is printed fail. The user asked for no more lines, so
+/// that is no error: the program ends silently, as other command-line programs do. A program that trains has work to lose and calls
+/// [`outlive_readers`] first.
 pub fn run(program: impl FnOnce() -> Result<ExitCode>) -> ExitCode {
     let gone = flag::register_conditional_default(SIGPIPE, Arc::clone(&ENDS_WITH_READERS));
     let ending = gone.map_err(Into::into).and_then(|_| program());

@@ -17,9 +17,9 @@ pub(crate) struct Pass {
     rows: usize,
     /// Output of each layer, after the ReLU.
     output: Vec<Numbers>,
-    /// Derivative of the loss by the product and bias of each layer; empty without a way back.
+    /// Derivative of the loss with respect to what each layer computes before its ReLU; empty where no gradient is asked for.
     delta: Vec<Numbers>,
-    /// Between bias and ReLU of each hidden layer; empty without.
+    /// The layer norms between bias and ReLU, one per hidden layer; empty for networks without layer norm.
     norms: Vec<LayerNorm>,
 }
 

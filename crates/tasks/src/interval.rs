@@ -47,7 +47,7 @@ pub struct Interval {
     pub stop: Option<Stop>,
 }
 
-/// A real arm would have stopped here.
+/// The moment in an action at which a real arm would have stopped itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stop {
     /// Time since the action began (s).

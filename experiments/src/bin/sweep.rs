@@ -186,13 +186,14 @@ fn train_all(arguments: &Arguments, runs: &[(usize, RunConfig)], out: &Path) -> 
     let stop = Stop::on_signals()?;
     let ended = pool::run(jobs, parallel, &stop);
 
-    // A signal that comes before a run listens kills it: it is stopped all the same.
+    // A run that gets the signal before it has set up its handler is killed by it, and has no exit code. It was stopped, not failed.
     let stopped = |job: &Ended| job.code == Some(cli::STOPPED.into()) || job.code.is_none() && stop.requested();
     let failed: Vec<&Ended> = ended.iter().filter(|job| job.code != Some(0) && !stopped(job)).collect();
     for job in &failed {
         program::tell(format_args!("failed: {}: {} ({})", job.name, job.words, job.log.display()));
     }
-    // Somebody may have stopped a run, not the sweep, or is still at work: what failed is not all that is missing.
+    // Runs are missing for another reason than failure, so the sweep has to be taken on: it or one of its runs was stopped, or another
+    // process is still at work on some of them.
     Ok(if stop.requested() || elsewhere > 0 || ended.iter().any(stopped) {
         ExitCode::from(cli::STOPPED)
     } else if !failed.is_empty() {

@@ -209,8 +209,8 @@ pub(crate) fn label_of(space: &str, meant: &[&RunSummary]) -> Result<String, Str
     }
 }
 
-/// What counts for a run that lacks a metric, as it never came so far: what a task took, in time, energy or force, was endless, and so is what
-/// it takes to hold it there. `None`: every run has it.
+/// The value that counts for a run without a number in `metric`, because its task was never fulfilled: infinitely much time, energy or
+/// force, or the lowest of all shares. `None` for a metric that every run has.
 fn worst(metric: &str) -> Option<f64> {
     let endless = ["_to_success_", "_to_450", "_fulfilled_"].iter().any(|part| metric.contains(part));
     let share = metric.ends_with("_to_success");

@@ -15,7 +15,7 @@ use crate::checks::go_on;
 const PATIENCE: Duration = Duration::from_secs(30);
 const LOOK: Duration = Duration::from_millis(50);
 
-/// The running policy. Its end is not the host's concern: the watchdog hears its silence.
+/// The running policy. The host does not watch its process: when no action comes in time, the watchdog stops the arm.
 pub struct Policy {
     child: Child,
     observations: SyncSender<String>,
