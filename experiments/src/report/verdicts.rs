@@ -129,41 +129,8 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
             return Err(wrong(format!("{name:?}: names the task {} twice", task.as_str())));
         }
         for task in tasks {
-            let is_meant = |run: &&RunSummary| {
-                let named = hypothesis.experiment.as_ref().is_none_or(|named| *named == run.experiment);
-                named && run.task == task.as_str()
-            };
-            let meant: Vec<&RunSummary> = runs.iter().filter(is_meant).collect();
             let of_hypothesis = |problem: String| wrong(format!("{name:?}: {problem}"));
-            let sides = [&hypothesis.space, &hypothesis.against].map(|space| label_of(space, &meant));
-            let [space, against] = sides.map(|side| side.map_err(of_hypothesis));
-            let sides = [space?, against?];
-            if sides[0] == sides[1] {
-                return Err(of_hypothesis(format!("space and against are the same runs, {}", sides[0])));
-            }
-            let (mut seeds, mut presets, mut experiments) = (HashSet::new(), BTreeSet::new(), BTreeSet::new());
-            let mut values = [vec![], vec![]];
-            for (run, numbers) in done.iter().filter(|(run, _)| is_meant(run)) {
-                let label = label(&run.space, &run.variant);
-                let Some(side) = sides.iter().position(|side| *side == label) else { continue };
-                experiments.insert(run.experiment.as_str());
-                presets.insert(run.preset.as_str());
-                let id = format!("{} {label} {}", run.task, run.seed);
-                let Some(value) = numbers[metric].as_f64().or(worst(metric)) else {
-                    return Err(of_hypothesis(format!("{id} has no {metric}: the tables of that run are too old")));
-                };
-                values[side].push(value);
-                if !seeds.insert((side, run.seed)) {
-                    return Err(of_hypothesis(format!("two runs of {id}: name the experiment")));
-                }
-            }
-            for (several, problem) in [(&presets, "trained with"), (&experiments, "of experiments")] {
-                if several.len() > 1 {
-                    let several = several.iter().copied().collect::<Vec<_>>().join(" and ");
-                    return Err(of_hypothesis(format!("runs {problem} {several}")));
-                }
-            }
-            let [a, b] = values;
+            let [a, b] = sides(hypothesis, task.as_str(), runs, &done).map_err(of_hypothesis)?;
             rows.push(row(hypothesis, task.as_str(), &a, &b));
             samples.push([a, b]);
         }
@@ -179,6 +146,45 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
     let expected = hypotheses.iter().flat_map(|hypothesis| hypothesis.tasks.iter().map(|_| hypothesis.expected));
     rows.iter_mut().zip(expected).for_each(|(row, expected)| row.verdict = verdict(row, expected));
     Ok(rows)
+}
+
+/// The values of both sides of a hypothesis on a task, from the runs that are `done`; or why these are not two groups.
+fn sides(
+    hypothesis: &Hypothesis,
+    task: &str,
+    runs: &[RunSummary],
+    done: &[(&RunSummary, &Value)],
+) -> Result<[Vec<f64>; 2], String> {
+    let metric = hypothesis.metric.as_str();
+    let is_meant = |run: &&RunSummary| {
+        let named = hypothesis.experiment.as_ref().is_none_or(|named| *named == run.experiment);
+        named && run.task == task
+    };
+    let meant: Vec<&RunSummary> = runs.iter().filter(is_meant).collect();
+    let sides = [label_of(&hypothesis.space, &meant)?, label_of(&hypothesis.against, &meant)?];
+    if sides[0] == sides[1] {
+        return Err(format!("space and against are the same runs, {}", sides[0]));
+    }
+    let (mut seeds, mut presets, mut experiments) = (HashSet::new(), BTreeSet::new(), BTreeSet::new());
+    let mut values = [vec![], vec![]];
+    for (run, numbers) in done.iter().filter(|(run, _)| is_meant(run)) {
+        let label = label(&run.space, &run.variant);
+        let Some(side) = sides.iter().position(|side| *side == label) else { continue };
+        experiments.insert(run.experiment.as_str());
+        presets.insert(run.preset.as_str());
+        let id = format!("{} {label} {}", run.task, run.seed);
+        let value = numbers[metric].as_f64().or(worst(metric));
+        values[side].push(value.ok_or_else(|| format!("{id} has no {metric}: its tables do not tell it"))?);
+        if !seeds.insert((side, run.seed)) {
+            return Err(format!("two runs of {id}: name the experiment"));
+        }
+    }
+    for (several, problem) in [(&presets, "trained with"), (&experiments, "of experiments")] {
+        if several.len() > 1 {
+            return Err(format!("runs {problem} {}", several.iter().copied().collect::<Vec<_>>().join(" and ")));
+        }
+    }
+    Ok(values)
 }
 
 /// Corrects the p of one family.
