@@ -220,7 +220,7 @@ mod tests {
         assert_eq!((&both.headers, both.rows.len()), (&table.headers, 2 * table.rows.len()));
         assert!(
             both.rows[..table.rows.len()] == table.rows
-                && both.rows[table.rows.len()..].iter().all(|row| &row[last].is_empty())
+                && both.rows[table.rows.len()..].iter().all(|row| row[last].is_empty())
         );
         let list = unpack(&folder.join(RUNS)).unwrap();
         pack(&folder.join(RUNS), list.lines().next().unwrap().as_bytes()).unwrap();
