@@ -87,7 +87,7 @@ reproduce: setup $(BASELINES)
 	$(RUN) wiping -- --out runs/wiping
 	$(MAKE) study
 
-# The study of results/study, once more below runs/study: its learner's tournament (122 runs), its stages in the order of what they decide
+# The study of results/study, once more below runs/study: its learner's tournament (113 runs), its stages in the order of what they decide
 # (422 runs, of which a search stops half early), the policies of all but the search under every
 # disturbance. About 60 core-hours on an AMD EPYC, a fourth of it the tournament; what is done is not done again.
 study: setup

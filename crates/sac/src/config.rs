@@ -35,18 +35,9 @@ pub struct Config {
     /// Updates of the critics for one of actor, averaged policy and temperature.
     #[serde(default = "every_update")]
     pub actor_period: u64,
-    /// Which value of the twin critics the actor climbs.
-    #[serde(default)]
-    pub actor_value: ActorValue,
     /// Whether the critics normalise each hidden layer before its ReLU.
     #[serde(default)]
     pub layer_norm: bool,
-    /// Bins of the histogram that a critic says its value with (HL-Gauss); 0: it says a number.
-    #[serde(default)]
-    pub value_bins: usize,
-    /// Least and largest value of that histogram, in reward.
-    #[serde(default = "value_range")]
-    pub value_range: [f64; 2],
     /// Share of the episodes, each drawn at its start, whose sampled actions have pink noise: as strong at slow changes as at fast ones,
     /// so that it moves the arm instead of shaking it. White otherwise. Random actions at the start stay white: pink ones fling the arm to
     /// the ends of its reach.
@@ -58,9 +49,6 @@ pub struct Config {
     pub nudges: f64,
     /// Weight of the entropy at the start, in units of reward.
     pub initial_temperature: f64,
-    /// Below which the temperature does not fall.
-    #[serde(default)]
-    pub min_temperature: f64,
     /// Entropy that the temperature steers to, in nat. `None` is minus the number of actions.
     pub target_entropy: Option<f64>,
     /// Smallest log standard deviation of the policy before the squashing.
@@ -75,10 +63,6 @@ pub struct Config {
     /// Updates per environment step after that; 0.5 is one every second step. More learns more from each step until the critics
     /// overestimate.
     pub updates_per_step: f64,
-    /// Updates after which every network begins anew, with the memory that has been gathered (Nikishin et al., 2022, arXiv 2205.07802);
-    /// 0: never.
-    #[serde(default)]
-    pub reset_period: u64,
     /// Transitions kept; the oldest make room. One takes 4 (observation + action + 5) bytes.
     pub replay_capacity: usize,
     /// Episodes that a script plays before the run, and of which half of every batch is drawn; 0 for none. Played by the caller
@@ -88,28 +72,6 @@ pub struct Config {
     /// Whether the environment hands out observations scaled to about +-1. Applied by the caller; kept here because the learning rates
     /// belong to it.
     pub scaled_observations: bool,
-}
-
-/// Which value of the twin critics the actor climbs.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ActorValue {
-    /// The smaller one: cautious.
-    #[default]
-    Minimum,
-    /// The mean of both. Targets take the smaller one all the same.
-    Mean,
-}
-
-impl ActorValue {
-    /// Shares of the two values.
-    pub(crate) fn weights(self, q1: f32, q2: f32) -> (f32, f32) {
-        match self {
-            ActorValue::Mean => (0.5, 0.5),
-            ActorValue::Minimum if q1 <= q2 => (1.0, 0.0),
-            ActorValue::Minimum => (0.0, 1.0),
-        }
-    }
 }
 
 impl Config {
@@ -169,22 +131,8 @@ impl Config {
         let pink = self.pink_noise;
         check((0.0..=1.0).contains(&pink), "pink_noise", &pink, "0 (no episode) to 1 (every episode)")?;
         check((0.0..=1.0).contains(&self.nudges), "nudges", &self.nudges, "0 (no episode) to 1 (every episode)")?;
-        let bins = self.value_bins;
-        check(bins == 0 || (2..=1001).contains(&bins), "value_bins", &bins, "0 (none), or 2 to 1001")?;
-        let [low, high] = self.value_range;
-        // As the network has them.
-        let (low, high) = (low as f32, high as f32);
-        let range = low < high && low.is_finite() && high.is_finite();
-        check(
-            range,
-            "value_range",
-            &format!("{:?}", self.value_range),
-            "two finite numbers of 32 bits, the smaller first",
-        )?;
         let temperature = self.initial_temperature;
         check(temperature > 0.0 && temperature.is_finite(), "initial_temperature", &temperature, "above 0, finite")?;
-        let floor = self.min_temperature;
-        check(floor >= 0.0 && floor <= temperature, "min_temperature", &floor, "0 to initial_temperature")?;
         let entropy = self.target_entropy.unwrap_or(-1.0);
         check(
             entropy.abs() <= 1e6,
@@ -238,11 +186,6 @@ fn no_average() -> f64 {
     1.0
 }
 
-/// Of tasks that pay up to 1 per action, with gamma up to 0.98.
-pub(crate) fn value_range() -> [f64; 2] {
-    [-50.0, 50.0]
-}
-
 fn every_update() -> u64 {
     1
 }
@@ -291,11 +234,8 @@ mod tests {
             (|c| c.policy_average = 1.5, "policy_average"),
             (|c| c.actor_period = 0, "actor_period"),
             (|c| c.initial_temperature = 0.0, "initial_temperature"),
-            (|c| c.min_temperature = 0.2, "min_temperature"),
             (|c| c.pink_noise = 1.1, "pink_noise"),
             (|c| c.nudges = -0.1, "nudges"),
-            (|c| c.value_bins = 1, "value_bins"),
-            (|c| c.value_range = [1.0, 1.0], "value_range"),
             (|c| c.target_entropy = Some(f64::INFINITY), "target_entropy"),
             (|c| c.log_std_min = 3.0, "log_std_min"),
             (|c| c.log_std_max = 11.0, "log_std_max"),

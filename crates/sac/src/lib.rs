@@ -59,11 +59,10 @@ mod sac;
 mod simd;
 mod synced_file;
 mod tensor_file;
-mod value;
 
 pub use actor::{Act, Actor};
 pub use checkpoint::Checkpoint;
-pub use config::{ActorValue, Config};
+pub use config::Config;
 pub use error::Error;
 pub use kernels::{Kernels, kernel};
 pub use losses::{ActorLosses, Losses};

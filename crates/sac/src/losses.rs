@@ -5,8 +5,7 @@ use crate::simd::wide;
 /// What an update reports, averaged over its batch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Losses {
-    /// Sum of both critics' losses: mean squared errors, in reward^2; with a histogram
-    /// ([`Config::value_bins`](crate::Config::value_bins)) mean cross-entropies, in nat.
+    /// Sum of both critics' mean squared errors, in reward^2.
     pub critic_loss: f32,
     /// Euclidean norm of the critics' gradient.
     pub grad_norm_critic: f32,
@@ -19,7 +18,7 @@ pub struct Losses {
 /// What a step of the actor reports, averaged over its batch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ActorLosses {
-    /// mean(alpha log pi - Q), in reward; which Q, [`Config::actor_value`](crate::Config::actor_value) says.
+    /// mean(alpha log pi - Q), in reward, where Q is the smaller of the two critics' values.
     pub loss: f32,
     /// -mean(log pi), in nat.
     pub entropy: f32,

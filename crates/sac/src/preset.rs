@@ -8,8 +8,7 @@ use std::fmt::{self, Debug, Formatter};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::config::value_range;
-use crate::{ActorValue, Config, Kernels};
+use crate::{Config, Kernels};
 
 /// A named set of settings.
 #[derive(Clone, Copy)]
@@ -76,21 +75,16 @@ fn paper() -> Config {
         target_period: 2,
         policy_average: 1.0,
         actor_period: 1,
-        actor_value: ActorValue::Minimum,
         layer_norm: false,
-        value_bins: 0,
-        value_range: value_range(),
         pink_noise: 0.0,
         nudges: 0.0,
         initial_temperature: 0.1,
-        min_temperature: 0.0,
         target_entropy: None,
         log_std_min: -5.0,
         log_std_max: 2.0,
         kernels: Kernels::Fast,
         random_steps: 5000,
         updates_per_step: 1.0,
-        reset_period: 0,
         replay_capacity: 1_000_000,
         prior_episodes: 0,
         scaled_observations: false,
@@ -238,18 +232,13 @@ mod tests {
         target_period = 1
         policy_average = 0.0003
         actor_period = 2
-        actor_value = 'minimum'
         layer_norm = false
-        value_bins = 0
-        value_range = [-50.0, 50.0]
         pink_noise = 0.5
         initial_temperature = 0.1
-        min_temperature = 0.0
         log_std_min = -5.0
         log_std_max = 2.0
         random_steps = 3300
         updates_per_step = 0.5
-        reset_period = 0
         replay_capacity = 1_000_000
         prior_episodes = 0
         scaled_observations = true
@@ -284,18 +273,13 @@ mod tests {
         target_period = 1
         policy_average = 0.0003
         actor_period = 2
-        actor_value = 'minimum'
         layer_norm = false
-        value_bins = 0
-        value_range = [-50.0, 50.0]
         pink_noise = 0.5
         initial_temperature = 0.1
-        min_temperature = 0.0
         log_std_min = -5.0
         log_std_max = 2.0
         random_steps = 3300
         updates_per_step = 0.5
-        reset_period = 0
         replay_capacity = 1_000_000
         prior_episodes = 20
         scaled_observations = true

@@ -6,7 +6,7 @@ use tch::{Kind, Tensor};
 
 use crate::layer_norm;
 use crate::network::Networks;
-use crate::{ActorValue, Config, Replay, Sac, Transition};
+use crate::{Config, Replay, Sac, Transition};
 
 /// `networks` as a function of one vector of parameters that gradients can be asked for.
 struct Differentiable<'a> {
@@ -41,9 +41,9 @@ impl<'a> Differentiable<'a> {
         })
     }
 
-    /// Outputs of both critics, `(batch, outputs)` each.
+    /// Values of both critics, `(batch)` each.
     fn twins(&self, input: &Tensor) -> [Tensor; 2] {
-        ["critic_1", "critic_2"].map(|name| self.forward(name, input))
+        ["critic_1", "critic_2"].map(|name| self.forward(name, input).squeeze_dim(-1))
     }
 
     fn gradient(&self, loss: &Tensor) -> Vec<f32> {
@@ -62,36 +62,6 @@ fn squashed_gaussian(config: &Config, output: &Tensor, noise: &Tensor) -> (Tenso
     let log_slope: Tensor = (1f64 - action.square()).log();
     let log_prob = (log_normal - log_slope).sum_dim_intlist(-1, false, None);
     (action.to_kind(Kind::Float), log_prob.to_kind(Kind::Float))
-}
-
-/// Edges of the bins, `(bins + 1)`.
-fn edges(config: &Config) -> Tensor {
-    let [low, high] = config.value_range;
-    Tensor::linspace(low, high, config.value_bins as i64 + 1, tch::kind::DOUBLE_CPU)
-}
-
-/// The values, `(batch)`, that outputs `(batch, outputs)` of a critic stand for.
-fn value(config: &Config, outputs: &Tensor) -> Tensor {
-    if config.value_bins == 0 {
-        return outputs.squeeze_dim(-1);
-    }
-    let (edges, bins) = (edges(config), config.value_bins as i64);
-    let centres: Tensor = 0.5 * (edges.narrow(0, 0, bins) + edges.narrow(0, 1, bins));
-    outputs.softmax(-1, Kind::Double).matmul(&centres).to_kind(Kind::Float)
-}
-
-/// Mean over the batch: squared error, or cross-entropy with a normal distribution around y of 3/4 of a bin, within the range.
-fn critic_loss(config: &Config, outputs: &Tensor, y: &Tensor) -> Tensor {
-    if config.value_bins == 0 {
-        return (outputs.squeeze_dim(-1) - y).square().mean(Kind::Float);
-    }
-    let [low, high] = config.value_range;
-    let (y, bins) = (y.to_kind(Kind::Double).clamp(low, high).unsqueeze(-1), config.value_bins as i64);
-    let deviation = 0.75 * (high - low) / bins as f64;
-    let below: Tensor = ((edges(config) - y) / deviation).special_ndtr();
-    let share = below.narrow(1, 1, bins) - below.narrow(1, 0, bins);
-    let share = &share / share.sum_dim_intlist(-1, true, None);
-    (-(share * outputs.log_softmax(-1, Kind::Double)).sum_dim_intlist(-1, false, None)).mean(Kind::Float)
 }
 
 /// A learner in the middle of a run, on random data: temperature, targets and moments are all away from their first values.
@@ -132,17 +102,13 @@ fn relative_error(a: &[f32], b: &[f32]) -> f64 {
 #[test]
 fn every_derivative_agrees_with_autograd() {
     let plain = Config { batch_size: 64, target_period: 1, ..Config::default() };
-    let normal = Config { layer_norm: true, actor_value: ActorValue::Mean, ..plain.clone() };
-    // A range that values leave.
-    let histogram = Config { value_bins: 9, value_range: [-0.3, 0.6], ..plain.clone() };
+    let normal = Config { layer_norm: true, ..plain.clone() };
     for (hidden, observations, actions, config) in [
         (vec![32], 3, 1, plain.clone()),
         (vec![64, 48], 11, 4, plain.clone()),
         (vec![16, 24, 8], 5, 7, plain),
         (vec![64, 48], 11, 4, normal.clone()),
-        (vec![19, 24, 8], 5, 7, normal.clone()),
-        (vec![64, 48], 11, 4, histogram.clone()),
-        (vec![19, 24, 8], 5, 7, Config { layer_norm: true, actor_value: ActorValue::Mean, ..histogram }),
+        (vec![19, 24, 8], 5, 7, normal),
     ] {
         let config = Config { hidden, ..config };
         let (mut sac, replay) = learner(&config, observations, actions);
@@ -162,12 +128,11 @@ fn every_derivative_agrees_with_autograd() {
         let (next_action, next_log_prob) =
             squashed_gaussian(&config, &actor.forward("actor", &next_observation), &next_noise);
         let next_input = Tensor::cat(&[next_observation, next_action], 1);
-        let [next_1, next_2] =
-            Differentiable::new(&targets, config.layer_norm).twins(&next_input).map(|outputs| value(&config, &outputs));
+        let [next_1, next_2] = Differentiable::new(&targets, config.layer_norm).twins(&next_input);
         let next_value = next_1.minimum(&next_2) - alpha * next_log_prob;
         let y = (reward + discount * next_value).detach();
         let old_critics = Differentiable::new(&critics, config.layer_norm);
-        let [loss_1, loss_2] = old_critics.twins(&present).map(|outputs| critic_loss(&config, &outputs, &y));
+        let [loss_1, loss_2] = old_critics.twins(&present).map(|q| (q - &y).square().mean(Kind::Float));
         let loss = loss_1 + loss_2;
         approx::assert_relative_eq!(losses.critic_loss, f32::try_from(&loss).unwrap(), max_relative = 1e-5);
         let error = relative_error(&m.critic_gradient.values, &old_critics.gradient(&loss));
@@ -176,12 +141,8 @@ fn every_derivative_agrees_with_autograd() {
         // Actor: mean (alpha log pi - Q), with the critics after their step.
         let (action, log_prob) = squashed_gaussian(&config, &actor.forward("actor", &observation), &noise);
         let new_critics = Differentiable::new(&sac.critics, config.layer_norm);
-        let [q_1, q_2] =
-            new_critics.twins(&Tensor::cat(&[observation, action], 1)).map(|outputs| value(&config, &outputs));
-        let q = match config.actor_value {
-            ActorValue::Minimum => q_1.minimum(&q_2),
-            ActorValue::Mean => 0.5 * (q_1 + q_2),
-        };
+        let [q_1, q_2] = new_critics.twins(&Tensor::cat(&[observation, action], 1));
+        let q = q_1.minimum(&q_2);
         let loss = (alpha * &log_prob - &q).mean(Kind::Float);
         approx::assert_relative_eq!(of_actor.loss, f32::try_from(&loss).unwrap(), epsilon = 1e-5);
         approx::assert_relative_eq!(of_actor.q_mean, f32::try_from(q.mean(Kind::Float)).unwrap(), epsilon = 1e-6);

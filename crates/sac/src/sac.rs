@@ -14,7 +14,6 @@ use crate::nudge::Nudges;
 use crate::pink::Pink;
 use crate::replay::Replay;
 use crate::simd::wide;
-use crate::value::Value;
 use crate::{Config, Error};
 
 /// The learner: an actor and its running mean, twin critics, their targets, a temperature, and the optimisers' state.
@@ -28,8 +27,6 @@ pub struct Sac {
     /// `[observation | action] -> value`, twice.
     pub(crate) critics: Networks,
     pub(crate) targets: Networks,
-    /// How a critic's outputs are read.
-    pub(crate) value: Value,
     /// log alpha: alpha stays positive whatever the step.
     pub(crate) log_temperature: f32,
     pub(crate) actor_adam: Adam,
@@ -53,8 +50,6 @@ enum Stream {
     Acting,
     Batches,
     Noise,
-    /// Fresh weights of the first reset; those of the next are in the stream after it. Keep it last.
-    Resets,
 }
 
 impl Sac {
@@ -72,7 +67,11 @@ impl Sac {
             rng
         };
         let mut sac = Self::zeros(config, observation_dim, action_dim);
-        sac.initialise(&mut stream(Stream::Initialisation));
+        let mut rng = stream(Stream::Initialisation);
+        sac.actor.network.initialise(&mut rng);
+        sac.average.values.copy_from_slice(&sac.actor.network.values);
+        sac.critics.initialise(&mut rng);
+        sac.targets.values.copy_from_slice(&sac.critics.values);
         sac.actor.rng = stream(Stream::Acting);
         sac.batch_rng = stream(Stream::Batches);
         sac.noise_rng = stream(Stream::Noise);
@@ -84,8 +83,7 @@ impl Sac {
         let rng = ChaCha8Rng::seed_from_u64(0);
         let network = Networks::zeros(Actor::NAMES, &Actor::sizes(config, observation_dim, action_dim));
         let actor = Actor::new(config, network, rng.clone());
-        let value = Value::new(config);
-        let sizes = [&[observation_dim + action_dim], config.hidden.as_slice(), &[value.outputs()]].concat();
+        let sizes = [&[observation_dim + action_dim], config.hidden.as_slice(), &[1]].concat();
         let critics = Networks::zeros(&["critic_1", "critic_2"], &sizes);
         Self {
             log_temperature: libm::log(config.initial_temperature) as f32,
@@ -98,7 +96,6 @@ impl Sac {
             pink: None,
             nudges: None,
             memory: Memory::new(config, &actor, &critics),
-            value,
             targets: critics.clone(),
             average: actor.network.clone(),
             config: config.clone(),
@@ -114,16 +111,6 @@ impl Sac {
         let (actions, rng) = (self.actor.action_dim(), &mut self.actor.rng);
         self.pink = in_this_one(self.config.pink_noise, rng).then(|| Pink::new(actions, rng));
         self.nudges = in_this_one(self.config.nudges, rng).then(Nudges::default);
-    }
-
-    /// Fresh weights, and optimisers without a past.
-    fn initialise(&mut self, rng: &mut ChaCha8Rng) {
-        self.actor.network.initialise(rng);
-        self.average.values.copy_from_slice(&self.actor.network.values);
-        self.critics.initialise(rng);
-        self.targets.values.copy_from_slice(&self.critics.values);
-        self.actor_adam = Adam::new(self.actor.network.values.len());
-        self.critic_adam = Adam::new(self.critics.values.len());
     }
 
     /// Writes the action for `observation`, each entry in [-1, 1], into `action`.
@@ -199,13 +186,6 @@ impl Sac {
 
     /// One update from the batch and the noise in memory.
     pub(crate) fn learn(&mut self) -> Losses {
-        let period = self.config.reset_period;
-        if period > 0 && self.updates > 0 && self.updates.is_multiple_of(period) {
-            // A saved learner knows its seed by its generators: a run that goes on draws the same weights.
-            let mut rng = ChaCha8Rng::from_seed(self.noise_rng.get_seed());
-            rng.set_stream(Stream::Resets as u64 + self.updates / period - 1);
-            self.initialise(&mut rng);
-        }
         self.updates += 1;
         let (critic_loss, grad_norm_critic) = self.critic_step();
         let actor = self.updates.is_multiple_of(self.config.actor_period).then(|| {
@@ -218,66 +198,58 @@ impl Sac {
         Losses { critic_loss, grad_norm_critic, temperature: self.temperature(), actor }
     }
 
-    /// Updates since the networks began, this one included.
-    fn age(&self) -> u64 {
-        match self.config.reset_period {
-            0 => self.updates,
-            period => (self.updates - 1) % period + 1,
-        }
-    }
-
-    /// Steps of the actor since then, this one included. They come at multiples of the run's updates, wherever the networks began.
-    fn actor_age(&self) -> u64 {
-        let (began, period) = (self.updates - self.age(), self.config.actor_period);
-        self.updates / period - began / period
+    /// Steps that the actor has made, the present one included.
+    fn actor_steps(&self) -> u64 {
+        self.updates / self.config.actor_period
     }
 
     /// Moves both critics towards y = r + discount (min Q_target(s', a') - alpha log pi(a'|s')). Returns loss and norm of the gradient.
     fn critic_step(&mut self) -> (f32, f32) {
-        let (alpha, t) = (self.temperature(), self.age());
+        let alpha = self.temperature();
         let Memory { batch, next, done, critic_pass, target_pass, critic_gradient, .. } = &mut self.memory;
         next.draw(&self.actor, &batch.next_input);
         target_pass.forward(&self.targets, &next.input.view);
         done.copy_from_slice(&batch.input);
         critic_pass.forward(&self.critics, &done.view);
 
-        let (share, size) = (1.0 / batch.reward.len() as f32, self.value.outputs());
+        let share = 1.0 / batch.reward.len() as f32;
         let mut loss = 0.0;
-        let (outputs, gradient) = critic_pass.result_and_gradient();
-        let rows = outputs.chunks_exact(2 * size).zip(gradient.chunks_exact_mut(2 * size));
-        for (i, (targets, (outputs, gradient))) in target_pass.result().chunks_exact(2 * size).zip(rows).enumerate() {
-            let next_value = self.value.read(&targets[..size]).min(self.value.read(&targets[size..]));
+        // A row has the value of each critic.
+        let (values, gradient) = critic_pass.result_and_gradient();
+        let (values, gradient) = (values.as_chunks::<2>().0, gradient.as_chunks_mut::<2>().0);
+        let targets = target_pass.result().as_chunks::<2>().0;
+        for (i, ([next_1, next_2], (values, gradient))) in targets.iter().zip(values.iter().zip(gradient)).enumerate() {
+            let next_value = next_1.min(*next_2);
             let y = batch.reward[i] + batch.discount[i] * (next_value - alpha * next.log_prob[i]);
-            for (outputs, gradient) in outputs.chunks_exact(size).zip(gradient.chunks_exact_mut(size)) {
-                loss += share * self.value.teach(outputs, y, share, gradient);
+            for (value, gradient) in values.iter().zip(gradient) {
+                let error = value - y;
+                *gradient = 2.0 * share * error;
+                loss += share * (error * error);
             }
         }
         critic_pass.backward(&self.critics);
         critic_pass.parameter_gradient(&done.view, critic_gradient);
         let gradient = &critic_gradient.values;
-        self.critic_adam.step(&mut self.critics.values, gradient, self.config.critic_learning_rate, t);
+        self.critic_adam.step(&mut self.critics.values, gradient, self.config.critic_learning_rate, self.updates);
         (loss, norm(gradient))
     }
 
     /// Moves the actor down mean(alpha log pi(a|s) - Q(s, a)), with a = tanh(mean + std noise) differentiable in the actor's
-    /// parameters, and Q the smaller of both values or their mean.
+    /// parameters, and Q the smaller of both values.
     fn actor_step(&mut self) -> ActorLosses {
-        let (alpha, t) = (self.temperature(), self.actor_age());
+        let (alpha, t) = (self.temperature(), self.actor_steps());
         let Memory { batch, present, critic_pass, actor_gradient, action_gradient, .. } = &mut self.memory;
         present.draw(&self.actor, &batch.input);
         critic_pass.forward(&self.critics, &present.input.view);
 
         let (observations, actions) = (self.actor.observation_dim(), self.actor.action_dim());
-        let (share, size) = (1.0 / self.config.batch_size as f32, self.value.outputs());
+        let share = 1.0 / self.config.batch_size as f32;
         let mut q_mean = 0.0;
-        let (outputs, gradient) = critic_pass.result_and_gradient();
-        for (outputs, gradient) in outputs.chunks_exact(2 * size).zip(gradient.chunks_exact_mut(2 * size)) {
-            let (outputs, gradient) = (outputs.split_at(size), gradient.split_at_mut(size));
-            let (q1, q2) = (self.value.read(outputs.0), self.value.read(outputs.1));
-            let (w1, w2) = self.config.actor_value.weights(q1, q2);
-            q_mean += share * (w1 * q1 + w2 * q2);
-            self.value.differentiate(outputs.0, -share * w1, gradient.0);
-            self.value.differentiate(outputs.1, -share * w2, gradient.1);
+        let (values, gradient) = critic_pass.result_and_gradient();
+        for (&[q1, q2], gradient) in values.as_chunks::<2>().0.iter().zip(gradient.as_chunks_mut::<2>().0) {
+            let (q, by_values) = if q1 <= q2 { (q1, [-share, 0.0]) } else { (q2, [0.0, -share]) };
+            q_mean += share * q;
+            *gradient = by_values;
         }
         critic_pass.backward(&self.critics);
         critic_pass.input_gradient(&self.critics, observations, action_gradient);
@@ -300,22 +272,17 @@ impl Sac {
 
     /// Moves the policy towards the actor; at first it is the plain mean of all actors so far.
     fn average_step(&mut self) {
-        let share = self.config.policy_average.max(1.0 / self.actor_age() as f64) as f32;
+        let share = self.config.policy_average.max(1.0 / self.actor_steps() as f64) as f32;
         blend(&mut self.average.values, &self.actor.network.values, share);
     }
 
-    /// Moves log alpha down mean(alpha (-log pi - target entropy)): up if the entropy is below its target; never below its floor.
+    /// Moves log alpha down mean(alpha (-log pi - target entropy)): up if the entropy is below its target.
     fn temperature_step(&mut self, entropy: f32) {
         let target = self.config.target_entropy.unwrap_or(-(self.actor.action_dim() as f64));
         let gradient = self.temperature() * (entropy - target as f32);
-        let t = self.updates / self.config.actor_period;
+        let t = self.actor_steps();
         let log_temperature = std::slice::from_mut(&mut self.log_temperature);
         self.temperature_adam.step(log_temperature, &[gradient], self.config.temperature_learning_rate, t);
-        let floor = libm::log(self.config.min_temperature) as f32;
-        // Not max(), which makes a number of NaN.
-        if self.log_temperature < floor {
-            self.log_temperature = floor;
-        }
     }
 
     /// Moves the targets a fraction tau towards the critics.

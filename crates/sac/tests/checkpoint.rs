@@ -13,18 +13,9 @@ fn config() -> Config {
     Config { hidden: vec![32, 16], batch_size: 16, target_period: 2, replay_capacity: 150, ..Config::default() }
 }
 
-/// What is off there. Networks begin anew before and after the save, and some of the episodes have pink noise and nudges.
+/// What is off there. Some of the episodes have pink noise and nudges.
 fn options() -> Config {
-    Config {
-        actor_period: 2,
-        layer_norm: true,
-        value_bins: 11,
-        pink_noise: 0.75,
-        nudges: 0.75,
-        reset_period: 15,
-        prior_episodes: 5,
-        ..config()
-    }
+    Config { actor_period: 2, layer_norm: true, pink_noise: 0.75, nudges: 0.75, prior_episodes: 5, ..config() }
 }
 
 fn start() -> (Sac, Replay) {
