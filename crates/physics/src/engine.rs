@@ -324,34 +324,4 @@ impl Engine {
                     && body.angvel().is_finite()
             })
     }
-
-    /// A copy from which the simulation continues bit for bit.
-    pub fn snapshot(&self) -> EngineState {
-        let mut state = PhysicsWorld::new();
-        copy_world(&self.world, &mut state);
-        EngineState(state)
-    }
-
-    /// Returns to a snapshot of this engine.
-    pub fn restore(&mut self, state: &EngineState) {
-        copy_world(&state.0, &mut self.world);
-        self.read_coordinates();
-    }
-}
-
-/// The changing part of a world.
-pub(crate) struct EngineState(PhysicsWorld);
-
-/// Field by field: the engine's world as a whole cannot be cloned. `clone_from` keeps allocations.
-fn copy_world(from: &PhysicsWorld, to: &mut PhysicsWorld) {
-    to.gravity = from.gravity;
-    to.integration_parameters = from.integration_parameters;
-    to.islands.clone_from(&from.islands);
-    to.broad_phase.clone_from(&from.broad_phase);
-    to.narrow_phase.clone_from(&from.narrow_phase);
-    to.bodies.clone_from(&from.bodies);
-    to.colliders.clone_from(&from.colliders);
-    to.impulse_joints.clone_from(&from.impulse_joints);
-    to.multibody_joints.clone_from(&from.multibody_joints);
-    to.soft_bodies.clone_from(&from.soft_bodies);
 }

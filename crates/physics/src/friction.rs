@@ -78,16 +78,6 @@ impl DryFriction {
         self.missed.fill(0.0);
     }
 
-    /// What the next step depends on.
-    pub fn memory(&self) -> &[f64] {
-        &self.missed
-    }
-
-    /// Returns to a [`DryFriction::memory`].
-    pub fn remember(&mut self, memory: &[f64]) {
-        self.missed.copy_from_slice(memory);
-    }
-
     /// Adds friction to the `efforts` (Nm or N) of the coming step; `velocity` is that of each joint (rad/s or m/s).
     pub fn apply(&mut self, arm: &Measurement, velocity: impl Fn(usize) -> f64, efforts: &mut [f64]) {
         self.apply_to_arm(arm, efforts);

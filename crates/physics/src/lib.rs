@@ -31,5 +31,5 @@ pub mod wiping_tool;
 pub use contact::{ContactReading, LinkReading};
 pub use deviation::Deviation;
 pub use engine::Surfaces;
-pub use simulation::{Diverged, Plant, Simulation, SimulationConfig, Snapshot};
+pub use simulation::{Diverged, Plant, Simulation, SimulationConfig};
 pub use solid::Solid;

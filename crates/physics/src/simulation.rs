@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::contact::ContactReading;
 use crate::deviation::Deviation;
-use crate::engine::{Engine, EngineState, Surfaces};
+use crate::engine::{Engine, Surfaces};
 use crate::friction::DryFriction;
 use crate::gripper::{FINGER_JOINTS, Gripper, INITIAL_OPENING};
 use crate::model::Model;
@@ -101,17 +101,6 @@ pub struct Simulation {
     efforts: Vec<f64>,
 }
 
-/// Everything that changes in a simulation; continuing from it is exact to the bit.
-pub struct Snapshot {
-    engine: EngineState,
-    gripper: Option<Gripper>,
-    friction: Vec<f64>,
-    contact: ContactReading,
-    contacts: Vec<ContactReading>,
-    loads: Vec<f64>,
-    push: Vector3,
-}
-
 impl Simulation {
     /// Simulates `scene`, whose controlled point lies at `offset` in the body `tool`, one step being
     /// `plant.dt` long.
@@ -165,7 +154,7 @@ impl Simulation {
     /// Starts an episode: arm at rest at `q`, gripper half open, no load, no push, no reading of a contact.
     ///
     /// Free bodies stay where they are: [`place`](Self::place) them. The engine keeps the contacts that it has found, with the
-    /// forces that its solver starts from: to the bit an episode repeats in a new simulation or from a [`Snapshot`].
+    /// forces that its solver starts from: to the bit an episode repeats in a new simulation.
     pub fn reset(&mut self, q: &JointVector) {
         for (i, &q) in q.iter().enumerate() {
             self.engine.set_coordinate(i, q, 0.0);
@@ -242,8 +231,8 @@ impl Simulation {
     /// of `grip` (-1 opens, +1 closes).
     ///
     /// # Errors
-    /// If the state stops being finite or a joint turns at 100 rad/s or faster. The engine may have taken bodies out: build the simulation anew, or restore a
-    /// snapshot.
+    /// If the state stops being finite or a joint turns at 100 rad/s or faster. The engine may have taken bodies out:
+    /// build the simulation anew.
     pub fn step(&mut self, tau: &JointVector, grip: f64) -> Result<(), Diverged> {
         for part in 0..self.parts {
             self.advance(tau, grip, self.dt / self.parts as f64)?;
@@ -343,30 +332,5 @@ impl Simulation {
     /// Every collision shape as it stands now, for rays to find.
     pub fn surfaces(&self) -> Surfaces<'_> {
         self.engine.surfaces()
-    }
-
-    /// A copy of the changing state.
-    pub fn snapshot(&self) -> Snapshot {
-        Snapshot {
-            engine: self.engine.snapshot(),
-            gripper: self.gripper,
-            friction: self.friction.memory().to_vec(),
-            contact: self.contact,
-            contacts: self.contacts.clone(),
-            loads: self.loads.clone(),
-            push: self.push,
-        }
-    }
-
-    /// Returns to a snapshot taken of this simulation.
-    pub fn restore(&mut self, snapshot: &Snapshot) {
-        self.engine.restore(&snapshot.engine);
-        self.look();
-        self.gripper = snapshot.gripper;
-        self.friction.remember(&snapshot.friction);
-        self.contact = snapshot.contact;
-        self.contacts.clone_from(&snapshot.contacts);
-        self.loads.clone_from(&snapshot.loads);
-        self.push = snapshot.push;
     }
 }

@@ -116,24 +116,3 @@ fn handle_moves_on_the_arcs_of_hinge_and_shaft() {
     assert!(open.translation.y > shut.translation.y + 0.05);
     assert_relative_eq!(door.moved_handle(&simulation, -opening, -angle), shut, epsilon = 1e-6);
 }
-
-/// The latch presses on the post when the snapshot is taken.
-#[test]
-fn restoring_continues_bit_for_bit() {
-    let (mut simulation, door) = door();
-    load(&mut simulation, &door, 20.0, 0.8, 0.5);
-    assert!(simulation.deepest_penetration() > 0.0);
-    let snapshot = simulation.snapshot();
-    let run = |simulation: &mut Simulation| {
-        let home = aside();
-        for _ in 0..300 {
-            let y = simulation.measure();
-            simulation.step(&(y.bias + y.mass * ((home - y.q) * 400.0 - y.qd * 40.0)), 0.0).unwrap();
-        }
-        (simulation.joint(door.hinge), simulation.joint(door.shaft), simulation.joints(), door.handle_pose(simulation))
-    };
-    let first = run(&mut simulation);
-    load(&mut simulation, &door, 0.0, 0.0, 0.1);
-    simulation.restore(&snapshot);
-    assert_eq!(first, run(&mut simulation));
-}

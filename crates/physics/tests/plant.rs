@@ -166,21 +166,6 @@ fn gripper_closes_as_measured() {
     }
 }
 
-#[test]
-fn restoring_continues_bit_for_bit() {
-    let (mut simulation, cube) = lift(RobotName::Robosuite);
-    grasp(&mut simulation, &cube);
-    let snapshot = simulation.snapshot();
-    let run = |simulation: &mut Simulation| {
-        hold(simulation, 300, 1.0);
-        let (q, qd) = simulation.joints();
-        (q, qd, cube.cube_pose(simulation), simulation.contact().filtered)
-    };
-    let first = run(&mut simulation);
-    simulation.restore(&snapshot);
-    assert_eq!(first, run(&mut simulation));
-}
-
 /// A grasped cube does not creep.
 #[test]
 fn grasp_holds_for_ten_seconds() {

@@ -143,21 +143,6 @@ fn an_impact_is_modest() {
     assert!(speed > 0.02 && peak > 10.0 && peak < 1240.0 * speed && sustained < peak);
 }
 
-#[test]
-fn restoring_in_contact_continues_bit_for_bit() {
-    let mut bench = Bench::new(RobotName::Robosuite, TABLE_HEIGHT, TABLE_FRICTION);
-    bench.run(4100, 30.0);
-    let (snapshot, step) = (bench.simulation.snapshot(), bench.step);
-    let run = |bench: &mut Bench| {
-        let mean = bench.run(4400, 30.0);
-        (mean, bench.simulation.joints(), *bench.simulation.contact())
-    };
-    let first = run(&mut bench);
-    bench.simulation.restore(&snapshot);
-    bench.step = step;
-    assert_eq!(first, run(&mut bench));
-}
-
 /// The builder's height and friction reach the table.
 #[test]
 fn another_table() {

@@ -5,7 +5,7 @@ use rapier3d_f64::dynamics::IntegrationParameters;
 use rapier3d_f64::geometry::{ColliderHandle, ContactPair};
 use rapier3d_f64::pipeline::PhysicsWorld;
 
-use super::{Engine, EngineState};
+use super::Engine;
 use crate::scene::Role;
 
 /// What pressed on the arm in the last step.
@@ -93,7 +93,7 @@ impl Engine {
 
     /// The same as they stand now: what a step of a copy starts from.
     pub fn overlap(&self) -> f64 {
-        let EngineState(mut copy) = self.snapshot();
+        let mut copy = copy(&self.world);
         copy.step();
         self.deepest_in(&copy)
     }
@@ -113,4 +113,20 @@ impl Engine {
     pub(super) fn role(&self, collider: ColliderHandle) -> Option<Role> {
         self.roles.get(collider.into_raw_parts().0 as usize).copied().flatten()
     }
+}
+
+/// Field by field: the engine's world as a whole cannot be cloned.
+fn copy(world: &PhysicsWorld) -> PhysicsWorld {
+    let mut copy = PhysicsWorld::new();
+    copy.gravity = world.gravity;
+    copy.integration_parameters = world.integration_parameters;
+    copy.islands = world.islands.clone();
+    copy.broad_phase = world.broad_phase.clone();
+    copy.narrow_phase = world.narrow_phase.clone();
+    copy.bodies = world.bodies.clone();
+    copy.colliders = world.colliders.clone();
+    copy.impulse_joints = world.impulse_joints.clone();
+    copy.multibody_joints = world.multibody_joints.clone();
+    copy.soft_bodies = world.soft_bodies.clone();
+    copy
 }
