@@ -90,7 +90,7 @@ fn behind_links(path: &Path) -> Result<PathBuf> {
 }
 
 /// `Path::with_extension` would cut "seed_0.5" at its dot.
-pub(crate) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+pub fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut name = OsString::from(path);
     name.push(suffix);
     PathBuf::from(name)

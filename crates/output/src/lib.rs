@@ -1,22 +1,15 @@
-//! What programs share: work on all cores, statistics, plots, pictures and films, the command and commit these come
-//! from, how errors are told.
+//! What programs share: work on all cores, statistics, files that appear whole, the command and commit these come from,
+//! how errors are told.
 //!
 //! Apart from the programs, so that those which learn nothing need no libtorch.
 
-mod axis;
-mod caption;
 pub mod file;
-pub mod palette;
 pub mod parallel;
-pub mod picture;
-pub mod plot;
 pub mod program;
 pub mod rank_test;
 pub mod statistics;
 
 use std::path::Path;
-
-pub use caption::{caption, heading};
 
 /// Commit of which this program was built, marked `-dirty` if its sources differed from it;
 /// `unknown` outside a git repository.

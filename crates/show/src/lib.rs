@@ -15,9 +15,14 @@
 //! ```
 
 mod arrow;
+mod axis;
+mod caption;
 mod inputs;
 pub mod page;
+pub mod palette;
+pub mod picture;
 mod playback;
+pub mod plot;
 mod recording;
 pub mod sheet;
 mod traces;

@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use anyhow::Result;
-use output::plot::{Panel, Series};
-use output::{file, palette};
+use output::file;
 use serde_json::{Value, json};
 
-use crate::arrow;
 use crate::playback::Playback;
+use crate::plot::{Panel, Series};
 use crate::recording::Packed;
+use crate::{arrow, palette};
 
 /// Everything but the data, which takes the place of [`DATA`].
 const TEMPLATE: &str = include_str!("../assets/replay.html");

@@ -4,15 +4,16 @@ use std::path::Path;
 
 use aforce::{ActionSpace, Stiffness};
 use anyhow::Result;
-use output::{caption, file, heading, palette};
+use output::file;
 use physics::camera::Image;
 use tasks::{Env, Episode, Outcome, Step};
 
-use crate::arrow;
+use crate::caption::{caption, heading};
 use crate::inputs::Inputs;
 use crate::recording::{Recording, contact_force, tool};
 use crate::traces::Traces;
 use crate::view::View;
+use crate::{arrow, palette};
 
 /// An episode: what is seen and what is plotted.
 #[derive(Debug, Clone, Default)]

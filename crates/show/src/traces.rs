@@ -2,9 +2,9 @@
 
 use std::iter;
 
-use output::plot::{Panel, Series};
 use tasks::{Env, Step};
 
+use crate::plot::{Panel, Series};
 use crate::recording::contact_force;
 
 /// Time series of one episode.

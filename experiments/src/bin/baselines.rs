@@ -15,10 +15,10 @@ use experiments::run::rollout::Policy;
 use experiments::run::rows::SCHEMA;
 use experiments::run::seeds::evaluation_seed;
 use output::file;
-use output::plot::{self, Panel, Series};
 use output::program::{self, bad};
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
+use show::plot::{self, Panel, Series};
 use tasks::columns::{Cell, Column, Over, RunNumber, run_numbers};
 use tasks::{Env, Outcome, Step, TaskName};
 

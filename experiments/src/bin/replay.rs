@@ -9,10 +9,10 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use experiments::run::seeds::evaluation_seed;
 use experiments::run::source::{Player, SourceArgs, Which};
 use output::file;
-use output::picture::{GifWriter, write_png};
-use output::plot;
 use output::program::{self, bad};
 use physics::camera::Image;
+use show::picture::{GifWriter, write_png};
+use show::plot;
 use show::{Playback, View, page, sheet};
 use tasks::{Env, EnvConfig, Step};
 

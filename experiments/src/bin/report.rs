@@ -20,8 +20,9 @@ use experiments::report::summary::{RunSummary, find_runs};
 use experiments::report::text;
 use experiments::report::tournament::TournamentRow;
 use experiments::report::verdicts::{NO_RUNS, VerdictRow, judge};
-use output::{file, plot, program};
+use output::{file, program};
 use serde::Serialize;
+use show::plot;
 
 /// Summarise all runs below a folder.
 ///

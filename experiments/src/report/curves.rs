@@ -1,8 +1,8 @@
 //! Learning curves, drawn from the tables of runs: of one run, and of a sweep.
 
 use anyhow::Result;
-use output::plot::{self, Panel, Series};
 use output::statistics::{FEWEST_FOR_INTERVAL, interval, iqm, range};
+use show::plot::{self, Panel, Series};
 
 use crate::config::{self, RunConfig, RunId};
 use crate::report::record::{Record, Table};

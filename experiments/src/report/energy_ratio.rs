@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use anyhow::Result;
-use output::plot::{Forest, Ratio};
 use output::program::bad;
 use output::statistics::{mean, ratio_interval};
 use serde::{Deserialize, Serialize};
 use settings::parse;
+use show::plot::{Forest, Ratio};
 use tasks::TaskName;
 
 use crate::report::published;

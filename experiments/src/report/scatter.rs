@@ -1,6 +1,6 @@
 //! What runs earned against what they spent: a dot per run.
 
-use output::plot::{Panel, Series};
+use show::plot::{Panel, Series};
 
 use tasks::TaskName;
 

@@ -6,8 +6,8 @@ use aforce::ActionSpace;
 use anyhow::Result;
 use output::file;
 use output::parallel;
-use output::plot::{self, Panel, Series};
 use output::statistics::{deviation, mean};
+use show::plot::{self, Panel, Series};
 
 use crate::metrics::{METRICS, cell, column, measure, write_wipes};
 use crate::setup::Setup;

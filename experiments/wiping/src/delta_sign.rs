@@ -14,10 +14,10 @@ use anyhow::Result;
 use nalgebra::Matrix3;
 use output::file;
 use output::parallel;
-use output::plot::{self, Panel, Series};
 use physics::scenes::wipe::Wipe;
 use physics::{Deviation, Plant, Simulation};
 use serde::Serialize;
+use show::plot::{self, Panel, Series};
 
 use crate::setup::Setup;
 use crate::spaces::AFORCE;

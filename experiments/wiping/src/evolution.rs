@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::Result;
-use output::plot::{self, Panel, Series};
+use show::plot::{self, Panel, Series};
 
 use crate::record::{Record, Sample};
 use crate::setup::Setup;

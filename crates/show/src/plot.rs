@@ -10,9 +10,10 @@ use kuva::RasterBackend;
 use kuva::backend::svg::SvgBackend;
 use kuva::render::figure::Figure;
 use kuva::render::render::{Primitive, Scene};
+use output::file;
 use physics::camera::Image;
 
-use crate::{file, picture};
+use crate::picture;
 
 pub use forest::{Forest, Ratio};
 

@@ -54,11 +54,6 @@ pub fn of_space(name: &str) -> Option<&'static str> {
     SPACES.iter().find(|(space, _)| space.eq_ignore_ascii_case(name)).map(|(_, color)| *color)
 }
 
-/// Whether this colour, `#rrggbb`, is that of a known space.
-pub fn is_of_a_space(color: &str) -> bool {
-    SPACES.iter().any(|(_, own)| *own == color)
-}
-
 /// The colour that the variant of a known space has in every figure; `None` of other labels. Only where two
 /// variants of a space in one figure choose the same shade does [`colors`] give the later one the next.
 pub fn of_label(label: &str) -> Option<String> {
@@ -129,6 +124,8 @@ fn unused(wanted: &[String], taken: &[(&str, String)]) -> String {
     wanted.iter().find(free).unwrap_or(&wanted[0]).clone()
 }
 
+#[cfg(test)]
+mod legends;
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -5,10 +5,9 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
+use output::file::{finish, replace, unfinished};
 use physics::camera::Image;
 use tempfile::NamedTempFile;
-
-use crate::file::{finish, replace, unfinished};
 
 /// Writes the picture as an 8-bit RGB PNG.
 pub fn write_png(image: &Image, path: &Path) -> Result<()> {

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use output::palette;
+use super::{SPACES, of_label};
 
 /// Colour and label of every entry, from the file: a dot or a dash and the text right after it, behind all panels. A forest plot has
 /// neither panels nor a legend.
@@ -44,12 +44,12 @@ fn a_colour_belongs_to_a_space_and_its_variant_in_every_committed_figure() {
             if let Some((_, other)) = legend[..at].iter().find(|(earlier, _)| earlier == color) {
                 panic!("{file}: {other} and {label} are both {color}");
             }
-            match palette::of_label(label) {
+            match of_label(label) {
                 Some(own) => {
                     assert_eq!(*color, own, "{file}: {label}");
                     known.insert(label.clone());
                 }
-                None => assert!(!palette::is_of_a_space(color), "{file}: {label} has a space's {color}"),
+                None => assert!(SPACES.iter().all(|(_, own)| own != color), "{file}: {label} has a space's {color}"),
             }
             // Figures of runs show spaces and nothing else.
             let name = path.file_name().unwrap().to_string_lossy();
