@@ -65,8 +65,10 @@ test-python: wheel
 check: setup
 	$(CARGO) fmt --all --check
 	$(CARGO) fmt --manifest-path python/Cargo.toml --check
+	$(CARGO) fmt --manifest-path hosts/franka/Cargo.toml --check
 	$(CARGO) clippy --release --workspace --all-targets -- -D warnings
 	$(CARGO) clippy --release --manifest-path python/Cargo.toml --target-dir target/python -- -D warnings
+	$(CARGO) clippy --release --manifest-path hosts/franka/Cargo.toml --all-targets -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --release --workspace --no-deps
 	@if command -v cargo-deny > /dev/null; then for workspace in . python; do \
 		$(CARGO) deny --manifest-path $$workspace/Cargo.toml --offline check licenses bans sources || exit 1; done; \
