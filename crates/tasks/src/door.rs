@@ -10,8 +10,8 @@ use physics::{Plant, Simulation};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use crate::component::{Component, xyz};
 use crate::normalisation::normalisation;
+use crate::observer::Observer;
 use crate::task::{Reward, Task, Waypoint};
 
 /// Opening (rad) from which the door counts as open; it stops at 0.4.
@@ -67,23 +67,16 @@ impl Task for Door {
         Vector3::z_axis()
     }
 
-    fn object_components(&self) -> Vec<Component> {
-        xyz("door_pos", [-0.2, -0.33, 1.1], 20.0)
-            .chain(xyz("handle_pos", [-0.14, -0.22, 1.03], 10.0))
-            .chain(xyz("door_to_eef_pos", [-0.08, -0.2, 0.05], 10.0))
-            .chain(xyz("handle_to_eef_pos", [0.0; 3], 10.0))
-            .chain([Component::new("hinge_qpos", "rad", 0.15, 5.0), Component::new("handle_qpos", "rad", 0.5, 1.0)])
-            .collect()
-    }
-
-    fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Vec<f32>) {
+    fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Observer) {
         let scene = self.scene();
         let (door, handle) = (scene.centre(simulation), scene.handle_pose(simulation).translation.vector);
         let tool = y.pose.translation.vector;
-        for position in [door, handle, door - tool, handle - tool] {
-            out.extend(position.iter().map(|&v| v as f32));
-        }
-        out.extend([scene.opening(simulation) as f32, scene.handle_angle(simulation) as f32]);
+        out.position("door_pos", door, [-0.2, -0.33, 1.1], 20.0);
+        out.position("handle_pos", handle, [-0.14, -0.22, 1.03], 10.0);
+        out.position("door_to_eef_pos", door - tool, [-0.08, -0.2, 0.05], 10.0);
+        out.position("handle_to_eef_pos", handle - tool, [0.0; 3], 10.0);
+        out.put("hinge_qpos", scene.opening(simulation), "rad", 0.15, 5.0);
+        out.put("handle_qpos", scene.handle_angle(simulation), "rad", 0.5, 1.0);
     }
 
     fn reward_terms(&self) -> &'static [&'static str] {

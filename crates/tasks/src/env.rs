@@ -7,13 +7,14 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::component::Component;
-use crate::controller_state::{controller_components, observe_controller};
+use crate::controller_state::observe_controller;
 use crate::drawn::Drawn;
 use crate::env_config::EnvConfig;
 use crate::expert;
 use crate::interval::Interval;
 use crate::normal::standard_normal;
-use crate::observation::{observe_robot, proprioception_components};
+use crate::observation::observe_robot;
+use crate::observer::Observer;
 use crate::task::{HELD, REWARD_TERMS, Reward, Task};
 
 /// Overlap at which the engine would throw the arm off instead of starting an episode (m).
@@ -37,8 +38,7 @@ pub struct Env {
     drawn: Drawn,
     /// What is measured, which noise may set apart from what is.
     y: Measurement,
-    components: Vec<Component>,
-    observation: Vec<f32>,
+    observer: Observer,
     /// Seeds the episodes that are not given a seed.
     episodes: ChaCha8Rng,
     elapsed: u32,
@@ -88,7 +88,7 @@ impl Env {
     /// As [`EnvConfig::validate`], and if the arm stands in the scene's way at its home pose.
     ///
     /// # Panics
-    /// If the task observes more or fewer numbers than it names.
+    /// If the task observes more numbers at one time than at another.
     pub fn with_task(mut task: Box<dyn Task>, config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
         config.validate()?;
         let robot = config.robot.robot();
@@ -109,11 +109,6 @@ impl Env {
             return Err(ConfigError::Contradiction { field: field.into(), reason });
         }
         let y = simulation.measure();
-        let mut components = task.object_components();
-        components.extend(proprioception_components(simulation.fingers().is_some()));
-        if config.observation.controller {
-            components.extend(controller_components());
-        }
         let mut env = Env {
             config,
             task,
@@ -122,8 +117,7 @@ impl Env {
             controller,
             drawn,
             y,
-            components,
-            observation: vec![],
+            observer: Observer::default(),
             episodes: ChaCha8Rng::seed_from_u64(seed),
             elapsed: 0,
             held: 0.0,
@@ -150,7 +144,7 @@ impl Env {
         self.elapsed = 0;
         self.held = 0.0;
         self.observe();
-        &self.observation
+        self.observation()
     }
 
     /// Draws joint angles until they are within their ranges and the arm stands in nothing's way.
@@ -236,23 +230,24 @@ impl Env {
     }
 
     fn observe(&mut self) {
-        self.observation.clear();
-        self.task.observe(&self.simulation, &self.y, &mut self.observation);
-        observe_robot(&self.simulation, &self.y, &mut self.observation);
+        self.observer.begin();
+        self.task.observe(&self.simulation, &self.y, &mut self.observer);
+        observe_robot(&self.simulation, &self.y, &mut self.observer);
         if self.config.observation.controller {
-            observe_controller(&self.controller, &self.y, &mut self.observation);
+            observe_controller(&self.controller, &self.y, &mut self.observer);
         }
-        assert_eq!(self.observation.len(), self.components.len(), "numbers that {} observes", self.task.name());
+        let (values, names) = (self.observation().len(), self.observation_components().len());
+        assert_eq!(values, names, "numbers that {} observes, now and at first", self.task.name());
     }
 
     /// The last observation: object part, proprioception, then the controller's state where it is observed; unscaled.
     pub fn observation(&self) -> &[f32] {
-        &self.observation
+        self.observer.values()
     }
 
     /// Names and scales of the observation's components, in order.
     pub fn observation_components(&self) -> &[Component] {
-        &self.components
+        self.observer.components()
     }
 
     /// What each entry of an action means, in order: the controller's, then the gripper's.

@@ -8,7 +8,7 @@ use physics::{Plant, Simulation};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use crate::component::{Component, xyz, xyzw};
+use crate::observer::Observer;
 use crate::task::{Reward, Task, Waypoint};
 
 /// Height of the cube's centre (m) from which it counts as lifted.
@@ -63,19 +63,12 @@ impl Task for Lift {
         Vector3::z_axis()
     }
 
-    fn object_components(&self) -> Vec<Component> {
-        xyz("cube_pos", [0.0, 0.0, TABLE_HEIGHT + 0.02], 10.0)
-            .chain(xyzw("cube_quat"))
-            .chain(xyz("gripper_to_cube_pos", [0.0; 3], 10.0))
-            .collect()
-    }
-
-    fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Vec<f32>) {
+    fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Observer) {
         let cube = self.scene().cube_pose(simulation);
         let position = cube.translation.vector;
-        out.extend(position.iter().map(|&v| v as f32));
-        out.extend(cube.rotation.coords.iter().map(|&v| v as f32));
-        out.extend((y.pose.translation.vector - position).iter().map(|&v| v as f32));
+        out.position("cube_pos", position, [0.0, 0.0, TABLE_HEIGHT + 0.02], 10.0);
+        out.orientation("cube_quat", &cube.rotation);
+        out.position("gripper_to_cube_pos", y.pose.translation.vector - position, [0.0; 3], 10.0);
     }
 
     fn reward_terms(&self) -> &'static [&'static str] {

@@ -6,7 +6,7 @@ use physics::camera::{Camera, Decal};
 use physics::{Plant, Simulation};
 use rand_chacha::ChaCha8Rng;
 
-use crate::component::Component;
+use crate::observer::Observer;
 
 /// A task: a scene, its randomness, what is observed, what is rewarded. Called once per action;
 /// the loop that drives it is [`crate::Env::step`].
@@ -25,11 +25,8 @@ pub trait Task: Send {
     /// the axis of the force in the `-force` action spaces.
     fn contact_axis(&self) -> UnitVector3<f64>;
 
-    /// Names, units and scales of the object part of an observation.
-    fn object_components(&self) -> Vec<Component>;
-
-    /// Appends the object part of an observation: a number for each of [`Task::object_components`].
-    fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Vec<f32>);
+    /// Puts the object part of an observation: the same entries in the same order every time.
+    fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Observer);
 
     /// What the terms of a [`Reward`] are for, in their order; at most [`REWARD_TERMS`].
     fn reward_terms(&self) -> &'static [&'static str];

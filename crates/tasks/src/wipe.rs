@@ -10,11 +10,11 @@ use physics::wiping_tool::facing_down;
 use physics::{Plant, Simulation};
 use rand_chacha::ChaCha8Rng;
 
-use crate::component::Component;
 use crate::marker_view::MarkerView;
 use crate::markers::{self, Markers};
 use crate::normalisation::{COMPLETION_REWARD, CONTACT_REWARD, MARKER_REWARD, normalisation};
 use crate::observation::in_contact;
+use crate::observer::Observer;
 use crate::task::{REWARD_TERMS, Reward, Task, Waypoint};
 
 /// A marker is wiped while the tool presses with more than the first and at most the
@@ -124,11 +124,7 @@ impl Task for Wipe {
         Vector3::z_axis()
     }
 
-    fn object_components(&self) -> Vec<Component> {
-        self.view.components()
-    }
-
-    fn observe(&self, _: &Simulation, y: &Measurement, out: &mut Vec<f32>) {
+    fn observe(&self, _: &Simulation, y: &Measurement, out: &mut Observer) {
         let Running { markers, raised, .. } = self.running();
         self.view.observe(markers, *raised, &y.pose.translation.vector, out);
     }
