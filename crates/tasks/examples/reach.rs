@@ -51,13 +51,9 @@ impl Task for Reach {
         out.position("target_to_eef", self.target - y.pose.translation.vector, [0.0; 3], 5.0);
     }
 
-    fn reward_terms(&self) -> &'static [&'static str] {
-        &["near"]
-    }
-
     fn reward(&mut self, _: &Simulation, y: &Measurement, _penalty: Option<f64>) -> Reward {
         let distance = (self.target - y.pose.translation.vector).norm();
-        Reward { terms: [1.0 - libm::tanh(10.0 * distance), 0.0, 0.0, 0.0], success: distance < REACHED }
+        Reward { terms: [("near", 1.0 - libm::tanh(10.0 * distance))].into(), success: distance < REACHED }
     }
 
     fn expert(&self, _: &Simulation, y: &Measurement) -> Waypoint {

@@ -46,7 +46,7 @@ impl Description {
             action: env.action_entries(),
             observation: env.observation_components().to_vec(),
             scaled_limit: CLIP,
-            reward_terms: env.task().reward_terms().to_vec(),
+            reward_terms: env.reward_terms().collect(),
             derived: derived(env),
             env: env.config().clone(),
         }

@@ -79,19 +79,18 @@ impl Task for Door {
         out.put("handle_qpos", scene.handle_angle(simulation), "rad", 0.5, 1.0);
     }
 
-    fn reward_terms(&self) -> &'static [&'static str] {
-        &["reach", "handle", "open", "penalty"]
-    }
-
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: Option<f64>) -> Reward {
         let (scene, penalty) = (self.scene(), self.penalty_scale * penalty.unwrap_or(0.0));
-        if scene.opening(simulation) > OPEN {
-            return Reward { terms: [0.0, 0.0, 1.0, -penalty], success: true };
+        let success = scene.opening(simulation) > OPEN;
+        let (mut reach, mut handle, mut open) = (0.0, 0.0, 0.0);
+        if success {
+            open = 1.0;
+        } else {
+            let distance = (scene.handle_pose(simulation).translation.vector - y.pose.translation.vector).norm();
+            reach = 0.25 * (1.0 - libm::tanh(10.0 * distance));
+            handle = 0.25 * (scene.handle_angle(simulation).abs() / FRAC_PI_2).min(1.0);
         }
-        let distance = (scene.handle_pose(simulation).translation.vector - y.pose.translation.vector).norm();
-        let turned = (scene.handle_angle(simulation).abs() / FRAC_PI_2).min(1.0);
-        let reach = 1.0 - libm::tanh(10.0 * distance);
-        Reward { terms: [0.25 * reach, 0.25 * turned, 0.0, -penalty], success: false }
+        Reward { terms: [("reach", reach), ("handle", handle), ("open", open), ("penalty", -penalty)].into(), success }
     }
 
     /// In front of the lever with open fingers, onto it, close, turn, pull. The phase

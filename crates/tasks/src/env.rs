@@ -15,7 +15,8 @@ use crate::interval::Interval;
 use crate::normal::standard_normal;
 use crate::observation::observe_robot;
 use crate::observer::Observer;
-use crate::task::{HELD, REWARD_TERMS, Reward, Task};
+use crate::reward_terms::RewardTerms;
+use crate::task::{HELD, Reward, Task};
 
 /// Overlap at which the engine would throw the arm off instead of starting an episode (m).
 const LARGEST_OVERLAP: f64 = 1e-3;
@@ -39,6 +40,8 @@ pub struct Env {
     /// What is measured, which noise may set apart from what is.
     y: Measurement,
     observer: Observer,
+    /// The terms of the task's reward, each 0.
+    nothing_earned: RewardTerms,
     /// Seeds the episodes that are not given a seed.
     episodes: ChaCha8Rng,
     elapsed: u32,
@@ -51,8 +54,8 @@ pub struct Env {
 pub struct Step {
     /// Reward, penalty taken off.
     pub reward: f64,
-    /// What adds up to it, but for the price of motion; [`Task::reward_terms`] says what each is for.
-    pub reward_terms: [f64; REWARD_TERMS],
+    /// What adds up to it, but for the price of motion.
+    pub reward_terms: RewardTerms,
     /// The price of this action's motion (at least 0), taken off the reward.
     pub motion_cost: f64,
     /// The episode ended in a terminal state, whose value is zero: the simulation diverged, or the arm stopped itself where
@@ -88,7 +91,7 @@ impl Env {
     /// As [`EnvConfig::validate`], and if the arm stands in the scene's way at its home pose.
     ///
     /// # Panics
-    /// If the task observes more numbers at one time than at another.
+    /// If the task observes more numbers at one time than at another, or names the terms of its reward otherwise.
     pub fn with_task(mut task: Box<dyn Task>, config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
         config.validate()?;
         let robot = config.robot.robot();
@@ -109,6 +112,7 @@ impl Env {
             return Err(ConfigError::Contradiction { field: field.into(), reason });
         }
         let y = simulation.measure();
+        let nothing_earned = task.reward(&simulation, &y, None).terms.zeroed();
         let mut env = Env {
             config,
             task,
@@ -118,6 +122,7 @@ impl Env {
             drawn,
             y,
             observer: Observer::default(),
+            nothing_earned,
             episodes: ChaCha8Rng::seed_from_u64(seed),
             elapsed: 0,
             held: 0.0,
@@ -207,16 +212,18 @@ impl Env {
             self.observe();
         }
         let reward = if terminated {
-            Reward { terms: [0.0; REWARD_TERMS], success: false }
+            Reward { terms: self.nothing_earned, success: false }
         } else {
             // Rewards go by what is, not by what is measured.
             self.task.reward(&self.simulation, &self.simulation.measure(), penalty)
         };
+        let (now, first) = (reward.terms.zeroed(), self.nothing_earned);
+        assert_eq!(now, first, "terms of {}'s reward, now and at first", self.task.name());
         self.held = if reward.success { self.held + interval.time } else { 0.0 };
         let ends = self.config.ends_on_success && self.held > HELD - 1e-9;
         let motion_cost = self.config.motion_price * interval.energy.absolute;
         Step {
-            reward: reward.terms.iter().sum::<f64>() - motion_cost,
+            reward: reward.terms.sum() - motion_cost,
             reward_terms: reward.terms,
             motion_cost,
             terminated,
@@ -248,6 +255,11 @@ impl Env {
     /// Names and scales of the observation's components, in order.
     pub fn observation_components(&self) -> &[Component] {
         self.observer.components()
+    }
+
+    /// What the terms of [`Step::reward_terms`] are for, in order.
+    pub fn reward_terms(&self) -> impl Iterator<Item = &'static str> {
+        self.nothing_earned.names()
     }
 
     /// What each entry of an action means, in order: the controller's, then the gripper's.

@@ -15,7 +15,7 @@ use crate::markers::{self, Markers};
 use crate::normalisation::{COMPLETION_REWARD, CONTACT_REWARD, MARKER_REWARD, normalisation};
 use crate::observation::in_contact;
 use crate::observer::Observer;
-use crate::task::{REWARD_TERMS, Reward, Task, Waypoint};
+use crate::task::{Reward, Task, Waypoint};
 
 /// A marker is wiped while the tool presses with more than the first and at most the
 /// second (N).
@@ -83,9 +83,11 @@ impl Wipe {
 }
 
 /// Terms of the reward before normalisation.
-fn reward_terms(markers: &mut Markers, tool: &Pose, touch: &Touch) -> [f64; REWARD_TERMS] {
+fn reward_terms(markers: &mut Markers, tool: &Pose, touch: &Touch) -> [(&'static str, f64); 4] {
+    let named =
+        |reach, wiped, press, penalty| [("reach", reach), ("wiped", wiped), ("press", press), ("penalty", penalty)];
     if touch.arm {
-        return [0.0, 0.0, 0.0, ARM_PENALTY];
+        return named(0.0, 0.0, 0.0, ARM_PENALTY);
     }
     let wipes = touch.contact && touch.force > WIPING_FORCE[0] && touch.force <= WIPING_FORCE[1];
     let wiped = if wipes { MARKER_REWARD * markers.wipe(tool) as f64 } else { 0.0 };
@@ -100,7 +102,7 @@ fn reward_terms(markers: &mut Markers, tool: &Pose, touch: &Touch) -> [f64; REWA
     if touch.penalty.is_none() && touch.contact && touch.force > PRESSING_FORCE {
         press += CONTACT_REWARD + FORCE_REWARD * touch.force + if touch.flat { FLAT_REWARD } else { 0.0 };
     }
-    [reach, wiped + complete, press, -touch.penalty.unwrap_or(0.0)]
+    named(reach, wiped + complete, press, -touch.penalty.unwrap_or(0.0))
 }
 
 impl Task for Wipe {
@@ -129,10 +131,6 @@ impl Task for Wipe {
         self.view.observe(markers, *raised, &y.pose.translation.vector, out);
     }
 
-    fn reward_terms(&self) -> &'static [&'static str] {
-        &["reach", "wiped", "press", "penalty"]
-    }
-
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: Option<f64>) -> Reward {
         let at_limit = |(&q, &[low, high]): (&f64, &[f64; 2])| q < low + JOINT_MARGIN || q > high - JOINT_MARGIN;
         let touch = Touch {
@@ -143,8 +141,8 @@ impl Task for Wipe {
             penalty,
         };
         let markers = &mut self.episode.as_mut().expect("reset before use").markers;
-        let terms = reward_terms(markers, &y.pose, &touch).map(|term| self.scale * term);
-        Reward { terms, success: markers.wiped_count() == markers::COUNT }
+        let terms = reward_terms(markers, &y.pose, &touch).map(|(name, term)| (name, self.scale * term));
+        Reward { terms: terms.into(), success: markers.wiped_count() == markers::COUNT }
     }
 
     /// Level above the nearer end of the remaining line, down, and along it under pressure; up when nothing remains.
@@ -196,7 +194,7 @@ mod tests {
     }
 
     fn reward(markers: &mut Markers, tool: &Pose, touch: &Touch) -> f64 {
-        reward_terms(markers, tool, touch).iter().sum()
+        reward_terms(markers, tool, touch).into_iter().map(|(_, term)| term).sum()
     }
 
     /// A level tool on the table at the middle of the remaining markers, `height` above them.
