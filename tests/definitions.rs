@@ -12,7 +12,7 @@ use physics::scenes::{door, lift};
 use physics::{Deviation, Plant, Simulation, SimulationConfig};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use tasks::{Component, Env, EnvConfig, MarkerView, RewardTerms, Step, Task, TaskName};
+use tasks::{Component, Env, EnvConfig, RewardTerms, Step, Task, TaskName};
 
 /// Observations have single precision.
 const ROUNDING: f64 = 2e-6;
@@ -27,7 +27,7 @@ fn env(task: TaskName) -> Env {
 fn bare(task: TaskName, q: &JointVector) -> (Box<dyn Task>, Simulation) {
     let robot = RobotName::Robosuite.robot();
     let plant = Plant { robot, dt: 0.002, config: SimulationConfig::default(), deviation: Deviation::default() };
-    let mut task = task.create(500, MarkerView::Condensed);
+    let mut task = EnvConfig { task, ..EnvConfig::default() }.create_task();
     let mut simulation = task.reset(&plant, &mut ChaCha8Rng::seed_from_u64(1));
     simulation.reset(q);
     (task, simulation)

@@ -10,9 +10,9 @@ use physics::{Plant, Simulation};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use crate::normalisation::normalisation;
 use crate::observer::Observer;
 use crate::task::{Reward, Task, Waypoint};
+use crate::wipe::normalisation;
 
 /// Opening (rad) from which the door counts as open; it stops at 0.4.
 const OPEN: f64 = 0.3;

@@ -81,8 +81,7 @@ impl Env {
     /// # Errors
     /// As [`Env::with_task`].
     pub fn new(config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
-        let task = config.task.create(config.horizon, config.observation.markers);
-        Env::with_task(task, config, seed)
+        Env::with_task(config.create_task(), config, seed)
     }
 
     /// As [`Env::new`], with a task of one's own: `config.task` says no more than which disturbances it may have.

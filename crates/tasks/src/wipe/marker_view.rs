@@ -4,7 +4,7 @@ use aforce::Vector3;
 use physics::scenes::wipe::{TABLE_CENTRE, TABLE_HEIGHT};
 use serde::{Deserialize, Serialize};
 
-use crate::markers::{self, Markers};
+use super::markers::{self, Markers};
 use crate::observer::Observer;
 
 /// A place in the middle of the table top (m, world).

@@ -1,6 +1,10 @@
 //! Wipe: clean a line of markers off a table (robosuite 1.4 `Wipe`, with the paper's
 //! condition on the force).
 
+mod marker_view;
+mod markers;
+mod normalisation;
+
 use aforce::{Measurement, Pose, Vector3};
 use nalgebra::{Translation3, UnitVector3};
 use physics::camera::{Camera, Decal};
@@ -10,12 +14,14 @@ use physics::wiping_tool::facing_down;
 use physics::{Plant, Simulation};
 use rand_chacha::ChaCha8Rng;
 
-use crate::marker_view::MarkerView;
-use crate::markers::{self, Markers};
-use crate::normalisation::{COMPLETION_REWARD, CONTACT_REWARD, MARKER_REWARD, normalisation};
 use crate::observation::in_contact;
 use crate::observer::Observer;
 use crate::task::{Reward, Task, Waypoint};
+
+pub use marker_view::MarkerView;
+pub use markers::Markers;
+pub(crate) use normalisation::normalisation;
+use normalisation::{COMPLETION_REWARD, CONTACT_REWARD, MARKER_REWARD};
 
 /// A marker is wiped while the tool presses with more than the first and at most the
 /// second (N).
@@ -72,7 +78,7 @@ struct Touch {
 }
 
 impl Wipe {
-    /// For episodes of `horizon` actions.
+    /// For episodes of `horizon` actions, the markers seen as `view` says.
     pub fn new(horizon: u32, view: MarkerView) -> Self {
         Wipe { scale: normalisation(horizon), view, episode: None }
     }
