@@ -58,7 +58,7 @@ fn observation(task: &str) -> String {
 }
 
 fn reward(task: &str) -> String {
-    let names = env(task, "aforce").task().reward_terms().iter().map(|name| format!("`{name}`")).collect::<Vec<_>>();
+    let names = env(task, "aforce").reward_terms().map(|name| format!("`{name}`")).collect::<Vec<_>>();
     format!("Its terms: {}.\n", names.join(", "))
 }
 

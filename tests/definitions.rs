@@ -12,7 +12,7 @@ use physics::scenes::{door, lift};
 use physics::{Deviation, Plant, Simulation, SimulationConfig};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use tasks::{Component, Env, EnvConfig, MarkerView, Step, Task, TaskName};
+use tasks::{Component, Env, EnvConfig, RewardTerms, Step, Task, TaskName};
 
 /// Observations have single precision.
 const ROUNDING: f64 = 2e-6;
@@ -27,7 +27,7 @@ fn env(task: TaskName) -> Env {
 fn bare(task: TaskName, q: &JointVector) -> (Box<dyn Task>, Simulation) {
     let robot = RobotName::Robosuite.robot();
     let plant = Plant { robot, dt: 0.002, config: SimulationConfig::default(), deviation: Deviation::default() };
-    let mut task = task.create(500, MarkerView::Condensed);
+    let mut task = EnvConfig { task, ..EnvConfig::default() }.create_task();
     let mut simulation = task.reset(&plant, &mut ChaCha8Rng::seed_from_u64(1));
     simulation.reset(q);
     (task, simulation)
@@ -64,6 +64,13 @@ fn entry(env: &Env, name: &str) -> f64 {
 
 fn vector(env: &Env, name: &str) -> Vector3 {
     Vector3::from(["x", "y", "z"].map(|axis| entry(env, &format!("{name}_{axis}"))))
+}
+
+/// The terms of these names have these values.
+fn assert_terms<const N: usize>(terms: &RewardTerms, expected: [(&str, f64); N]) {
+    for (name, value) in expected {
+        assert_abs_diff_eq!(terms.value(name), value, epsilon = ROUNDING);
+    }
 }
 
 #[test]
@@ -135,7 +142,7 @@ fn in_wipe_a_marker_is_observed_as_wiped_one_action_later() {
     follow_expert(TaskName::Wipe, |env, step| {
         let share = entry(env, "proportion_wiped");
         assert_abs_diff_eq!(share, earlier, epsilon = ROUNDING);
-        let wiped = step.reward_terms[1] / (50.0 * NORMALISATION) / 100.0;
+        let wiped = step.reward_terms.value("wiped") / (50.0 * NORMALISATION) / 100.0;
         earlier = if step.success { 1.0 } else { share + wiped };
     });
     assert!(earlier > 0.3, "{earlier}");
@@ -165,19 +172,18 @@ fn lift_pays_for_reaching_grasping_and_lifting() {
     // Actions in which none, one and both pads pressed on the cube that was not lifted yet.
     let mut pads = [0; 3];
     follow_expert(TaskName::Lift, |env, step| {
-        assert_abs_diff_eq!(step.reward, step.reward_terms.iter().sum::<f64>());
+        assert_abs_diff_eq!(step.reward, step.reward_terms.sum());
         let height = entry(env, "cube_pos_z");
         assert_eq!(step.success, height > 0.84, "{height} m");
         if height > 0.84 {
-            assert_eq!(step.reward_terms, [0.0, 0.0, 1.0, 0.0]);
+            assert_eq!(step.reward_terms, [("reach", 0.0), ("grasp", 0.0), ("lifted", 1.0)].into());
             lifted += 1;
             return;
         }
         let reach = 1.0 - (10.0 * vector(env, "gripper_to_cube_pos").norm()).tanh();
         let pressing = [left, right].into_iter().filter(|&pad| env.simulation().touching(pad, cube)).count();
         let grasp = if pressing == 2 { 0.25 } else { 0.0 };
-        let expected = [reach / 2.25, grasp / 2.25, 0.0, 0.0];
-        assert_abs_diff_eq!(step.reward_terms[..], expected[..], epsilon = ROUNDING);
+        assert_terms(&step.reward_terms, [("reach", reach / 2.25), ("grasp", grasp / 2.25), ("lifted", 0.0)]);
         // Its half edges are at most 22 mm: higher than that it hangs.
         assert!(pressing == 2 || height < 0.825, "{height} m");
         pads[pressing] += 1;
@@ -192,10 +198,11 @@ fn door_pays_for_reaching_turning_and_opening() {
         let angle = entry(env, "handle_qpos");
         let open = entry(env, "hinge_qpos") > 0.3;
         let reach = 1.0 - (10.0 * vector(env, "handle_to_eef_pos").norm()).tanh();
-        let expected = if open { [0.0, 0.0, 1.0] } else { [0.25 * reach, 0.25 * (angle.abs() / FRAC_PI_2), 0.0] };
-        assert_abs_diff_eq!(step.reward_terms[..3], expected[..], epsilon = ROUNDING);
+        let on_the_way = [("reach", 0.25 * reach), ("handle", 0.25 * (angle.abs() / FRAC_PI_2)), ("open", 0.0)];
+        let expected = if open { [("reach", 0.0), ("handle", 0.0), ("open", 1.0)] } else { on_the_way };
+        assert_terms(&step.reward_terms, expected);
         assert_eq!(step.success, open);
-        assert_abs_diff_eq!(step.reward, step.reward_terms.iter().sum::<f64>());
+        assert_abs_diff_eq!(step.reward, step.reward_terms.sum());
         turned += usize::from(!open && angle > 1.0);
         opened += usize::from(open);
     });
@@ -215,15 +222,16 @@ fn a_turned_handle_counts_either_way_up_to_a_quarter_turn() {
         hold(&mut simulation, &q, 1000);
         let angle = simulation.joint(handle).0;
         assert_eq!(angle.abs() > 1.6, load.abs() > 1.0, "{angle} rad under {load} Nm");
-        let turned = task.reward(&simulation, &simulation.measure(), None).terms[1];
+        let turned = task.reward(&simulation, &simulation.measure(), None).terms.value("handle");
         assert_abs_diff_eq!(turned, 0.25 * (angle.abs() / FRAC_PI_2).min(1.0), epsilon = 1e-12);
         assert!(turned > 0.1 && turned <= 0.25, "{turned}");
     }
 }
 
 /// The reward of an action in Wipe that costs the arm's penalty and earns nothing.
-fn costs_the_arm(terms: [f64; 4]) -> bool {
-    terms[..3] == [0.0; 3] && (terms[3] + 10.0 * NORMALISATION).abs() < 1e-5
+fn costs_the_arm(terms: &RewardTerms) -> bool {
+    let earned = ["reach", "wiped", "press"].map(|name| terms.value(name));
+    earned == [0.0; 3] && (terms.value("penalty") + 10.0 * NORMALISATION).abs() < 1e-5
 }
 
 #[test]
@@ -234,8 +242,9 @@ fn in_wipe_a_joint_within_a_tenth_of_a_radian_of_its_end_costs_10() {
             let mut y = simulation.measure();
             y.q[joint] = q;
             let terms = task.reward(&simulation, &y, None).terms;
-            assert_eq!(costs_the_arm(terms), near, "joint {} at {q} rad: {terms:?}", joint + 1);
-            assert!(near || (terms[0] > 0.0 && terms[3] == 0.0), "joint {} at {q} rad: {terms:?}", joint + 1);
+            assert_eq!(costs_the_arm(&terms), near, "joint {} at {q} rad: {terms:?}", joint + 1);
+            let free = terms.value("reach") > 0.0 && terms.value("penalty") == 0.0;
+            assert!(near || free, "joint {} at {q} rad: {terms:?}", joint + 1);
         }
     }
 }
@@ -250,7 +259,7 @@ fn in_wipe_a_forearm_on_the_table_costs_10() {
         // No joint is near its end.
         let y = aforce::Measurement { q: HOME.into(), ..simulation.measure() };
         let terms = task.reward(&simulation, &y, None).terms;
-        assert_eq!(costs_the_arm(terms), simulation.contact().arm_touches(), "{terms:?}");
+        assert_eq!(costs_the_arm(&terms), simulation.contact().arm_touches(), "{terms:?}");
         free += usize::from(!simulation.contact().arm_touches());
         touched += usize::from(simulation.contact().arm_touches());
     }

@@ -45,7 +45,7 @@ impl Env {
             episodes.seed()?;
             let action = arrays::action(action, &[episodes.env.action_dim()])?;
             let (step, observation) = py.detach(|| (episodes.step(&action), episodes.observation()));
-            let info = info(py, &step, episodes.env.task().reward_terms())?;
+            let info = info(py, &step)?;
             let observation = PyArray1::from_vec(py, observation);
             Ok((observation, step.reward, step.terminated, step.truncated, info))
         })
@@ -107,7 +107,7 @@ impl Env {
 }
 
 /// What an action led to besides observation and reward.
-fn info<'py>(py: Python<'py>, step: &Step, terms: &[&str]) -> PyResult<Bound<'py, PyDict>> {
+fn info<'py>(py: Python<'py>, step: &Step) -> PyResult<Bound<'py, PyDict>> {
     let info = PyDict::new(py);
     info.set_item("is_success", step.success)?;
     info.set_item("stopped", step.interval.stop.is_some())?;
@@ -115,7 +115,7 @@ fn info<'py>(py: Python<'py>, step: &Step, terms: &[&str]) -> PyResult<Bound<'py
         info.set_item(name, of(step))?;
     }
     let parts = PyDict::new(py);
-    for (term, value) in terms.iter().zip(step.reward_terms) {
+    for (term, value) in step.reward_terms.iter() {
         parts.set_item(term, value)?;
     }
     info.set_item("reward_terms", parts)?;

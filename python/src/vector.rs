@@ -135,8 +135,8 @@ impl Vector {
                 info.set_item(name, fleet.column(py, of))?;
             }
             let terms = PyDict::new(py);
-            for (at, term) in fleet.members[0].0.env.task().reward_terms().iter().enumerate() {
-                terms.set_item(term, fleet.column(py, |step| step.reward_terms[at]))?;
+            for term in fleet.members[0].0.env.reward_terms() {
+                terms.set_item(term, fleet.column(py, |step| step.reward_terms.value(term)))?;
             }
             info.set_item("reward_terms", terms)?;
             Ok((

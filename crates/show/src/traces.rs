@@ -108,7 +108,7 @@ impl Traces {
         put("Energy so far", "J", "sum of |tau qd| dt", self.energy);
         put("Energy so far", "J", "of the tool's translation", self.tool_work[0]);
         put("Energy so far", "J", "of the tool's rotation", self.tool_work[1]);
-        for (term, value) in env.task().reward_terms().iter().zip(step.reward_terms) {
+        for (term, value) in step.reward_terms.iter() {
             put("Reward", "per action", term, value);
         }
         if env.config().motion_price > 0.0 {

@@ -9,7 +9,7 @@ use physics::scenes::{Table, add_fixtures};
 use physics::{Plant, Simulation};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use tasks::{Component, Env, EnvConfig, Reward, Task, Waypoint, play};
+use tasks::{Env, EnvConfig, Observer, Reward, Task, Waypoint, play};
 
 /// Height of the table top (m).
 const TABLE: f64 = 0.8;
@@ -46,22 +46,14 @@ impl Task for Reach {
         Vector3::z_axis()
     }
 
-    fn object_components(&self) -> Vec<Component> {
-        // Name, unit and frame, typical value, one over the typical deviation.
-        ["x", "y", "z"].map(|axis| Component::new(format!("target_to_eef_{axis}"), "m, world", 0.0, 5.0)).into()
-    }
-
-    fn observe(&self, _: &Simulation, y: &Measurement, out: &mut Vec<f32>) {
-        out.extend((self.target - y.pose.translation.vector).iter().map(|&v| v as f32));
-    }
-
-    fn reward_terms(&self) -> &'static [&'static str] {
-        &["near"]
+    fn observe(&self, _: &Simulation, y: &Measurement, out: &mut Observer) {
+        // Name, value, typical value, one over the typical deviation.
+        out.position("target_to_eef", self.target - y.pose.translation.vector, [0.0; 3], 5.0);
     }
 
     fn reward(&mut self, _: &Simulation, y: &Measurement, _penalty: Option<f64>) -> Reward {
         let distance = (self.target - y.pose.translation.vector).norm();
-        Reward { terms: [1.0 - libm::tanh(10.0 * distance), 0.0, 0.0, 0.0], success: distance < REACHED }
+        Reward { terms: [("near", 1.0 - libm::tanh(10.0 * distance))].into(), success: distance < REACHED }
     }
 
     fn expert(&self, _: &Simulation, y: &Measurement) -> Waypoint {

@@ -2,30 +2,22 @@
 
 use aforce::{Controller, Measurement, pose_error};
 
-use crate::component::{Component, axes};
-
-/// Names, units and scales: 19 numbers, the same in every action space.
-pub fn controller_components() -> Vec<Component> {
-    axes("goal_error", ["m, world", "rad, world"], [0.0; 2], [20.0, 2.0])
-        .chain(axes("stiffness", ["N/m", "Nm/rad"], [1000.0, 50.0], [1e-3, 0.02]))
-        .chain(axes("feedforward", ["N, world", "Nm, world"], [0.0; 2], [0.1, 0.5]))
-        .chain([Component::new("desired_force", "N", 0.0, 0.05)])
-        .collect()
-}
+use crate::observer::Observer;
 
 /// The largest stiffness that is told (N/m, Nm/rad): a space in 1/s2 has any near a singularity, where the arm's apparent inertia has no
 /// bound, and one number of millions drowns all others.
 const MOST_STIFFNESS: [f64; 2] = [10_000.0, 1_000.0];
 
-/// Appends `goal_error`, the goal's pose less the measured one (the law's e has the other sign), K (of the contact axis too while a force controller has it), F_ff as it acts, F_d. Zeros where a space has none.
-pub fn observe_controller(controller: &Controller, y: &Measurement, out: &mut Vec<f32>) {
+/// Puts 19 numbers, the same in every action space: `goal_error`, the goal's pose less the measured one (the law's e has the other
+/// sign), K (of the contact axis too while a force controller has it), F_ff as it acts, F_d. Zeros where a space has none.
+pub fn observe_controller(controller: &Controller, y: &Measurement, out: &mut Observer) {
     let missing = -pose_error(&y.pose, controller.goal());
     let mut stiffness = controller.stiffness();
     for (axis, k) in stiffness.iter_mut().enumerate() {
         *k = k.min(MOST_STIFFNESS[axis / 3]);
     }
-    for six in [&missing, &stiffness, controller.feedforward()] {
-        out.extend(six.iter().map(|&v| v as f32));
-    }
-    out.push(controller.desired_force() as f32);
+    out.axes("goal_error", &missing, ["m, world", "rad, world"], [0.0; 2], [20.0, 2.0]);
+    out.axes("stiffness", &stiffness, ["N/m", "Nm/rad"], [1000.0, 50.0], [1e-3, 0.02]);
+    out.axes("feedforward", controller.feedforward(), ["N, world", "Nm, world"], [0.0; 2], [0.1, 0.5]);
+    out.put("desired_force", controller.desired_force(), "N", 0.0, 0.05);
 }

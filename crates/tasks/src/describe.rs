@@ -46,7 +46,7 @@ impl Description {
             action: env.action_entries(),
             observation: env.observation_components().to_vec(),
             scaled_limit: CLIP,
-            reward_terms: env.task().reward_terms().to_vec(),
+            reward_terms: env.reward_terms().collect(),
             derived: derived(env),
             env: env.config().clone(),
         }
@@ -63,7 +63,7 @@ impl Description {
         for c in &self.observation {
             text += &format!("  {:<28} {:<18} (value - {}) x {}\n", c.name, c.unit, c.centre, c.scale);
         }
-        text += &format!("its options: {}\n", options(&self.env));
+        text += &format!("its options: {}\n", self.env.observation.in_words());
         text +=
             "eef_pos is the grip site, eef_quat (of which x is never negative) the body right_hand, as in robosuite\n";
         let disturbed = self.env.disturbance.in_words();
@@ -86,13 +86,6 @@ impl Description {
         }
         text
     }
-}
-
-/// What `env.observation` chooses, and what else could be chosen.
-fn options(env: &EnvConfig) -> String {
-    let seen = &env.observation;
-    let markers = format!("{:?}", seen.markers).to_lowercase();
-    format!("markers = {markers} (condensed, ends or all; Wipe's), controller = {} (its state)", seen.controller)
 }
 
 const RISE: &str = "rise of K under it, from floor to top";

@@ -10,9 +10,9 @@ use physics::{Plant, Simulation};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use crate::component::{Component, xyz};
-use crate::normalisation::normalisation;
+use crate::observer::Observer;
 use crate::task::{Reward, Task, Waypoint};
+use crate::wipe::normalisation;
 
 /// Opening (rad) from which the door counts as open; it stops at 0.4.
 const OPEN: f64 = 0.3;
@@ -67,38 +67,30 @@ impl Task for Door {
         Vector3::z_axis()
     }
 
-    fn object_components(&self) -> Vec<Component> {
-        xyz("door_pos", [-0.2, -0.33, 1.1], 20.0)
-            .chain(xyz("handle_pos", [-0.14, -0.22, 1.03], 10.0))
-            .chain(xyz("door_to_eef_pos", [-0.08, -0.2, 0.05], 10.0))
-            .chain(xyz("handle_to_eef_pos", [0.0; 3], 10.0))
-            .chain([Component::new("hinge_qpos", "rad", 0.15, 5.0), Component::new("handle_qpos", "rad", 0.5, 1.0)])
-            .collect()
-    }
-
-    fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Vec<f32>) {
+    fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Observer) {
         let scene = self.scene();
         let (door, handle) = (scene.centre(simulation), scene.handle_pose(simulation).translation.vector);
         let tool = y.pose.translation.vector;
-        for position in [door, handle, door - tool, handle - tool] {
-            out.extend(position.iter().map(|&v| v as f32));
-        }
-        out.extend([scene.opening(simulation) as f32, scene.handle_angle(simulation) as f32]);
-    }
-
-    fn reward_terms(&self) -> &'static [&'static str] {
-        &["reach", "handle", "open", "penalty"]
+        out.position("door_pos", door, [-0.2, -0.33, 1.1], 20.0);
+        out.position("handle_pos", handle, [-0.14, -0.22, 1.03], 10.0);
+        out.position("door_to_eef_pos", door - tool, [-0.08, -0.2, 0.05], 10.0);
+        out.position("handle_to_eef_pos", handle - tool, [0.0; 3], 10.0);
+        out.put("hinge_qpos", scene.opening(simulation), "rad", 0.15, 5.0);
+        out.put("handle_qpos", scene.handle_angle(simulation), "rad", 0.5, 1.0);
     }
 
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: Option<f64>) -> Reward {
         let (scene, penalty) = (self.scene(), self.penalty_scale * penalty.unwrap_or(0.0));
-        if scene.opening(simulation) > OPEN {
-            return Reward { terms: [0.0, 0.0, 1.0, -penalty], success: true };
+        let success = scene.opening(simulation) > OPEN;
+        let (mut reach, mut handle, mut open) = (0.0, 0.0, 0.0);
+        if success {
+            open = 1.0;
+        } else {
+            let distance = (scene.handle_pose(simulation).translation.vector - y.pose.translation.vector).norm();
+            reach = 0.25 * (1.0 - libm::tanh(10.0 * distance));
+            handle = 0.25 * (scene.handle_angle(simulation).abs() / FRAC_PI_2).min(1.0);
         }
-        let distance = (scene.handle_pose(simulation).translation.vector - y.pose.translation.vector).norm();
-        let turned = (scene.handle_angle(simulation).abs() / FRAC_PI_2).min(1.0);
-        let reach = 1.0 - libm::tanh(10.0 * distance);
-        Reward { terms: [0.25 * reach, 0.25 * turned, 0.0, -penalty], success: false }
+        Reward { terms: [("reach", reach), ("handle", handle), ("open", open), ("penalty", -penalty)].into(), success }
     }
 
     /// In front of the lever with open fingers, onto it, close, turn, pull. The phase

@@ -7,14 +7,16 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::component::Component;
-use crate::controller_state::{controller_components, observe_controller};
+use crate::controller_state::observe_controller;
 use crate::drawn::Drawn;
 use crate::env_config::EnvConfig;
 use crate::expert;
 use crate::interval::Interval;
 use crate::normal::standard_normal;
-use crate::observation::{observe_robot, proprioception_components};
-use crate::task::{HELD, REWARD_TERMS, Reward, Task};
+use crate::observation::observe_robot;
+use crate::observer::Observer;
+use crate::reward_terms::RewardTerms;
+use crate::task::{HELD, Reward, Task};
 
 /// Overlap at which the engine would throw the arm off instead of starting an episode (m).
 const LARGEST_OVERLAP: f64 = 1e-3;
@@ -37,8 +39,9 @@ pub struct Env {
     drawn: Drawn,
     /// What is measured, which noise may set apart from what is.
     y: Measurement,
-    components: Vec<Component>,
-    observation: Vec<f32>,
+    observer: Observer,
+    /// The terms of the task's reward, each 0.
+    nothing_earned: RewardTerms,
     /// Seeds the episodes that are not given a seed.
     episodes: ChaCha8Rng,
     elapsed: u32,
@@ -51,8 +54,8 @@ pub struct Env {
 pub struct Step {
     /// Reward, penalty taken off.
     pub reward: f64,
-    /// What adds up to it, but for the price of motion; [`Task::reward_terms`] says what each is for.
-    pub reward_terms: [f64; REWARD_TERMS],
+    /// What adds up to it, but for the price of motion.
+    pub reward_terms: RewardTerms,
     /// The price of this action's motion (at least 0), taken off the reward.
     pub motion_cost: f64,
     /// The episode ended in a terminal state, whose value is zero: the simulation diverged, or the arm stopped itself where
@@ -78,8 +81,7 @@ impl Env {
     /// # Errors
     /// As [`Env::with_task`].
     pub fn new(config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
-        let task = config.task.create(config.horizon, config.observation.markers);
-        Env::with_task(task, config, seed)
+        Env::with_task(config.create_task(), config, seed)
     }
 
     /// As [`Env::new`], with a task of one's own: `config.task` says no more than which disturbances it may have.
@@ -88,7 +90,7 @@ impl Env {
     /// As [`EnvConfig::validate`], and if the arm stands in the scene's way at its home pose.
     ///
     /// # Panics
-    /// If the task observes more or fewer numbers than it names.
+    /// If the task observes more numbers at one time than at another, or names the terms of its reward otherwise.
     pub fn with_task(mut task: Box<dyn Task>, config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
         config.validate()?;
         let robot = config.robot.robot();
@@ -109,11 +111,7 @@ impl Env {
             return Err(ConfigError::Contradiction { field: field.into(), reason });
         }
         let y = simulation.measure();
-        let mut components = task.object_components();
-        components.extend(proprioception_components(simulation.fingers().is_some()));
-        if config.observation.controller {
-            components.extend(controller_components());
-        }
+        let nothing_earned = task.reward(&simulation, &y, None).terms.zeroed();
         let mut env = Env {
             config,
             task,
@@ -122,8 +120,8 @@ impl Env {
             controller,
             drawn,
             y,
-            components,
-            observation: vec![],
+            observer: Observer::default(),
+            nothing_earned,
             episodes: ChaCha8Rng::seed_from_u64(seed),
             elapsed: 0,
             held: 0.0,
@@ -150,7 +148,7 @@ impl Env {
         self.elapsed = 0;
         self.held = 0.0;
         self.observe();
-        &self.observation
+        self.observation()
     }
 
     /// Draws joint angles until they are within their ranges and the arm stands in nothing's way.
@@ -213,16 +211,18 @@ impl Env {
             self.observe();
         }
         let reward = if terminated {
-            Reward { terms: [0.0; REWARD_TERMS], success: false }
+            Reward { terms: self.nothing_earned, success: false }
         } else {
             // Rewards go by what is, not by what is measured.
             self.task.reward(&self.simulation, &self.simulation.measure(), penalty)
         };
+        let (now, first) = (reward.terms.zeroed(), self.nothing_earned);
+        assert_eq!(now, first, "terms of {}'s reward, now and at first", self.task.name());
         self.held = if reward.success { self.held + interval.time } else { 0.0 };
         let ends = self.config.ends_on_success && self.held > HELD - 1e-9;
         let motion_cost = self.config.motion_price * interval.energy.absolute;
         Step {
-            reward: reward.terms.iter().sum::<f64>() - motion_cost,
+            reward: reward.terms.sum() - motion_cost,
             reward_terms: reward.terms,
             motion_cost,
             terminated,
@@ -236,23 +236,29 @@ impl Env {
     }
 
     fn observe(&mut self) {
-        self.observation.clear();
-        self.task.observe(&self.simulation, &self.y, &mut self.observation);
-        observe_robot(&self.simulation, &self.y, &mut self.observation);
+        self.observer.begin();
+        self.task.observe(&self.simulation, &self.y, &mut self.observer);
+        observe_robot(&self.simulation, &self.y, &mut self.observer);
         if self.config.observation.controller {
-            observe_controller(&self.controller, &self.y, &mut self.observation);
+            observe_controller(&self.controller, &self.y, &mut self.observer);
         }
-        assert_eq!(self.observation.len(), self.components.len(), "numbers that {} observes", self.task.name());
+        let (values, names) = (self.observation().len(), self.observation_components().len());
+        assert_eq!(values, names, "numbers that {} observes, now and at first", self.task.name());
     }
 
     /// The last observation: object part, proprioception, then the controller's state where it is observed; unscaled.
     pub fn observation(&self) -> &[f32] {
-        &self.observation
+        self.observer.values()
     }
 
     /// Names and scales of the observation's components, in order.
     pub fn observation_components(&self) -> &[Component] {
-        &self.components
+        self.observer.components()
+    }
+
+    /// What the terms of [`Step::reward_terms`] are for, in order.
+    pub fn reward_terms(&self) -> impl Iterator<Item = &'static str> {
+        self.nothing_earned.names()
     }
 
     /// What each entry of an action means, in order: the controller's, then the gripper's.

@@ -6,10 +6,14 @@ use physics::robots::RobotName;
 use serde::{Deserialize, Serialize};
 
 use crate::disturbance::Disturbance;
+use crate::door::Door;
+use crate::lift::Lift;
 use crate::observation_options::ObservationOptions;
 use crate::penalty::ForcePenalty;
 use crate::protection::Protection;
+use crate::task::Task;
 use crate::task_name::TaskName;
+use crate::wipe::Wipe;
 
 /// Everything that defines an environment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -49,6 +53,15 @@ pub struct EnvConfig {
 }
 
 impl EnvConfig {
+    /// The task, with its options.
+    pub fn create_task(&self) -> Box<dyn Task> {
+        match self.task {
+            TaskName::Lift => Box::new(Lift::default()),
+            TaskName::Door => Box::new(Door::new(self.horizon)),
+            TaskName::Wipe => Box::new(Wipe::new(self.horizon, self.observation.markers)),
+        }
+    }
+
     /// Checks every value.
     ///
     /// # Errors

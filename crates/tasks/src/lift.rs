@@ -8,7 +8,7 @@ use physics::{Plant, Simulation};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use crate::component::{Component, xyz, xyzw};
+use crate::observer::Observer;
 use crate::task::{Reward, Task, Waypoint};
 
 /// Height of the cube's centre (m) from which it counts as lifted.
@@ -63,35 +63,27 @@ impl Task for Lift {
         Vector3::z_axis()
     }
 
-    fn object_components(&self) -> Vec<Component> {
-        xyz("cube_pos", [0.0, 0.0, TABLE_HEIGHT + 0.02], 10.0)
-            .chain(xyzw("cube_quat"))
-            .chain(xyz("gripper_to_cube_pos", [0.0; 3], 10.0))
-            .collect()
-    }
-
-    fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Vec<f32>) {
+    fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Observer) {
         let cube = self.scene().cube_pose(simulation);
         let position = cube.translation.vector;
-        out.extend(position.iter().map(|&v| v as f32));
-        out.extend(cube.rotation.coords.iter().map(|&v| v as f32));
-        out.extend((y.pose.translation.vector - position).iter().map(|&v| v as f32));
-    }
-
-    fn reward_terms(&self) -> &'static [&'static str] {
-        &["reach", "grasp", "lifted"]
+        out.position("cube_pos", position, [0.0, 0.0, TABLE_HEIGHT + 0.02], 10.0);
+        out.orientation("cube_quat", &cube.rotation);
+        out.position("gripper_to_cube_pos", y.pose.translation.vector - position, [0.0; 3], 10.0);
     }
 
     /// The force penalty is not taken off: the paper has it in Door and Wipe only.
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, _penalty: Option<f64>) -> Reward {
         let cube = self.scene().cube_pose(simulation).translation.vector;
-        if cube.z > LIFTED {
-            return Reward { terms: [0.0, 0.0, 1.0, 0.0], success: true };
+        let success = cube.z > LIFTED;
+        let (mut reach, mut grasp, mut lifted) = (0.0, 0.0, 0.0);
+        if success {
+            lifted = 1.0;
+        } else {
+            let distance = (y.pose.translation.vector - cube).norm();
+            reach = (1.0 - libm::tanh(10.0 * distance)) / FULL_REWARD;
+            grasp = if self.scene().is_grasped(simulation) { GRASP_REWARD / FULL_REWARD } else { 0.0 };
         }
-        let distance = (y.pose.translation.vector - cube).norm();
-        let reach = 1.0 - libm::tanh(10.0 * distance);
-        let grasp = if self.scene().is_grasped(simulation) { GRASP_REWARD } else { 0.0 };
-        Reward { terms: [reach / FULL_REWARD, grasp / FULL_REWARD, 0.0, 0.0], success: false }
+        Reward { terms: [("reach", reach), ("grasp", grasp), ("lifted", lifted)].into(), success }
     }
 
     /// Above the cube with open fingers, down, close, up; the phase follows from what is

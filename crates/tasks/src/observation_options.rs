@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::marker_view::MarkerView;
+use crate::wipe::MarkerView;
 
 /// Options of the observation, the same for every action space.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -12,4 +12,12 @@ pub struct ObservationOptions {
     pub markers: MarkerView,
     /// Whether the controller's state is seen: goal error, K, F_ff, F_d.
     pub controller: bool,
+}
+
+impl ObservationOptions {
+    /// What is chosen, and what else could be.
+    pub(crate) fn in_words(&self) -> String {
+        let markers = format!("{:?}", self.markers).to_lowercase();
+        format!("markers = {markers} (condensed, ends or all; Wipe's), controller = {} (its state)", self.controller)
+    }
 }

@@ -75,13 +75,13 @@ fn place(name: &str) -> usize {
 mod tests {
     use super::*;
     use crate::interval::{AxisGroup, Stop};
-    use crate::{ForceRecord, Interval, REWARD_TERMS, StopReason};
+    use crate::{ForceRecord, Interval, RewardTerms, StopReason};
     use aforce::EnergyLedger;
 
     fn step(interval: Interval, success: bool) -> Step {
         Step {
             reward: 0.0,
-            reward_terms: [0.0; REWARD_TERMS],
+            reward_terms: RewardTerms::default(),
             motion_cost: 0.0,
             terminated: false,
             truncated: false,

@@ -6,7 +6,8 @@ use physics::camera::{Camera, Decal};
 use physics::{Plant, Simulation};
 use rand_chacha::ChaCha8Rng;
 
-use crate::component::Component;
+use crate::observer::Observer;
+use crate::reward_terms::RewardTerms;
 
 /// A task: a scene, its randomness, what is observed, what is rewarded. Called once per action;
 /// the loop that drives it is [`crate::Env::step`].
@@ -25,18 +26,13 @@ pub trait Task: Send {
     /// the axis of the force in the `-force` action spaces.
     fn contact_axis(&self) -> UnitVector3<f64>;
 
-    /// Names, units and scales of the object part of an observation.
-    fn object_components(&self) -> Vec<Component>;
-
-    /// Appends the object part of an observation: a number for each of [`Task::object_components`].
-    fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Vec<f32>);
-
-    /// What the terms of a [`Reward`] are for, in their order; at most [`REWARD_TERMS`].
-    fn reward_terms(&self) -> &'static [&'static str];
+    /// Puts the object part of an observation: the same entries in the same order every time.
+    fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Observer);
 
     /// Reward of one action; called once after each, and after its [`observe`](Self::observe), as in robosuite: what a reward
     /// changes in the task is observed one action later. `penalty` is the action's force penalty (at least 0), which a task
-    /// takes off in its own scale or ignores; `None` if the force stayed within its limit.
+    /// takes off in its own scale or ignores; `None` if the force stayed within its limit. Its terms have the same names in the
+    /// same order every time; an environment asks for them once before its first episode.
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: Option<f64>) -> Reward;
 
     /// What a scripted expert wants next.
@@ -59,15 +55,12 @@ pub trait Task: Send {
 /// A task counts as held once it has stood fulfilled for this long (s).
 pub(crate) const HELD: f64 = 1.0;
 
-/// The most terms a reward has.
-pub const REWARD_TERMS: usize = 4;
-
 /// What one action earned.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reward {
-    /// The terms that add up to the reward, 0 beyond those the task has. In Door and Lift their sum is at most 1; in
-    /// Wipe an action earns 1.4 for every marker, with 500 actions to an episode.
-    pub terms: [f64; REWARD_TERMS],
+    /// The terms that add up to the reward. In Door and Lift their sum is at most 1; in Wipe an action earns 1.4 for every
+    /// marker, with 500 actions to an episode.
+    pub terms: RewardTerms,
     /// Whether the task stands fulfilled now.
     pub success: bool,
 }

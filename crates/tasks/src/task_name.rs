@@ -1,14 +1,8 @@
-//! Every task by name.
+//! The tasks' names.
 
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
-
-use crate::door::Door;
-use crate::lift::Lift;
-use crate::marker_view::MarkerView;
-use crate::task::Task;
-use crate::wipe::Wipe;
 
 /// The tasks by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -35,15 +29,6 @@ impl TaskName {
             TaskName::Wipe => "wipe",
         }
     }
-
-    /// A task of this name for episodes of `horizon` actions; `markers` is how Wipe's are seen.
-    pub fn create(self, horizon: u32, markers: MarkerView) -> Box<dyn Task> {
-        match self {
-            TaskName::Lift => Box::new(Lift::default()),
-            TaskName::Door => Box::new(Door::new(horizon)),
-            TaskName::Wipe => Box::new(Wipe::new(horizon, markers)),
-        }
-    }
 }
 
 impl FromStr for TaskName {
@@ -59,11 +44,13 @@ impl FromStr for TaskName {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::EnvConfig;
 
     #[test]
     fn a_task_goes_by_its_name() {
         for name in TaskName::ALL {
-            assert_eq!(name.create(500, MarkerView::default()).name(), name.as_str());
+            let config = EnvConfig { task: name, ..EnvConfig::default() };
+            assert_eq!(config.create_task().name(), name.as_str());
             assert_eq!(name.as_str().parse(), Ok(name));
         }
         let error = "walk".parse::<TaskName>().unwrap_err();

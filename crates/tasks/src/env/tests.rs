@@ -18,7 +18,7 @@ fn a_divergence_ends_the_episode_and_earns_nothing() {
         env.simulation.set_load(6, 1e6);
         let step = env.step(&action);
         assert!(step.terminated && step.diverged && !step.truncated && !step.success);
-        assert_eq!((step.reward, step.reward_terms), (0.0, [0.0; REWARD_TERMS]));
+        assert_eq!((step.reward, step.reward_terms), (0.0, env.nothing_earned));
         assert_eq!(env.observation(), before, "the last valid one stays");
         // The next episode begins as if nothing had happened.
         assert_eq!(env.reset(Some(1)), start);
@@ -75,7 +75,7 @@ fn an_arm_that_is_to_stop_ends_the_episode_and_earns_nothing() {
     assert_eq!(stopping[..at], going_on[..at]);
     let (last, there) = (&stopping[at], &going_on[at]);
     assert!(last.terminated && !last.truncated && !last.diverged && !last.success);
-    assert_eq!((last.reward, last.reward_terms), (0.0, [0.0; REWARD_TERMS]));
+    assert_eq!((last.reward, last.reward_terms), (0.0, env.nothing_earned));
     assert_eq!(last.interval.stop, there.interval.stop);
     assert_eq!(last.interval.stop.unwrap().time, last.interval.time, "not a sample longer");
     assert_eq!(env.observation().len(), env.observation_components().len());

@@ -4,8 +4,8 @@ use aforce::Vector3;
 use physics::scenes::wipe::{TABLE_CENTRE, TABLE_HEIGHT};
 use serde::{Deserialize, Serialize};
 
-use crate::component::{Component, xyz};
-use crate::markers::{self, Markers};
+use super::markers::{self, Markers};
+use crate::observer::Observer;
 
 /// A place in the middle of the table top (m, world).
 const MIDDLE: [f64; 3] = [TABLE_CENTRE[0], TABLE_CENTRE[1], TABLE_HEIGHT];
@@ -25,53 +25,31 @@ pub enum MarkerView {
 }
 
 impl MarkerView {
-    /// Names, units and scales of what is seen: 8, 14 or 700 numbers.
-    pub(crate) fn components(self) -> Vec<Component> {
-        let condensed =
-            [Component::new("proportion_wiped", "1", 0.5, 2.0), Component::new("wipe_radius", "m", 0.1, 10.0)]
-                .into_iter()
-                .chain(xyz("wipe_centroid", MIDDLE, 5.0))
-                .chain(xyz("gripper_to_wipe_centroid", [0.0; 3], 5.0));
-        let ends = ["gripper_to_nearest_marker", "gripper_to_farthest_marker"].map(|name| xyz(name, [0.0; 3], 5.0));
-        match self {
-            MarkerView::Condensed => condensed.collect(),
-            MarkerView::Ends => condensed.chain(ends.into_iter().flatten()).collect(),
-            MarkerView::All => (0..markers::COUNT)
-                .flat_map(|i| {
-                    xyz(&format!("marker{i}_pos"), MIDDLE, 5.0)
-                        .chain([Component::new(format!("marker{i}_wiped"), "0 or 1", 0.0, 1.0)])
-                        .chain(xyz(&format!("gripper_to_marker{i}"), [0.0; 3], 5.0))
-                        .collect::<Vec<_>>()
-                })
-                .collect(),
-        }
-    }
-
-    /// Appends what is seen from a tool at `tool` of markers that are believed to lie `raised` lower than they do (m).
-    /// When all are wiped, radius, centroid and ends are zero, the first two as in robosuite.
-    pub(crate) fn observe(self, markers: &Markers, raised: f64, tool: &Vector3, out: &mut Vec<f32>) {
+    /// Puts what is seen from a tool at `tool` of markers that are believed to lie `raised` lower than they do (m): 8, 14 or
+    /// 700 numbers. When all are wiped, radius, centroid and ends are zero, the first two as in robosuite.
+    pub(crate) fn observe(self, markers: &Markers, raised: f64, tool: &Vector3, out: &mut Observer) {
         let believed = |marker: Vector3| marker - raised * Vector3::z();
-        let numbers = |v: Vector3| <[f64; 3]>::from(v).map(|v| v as f32);
         if self == MarkerView::All {
-            for (marker, wiped) in markers.iter() {
+            for (i, (marker, wiped)) in markers.iter().enumerate() {
                 let marker = believed(marker);
-                out.extend(numbers(marker));
-                out.push(f32::from(u8::from(wiped)));
-                out.extend(numbers(marker - tool));
+                out.position(format_args!("marker{i}_pos"), marker, MIDDLE, 5.0);
+                out.put(format_args!("marker{i}_wiped"), f64::from(wiped), "0 or 1", 0.0, 1.0);
+                out.position(format_args!("gripper_to_marker{i}"), marker - tool, [0.0; 3], 5.0);
             }
             return;
         }
         let (centroid, radius) =
             markers.centroid_and_radius().map_or((Vector3::zeros(), 0.0), |(c, radius)| (believed(c), radius));
-        out.push(markers.wiped_count() as f32 / markers::COUNT as f32);
-        out.push(radius as f32);
-        out.extend([centroid, centroid - tool].map(numbers).concat());
+        out.put("proportion_wiped", markers.wiped_count() as f64 / markers::COUNT as f64, "1", 0.5, 2.0);
+        out.put("wipe_radius", radius, "m", 0.1, 10.0);
+        out.position("wipe_centroid", centroid, MIDDLE, 5.0);
+        out.position("gripper_to_wipe_centroid", centroid - tool, [0.0; 3], 5.0);
         if self == MarkerView::Ends {
             let seen = || markers.remaining().map(|marker| believed(marker) - tool);
             let nearer = |a: &Vector3, b: &Vector3| a.norm().total_cmp(&b.norm());
-            for end in [seen().min_by(nearer), seen().max_by(nearer)] {
-                out.extend(numbers(end.unwrap_or_default()));
-            }
+            let (nearest, farthest) = (seen().min_by(nearer), seen().max_by(nearer));
+            out.position("gripper_to_nearest_marker", nearest.unwrap_or_default(), [0.0; 3], 5.0);
+            out.position("gripper_to_farthest_marker", farthest.unwrap_or_default(), [0.0; 3], 5.0);
         }
     }
 }
@@ -87,10 +65,9 @@ mod tests {
     const ALL: [MarkerView; 3] = [MarkerView::Condensed, MarkerView::Ends, MarkerView::All];
 
     fn seen(view: MarkerView, markers: &Markers, raised: f64, tool: &Vector3) -> Vec<f32> {
-        let mut out = vec![];
+        let mut out = Observer::default();
         view.observe(markers, raised, tool, &mut out);
-        assert_eq!(out.len(), view.components().len());
-        out
+        out.values().to_vec()
     }
 
     #[test]

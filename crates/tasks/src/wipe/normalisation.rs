@@ -1,6 +1,6 @@
 //! What a reward of Wipe is worth: Door measures its force penalty by it.
 
-use crate::markers;
+use super::markers;
 
 // robosuite's rewards in Wipe, before normalisation.
 /// A marker.

@@ -1,6 +1,10 @@
 //! Wipe: clean a line of markers off a table (robosuite 1.4 `Wipe`, with the paper's
 //! condition on the force).
 
+mod marker_view;
+mod markers;
+mod normalisation;
+
 use aforce::{Measurement, Pose, Vector3};
 use nalgebra::{Translation3, UnitVector3};
 use physics::camera::{Camera, Decal};
@@ -10,12 +14,14 @@ use physics::wiping_tool::facing_down;
 use physics::{Plant, Simulation};
 use rand_chacha::ChaCha8Rng;
 
-use crate::component::Component;
-use crate::marker_view::MarkerView;
-use crate::markers::{self, Markers};
-use crate::normalisation::{COMPLETION_REWARD, CONTACT_REWARD, MARKER_REWARD, normalisation};
 use crate::observation::in_contact;
-use crate::task::{REWARD_TERMS, Reward, Task, Waypoint};
+use crate::observer::Observer;
+use crate::task::{Reward, Task, Waypoint};
+
+pub use marker_view::MarkerView;
+pub use markers::Markers;
+pub(crate) use normalisation::normalisation;
+use normalisation::{COMPLETION_REWARD, CONTACT_REWARD, MARKER_REWARD};
 
 /// A marker is wiped while the tool presses with more than the first and at most the
 /// second (N).
@@ -72,7 +78,7 @@ struct Touch {
 }
 
 impl Wipe {
-    /// For episodes of `horizon` actions.
+    /// For episodes of `horizon` actions, the markers seen as `view` says.
     pub fn new(horizon: u32, view: MarkerView) -> Self {
         Wipe { scale: normalisation(horizon), view, episode: None }
     }
@@ -83,9 +89,11 @@ impl Wipe {
 }
 
 /// Terms of the reward before normalisation.
-fn reward_terms(markers: &mut Markers, tool: &Pose, touch: &Touch) -> [f64; REWARD_TERMS] {
+fn reward_terms(markers: &mut Markers, tool: &Pose, touch: &Touch) -> [(&'static str, f64); 4] {
+    let named =
+        |reach, wiped, press, penalty| [("reach", reach), ("wiped", wiped), ("press", press), ("penalty", penalty)];
     if touch.arm {
-        return [0.0, 0.0, 0.0, ARM_PENALTY];
+        return named(0.0, 0.0, 0.0, ARM_PENALTY);
     }
     let wipes = touch.contact && touch.force > WIPING_FORCE[0] && touch.force <= WIPING_FORCE[1];
     let wiped = if wipes { MARKER_REWARD * markers.wipe(tool) as f64 } else { 0.0 };
@@ -100,7 +108,7 @@ fn reward_terms(markers: &mut Markers, tool: &Pose, touch: &Touch) -> [f64; REWA
     if touch.penalty.is_none() && touch.contact && touch.force > PRESSING_FORCE {
         press += CONTACT_REWARD + FORCE_REWARD * touch.force + if touch.flat { FLAT_REWARD } else { 0.0 };
     }
-    [reach, wiped + complete, press, -touch.penalty.unwrap_or(0.0)]
+    named(reach, wiped + complete, press, -touch.penalty.unwrap_or(0.0))
 }
 
 impl Task for Wipe {
@@ -124,17 +132,9 @@ impl Task for Wipe {
         Vector3::z_axis()
     }
 
-    fn object_components(&self) -> Vec<Component> {
-        self.view.components()
-    }
-
-    fn observe(&self, _: &Simulation, y: &Measurement, out: &mut Vec<f32>) {
+    fn observe(&self, _: &Simulation, y: &Measurement, out: &mut Observer) {
         let Running { markers, raised, .. } = self.running();
         self.view.observe(markers, *raised, &y.pose.translation.vector, out);
-    }
-
-    fn reward_terms(&self) -> &'static [&'static str] {
-        &["reach", "wiped", "press", "penalty"]
     }
 
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: Option<f64>) -> Reward {
@@ -147,8 +147,8 @@ impl Task for Wipe {
             penalty,
         };
         let markers = &mut self.episode.as_mut().expect("reset before use").markers;
-        let terms = reward_terms(markers, &y.pose, &touch).map(|term| self.scale * term);
-        Reward { terms, success: markers.wiped_count() == markers::COUNT }
+        let terms = reward_terms(markers, &y.pose, &touch).map(|(name, term)| (name, self.scale * term));
+        Reward { terms: terms.into(), success: markers.wiped_count() == markers::COUNT }
     }
 
     /// Level above the nearer end of the remaining line, down, and along it under pressure; up when nothing remains.
@@ -200,7 +200,7 @@ mod tests {
     }
 
     fn reward(markers: &mut Markers, tool: &Pose, touch: &Touch) -> f64 {
-        reward_terms(markers, tool, touch).iter().sum()
+        reward_terms(markers, tool, touch).into_iter().map(|(_, term)| term).sum()
     }
 
     /// A level tool on the table at the middle of the remaining markers, `height` above them.

@@ -1,0 +1,50 @@
+//! What a reward is made of, each part by name.
+
+/// The most terms a reward has.
+const MOST: usize = 4;
+
+/// The terms that add up to a reward, each a name and a value: `RewardTerms::from([("reach", 0.1), ("penalty", -0.2)])`.
+///
+/// More than four do not compile. Nothing is allocated: there is one for every action.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct RewardTerms([Option<(&'static str, f64)>; MOST]);
+
+impl<const N: usize> From<[(&'static str, f64); N]> for RewardTerms {
+    fn from(terms: [(&'static str, f64); N]) -> Self {
+        const { assert!(N <= MOST, "a reward has four terms at most") };
+        let mut places = [None; MOST];
+        places.iter_mut().zip(terms).for_each(|(place, term)| *place = Some(term));
+        RewardTerms(places)
+    }
+}
+
+impl RewardTerms {
+    /// Name and value of each, in the task's order.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        self.0.into_iter().flatten()
+    }
+
+    /// What each is for.
+    pub fn names(&self) -> impl Iterator<Item = &'static str> {
+        self.iter().map(|(name, _)| name)
+    }
+
+    /// The value of the term of this name.
+    ///
+    /// # Panics
+    /// If there is none.
+    pub fn value(&self, name: &str) -> f64 {
+        let term = self.iter().find(|(known, _)| *known == name);
+        term.unwrap_or_else(|| panic!("{name} is no term of {self:?}")).1
+    }
+
+    /// What they add up to.
+    pub fn sum(&self) -> f64 {
+        self.iter().map(|(_, value)| value).sum()
+    }
+
+    /// The same names, each with 0.
+    pub(crate) fn zeroed(self) -> Self {
+        RewardTerms(self.0.map(|term| term.map(|(name, _)| (name, 0.0))))
+    }
+}
