@@ -40,6 +40,7 @@ mod error;
 pub mod host;
 mod law;
 mod observer;
+pub mod record;
 mod spatial;
 
 pub use arm::{Arm, CartesianLimits};

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use aforce::overlay;
+use aforce::{overlay, record};
 use anyhow::{Error, Result, anyhow, ensure};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use tasks::EnvConfig;
 use toml::{Table, Value};
 
-use crate::toml_text::{Source, explain, parse};
+use crate::source::Source;
 use crate::{setup, spaces};
 
 /// What a file of settings is.
@@ -21,7 +21,7 @@ pub const WANTED: &str = "a TOML file is wanted, such as a run's config.toml";
 /// Names the file and what is wrong in it.
 pub fn of_file(path: &Path, text: String) -> Result<(Source, Table)> {
     let name = path.display().to_string();
-    let mut table: Table = parse(&text).map_err(|problem| anyhow!("{name}: {problem}; {WANTED}"))?;
+    let mut table: Table = record::parse(&text).map_err(|problem| anyhow!("{name}: {problem}; {WANTED}"))?;
     ensure!(!table.contains_key("group"), "{name}: the file of a sweep: give it to `sweep`");
     let folder = path.parent().unwrap_or(Path::new(""));
     spaces::work_out(&mut table, folder).map_err(|problem| anyhow!("{name}: {problem:#}"))?;
@@ -43,13 +43,10 @@ pub fn layered<T: DeserializeOwned>(mut base: Table, layers: Vec<(Source, Table)
             return Err(anyhow!("{}: {key} is a list; a table is wanted, name = value", source.at(&key)));
         }
         spaces::lay_over(&mut base, table);
-        let check: Result<T, _> = base.clone().try_into();
-        check.map_err(|error| {
-            let problem = explain(&error, &base);
-            anyhow!("{}: {}", source.at(&problem.key), problem.message)
-        })?;
+        // Each layer at once: what is wrong is told with the layer that it is in.
+        record::read::<T>(base.clone()).map_err(|problem| anyhow!("{}: {problem}", source.at(&problem.key)))?;
     }
-    base.try_into().map_err(Error::from)
+    record::read(base).map_err(Error::from)
 }
 
 /// The key, if any, where `over` has a list and `base` a table, whose values a list would name by their places.

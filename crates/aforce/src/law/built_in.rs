@@ -13,6 +13,7 @@ use std::str::FromStr;
 use toml::{Table, Value};
 
 use crate::law::action_space::ActionSpace;
+use crate::record::{self, Problem};
 
 /// The built-in records.
 const FILE: &str = include_str!("../../spaces.toml");
@@ -40,7 +41,7 @@ pub enum RecordError {
     NotAName(Value),
     /// A field is missing, unknown or of the wrong type.
     #[error(transparent)]
-    Field(#[from] toml::de::Error),
+    Field(#[from] Problem),
 }
 
 impl ActionSpace {
@@ -67,7 +68,7 @@ impl ActionSpace {
     /// # Errors
     /// If it extends an unknown space, or a field is missing, unknown or of the wrong type.
     pub fn from_table(table: Table, name: &str) -> Result<Self, RecordError> {
-        Ok(complete(table, name)?.try_into()?)
+        Ok(record::read(complete(table, name)?)?)
     }
 }
 
