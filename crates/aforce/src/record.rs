@@ -1,12 +1,13 @@
-//! TOML that people write: what is wrong with it is told with its line, its dotted key and the nearest known key.
+//! TOML that people write: what is wrong with it is told with its line, its dotted key and the nearest known key; a
+//! table may extend another.
 //!
 //! Every reader of settings in the workspace is this one. It allocates; the control loop does not call it.
 
 use std::fmt::{self, Display, Formatter};
 
 use serde::de::{DeserializeOwned, Deserializer};
-use toml::Table;
 use toml::de::{DeTable, DeValue, Error};
+use toml::{Table, Value};
 
 /// What is wrong with a document or a table.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -49,6 +50,37 @@ pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, Problem> {
 /// If a key is missing, unknown or of the wrong type.
 pub fn read<T: DeserializeOwned>(table: Table) -> Result<T, Problem> {
     deserialize(table).map_err(|(error, key)| explain(&error, key))
+}
+
+/// What `table` stands for: the table that its key `extends` names, which `base` finds, with the other keys laid over it
+/// ([`overlay`]). Without that key it is itself.
+///
+/// # Errors
+/// As `base`.
+pub fn extended<E>(mut table: Table, base: impl FnOnce(Value) -> Result<Table, E>) -> Result<Table, E> {
+    let Some(name) = table.remove("extends") else { return Ok(table) };
+    let mut whole = base(name)?;
+    overlay(&mut whole, table);
+    Ok(whole)
+}
+
+/// Keys whose value is a choice: a name, or a table whose one key names it (`stiffness.fixed = 150`).
+const CHOICES: [&str; 3] = ["goal", "stiffness", "interpolation"];
+
+/// Lays `over` on `base`: tables merge key by key, anything else replaces what was there. Of a choice (`goal`, `stiffness`,
+/// `interpolation`) another one replaces the first as a whole.
+pub fn overlay(base: &mut Table, over: Table) {
+    for (key, value) in over {
+        let is_choice = CHOICES.contains(&key.as_str());
+        match (base.get_mut(&key), value) {
+            (Some(Value::Table(old)), Value::Table(new)) if !is_choice || old.keys().eq(new.keys()) => {
+                overlay(old, new)
+            }
+            (_, value) => {
+                base.insert(key, value);
+            }
+        }
+    }
 }
 
 /// Line and column, counted from 1, of a dotted key in a document, if it is there.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use aforce::{overlay, record};
+use aforce::record::{self, overlay};
 use anyhow::{Error, Result, anyhow, ensure};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use aforce::{ActionSpace, overlay, record};
+use aforce::ActionSpace;
+use aforce::record::{self, overlay};
 use anyhow::{Context, Result, bail, ensure};
 use toml::{Table, Value};
 

@@ -9,7 +9,7 @@ use crate::error::ConfigError;
 use crate::host::interface::ArmInterface;
 use crate::host::limits::HostLimits;
 use crate::law::action_space::ActionSpace;
-use crate::law::built_in::{RecordError, UnknownActionSpace, overlay};
+use crate::law::built_in::{RecordError, UnknownActionSpace};
 use crate::law::commanded_psi::PsiParameter;
 use crate::law::config::ControllerConfig;
 use crate::law::controller::Controller;
@@ -180,21 +180,20 @@ fn named<T: Serialize>(
     names: &[(&str, T)],
     known: &'static str,
 ) -> Result<(), SetupError> {
-    let (name, over) = match file.remove(field) {
-        Some(Value::Table(mut over)) if over.contains_key("extends") => (over.remove("extends"), over),
-        Some(name @ Value::String(_)) => (Some(name), Table::new()),
+    let table = match file.remove(field) {
+        Some(Value::Table(table)) => table,
+        Some(name @ Value::String(_)) => Table::from_iter([("extends".to_owned(), name)]),
         other => {
             file.extend(other.map(|whole| (field.into(), whole)));
             return Ok(());
         }
     };
-    let value = name.unwrap_or_else(|| Value::String(String::new()));
-    let named = names.iter().find(|(known, _)| value.as_str() == Some(known));
-    let Some(mut table) = named.and_then(|(_, table)| Table::try_from(table).ok()) else {
-        return Err(SetupError::Name { field, value, known });
-    };
-    overlay(&mut table, over);
-    file.insert(field.into(), Value::Table(table));
+    let whole = record::extended(table, |value| {
+        let named = names.iter().find(|(known, _)| value.as_str() == Some(known));
+        let table = named.and_then(|(_, table)| Table::try_from(table).ok());
+        table.ok_or(SetupError::Name { field, value, known })
+    })?;
+    file.insert(field.into(), Value::Table(whole));
     Ok(())
 }
 
