@@ -105,6 +105,44 @@ mod tests {
         assert_eq!((config.space.name.as_str(), config.controller.position_step), ("osc", 0.02));
     }
 
+    /// Dotted keys of all numbers, with the same settings but for that one, which is no number.
+    fn one_spoilt(settings: &Table) -> Vec<(String, Table)> {
+        let mut spoilt = vec![];
+        for (key, value) in settings {
+            let mut with = |path, value| spoilt.push((path, Table::from_iter([(key.clone(), value)])));
+            match value {
+                Value::Table(inner) => {
+                    for (path, inner) in one_spoilt(inner) {
+                        with(format!("{key}.{path}"), inner.into());
+                    }
+                }
+                Value::Array(numbers) if numbers.first().is_some_and(Value::is_float) => {
+                    let rest = numbers[1..].iter().cloned();
+                    with(key.clone(), [Value::Float(f64::NAN)].into_iter().chain(rest).collect::<Vec<_>>().into());
+                }
+                Value::Float(_) | Value::Integer(_) => with(key.clone(), f64::NAN.into()),
+                _ => {}
+            }
+        }
+        spoilt
+    }
+
+    /// Every number has a check, and the key that the check names is the number's own.
+    #[test]
+    fn no_number_is_taken_unchecked() {
+        for name in ["aforce-psi-force", "variable", "osc", "robosuite-osc"] {
+            let whole = EnvConfig { space: name.parse().unwrap(), ..EnvConfig::default() };
+            let table = Table::try_from(Document { env: whole.clone() }).unwrap();
+            let spoilt = one_spoilt(&table);
+            assert!(spoilt.len() > 20, "{} numbers", spoilt.len());
+            for (key, settings) in spoilt {
+                let result = env(whole.clone(), vec![(Source::named("keys"), settings)]);
+                let error = result.map_or_else(|error| error.to_string(), |_| "taken".into());
+                assert!(error.contains(&key), "{name}: {key}: {error}");
+            }
+        }
+    }
+
     #[test]
     fn what_is_wrong_is_told_with_its_key() {
         for (text, words) in [
