@@ -40,6 +40,7 @@ mod error;
 pub mod host;
 mod law;
 mod observer;
+pub mod record;
 mod spatial;
 
 pub use arm::{Arm, CartesianLimits};
@@ -49,7 +50,7 @@ pub use law::{
     action::encode,
     action_space::{ActionEntry, ActionSpace, RateRule, SetPoint},
     adaptation::AdaptiveLaw,
-    built_in::{RecordError, UnknownActionSpace, complete, overlay},
+    built_in::{RecordError, UnknownActionSpace},
     commanded_psi::{CommandedPsi, PsiParameter, PsiRange},
     config::ControllerConfig,
     controller::{Adapted, Controller, Errors},

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use aforce::overlay;
+use aforce::record::{self, overlay};
 use anyhow::{Error, Result, anyhow, ensure};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use tasks::EnvConfig;
 use toml::{Table, Value};
 
-use crate::toml_text::{Source, explain, parse};
+use crate::source::Source;
 use crate::{setup, spaces};
 
 /// What a file of settings is.
@@ -21,7 +21,7 @@ pub const WANTED: &str = "a TOML file is wanted, such as a run's config.toml";
 /// Names the file and what is wrong in it.
 pub fn of_file(path: &Path, text: String) -> Result<(Source, Table)> {
     let name = path.display().to_string();
-    let mut table: Table = parse(&text).map_err(|problem| anyhow!("{name}: {problem}; {WANTED}"))?;
+    let mut table: Table = record::parse(&text).map_err(|problem| anyhow!("{name}: {problem}; {WANTED}"))?;
     ensure!(!table.contains_key("group"), "{name}: the file of a sweep: give it to `sweep`");
     let folder = path.parent().unwrap_or(Path::new(""));
     spaces::work_out(&mut table, folder).map_err(|problem| anyhow!("{name}: {problem:#}"))?;
@@ -43,13 +43,10 @@ pub fn layered<T: DeserializeOwned>(mut base: Table, layers: Vec<(Source, Table)
             return Err(anyhow!("{}: {key} is a list; a table is wanted, name = value", source.at(&key)));
         }
         spaces::lay_over(&mut base, table);
-        let check: Result<T, _> = base.clone().try_into();
-        check.map_err(|error| {
-            let problem = explain(&error, &base);
-            anyhow!("{}: {}", source.at(&problem.key), problem.message)
-        })?;
+        // Each layer at once: what is wrong is told with the layer that it is in.
+        record::read::<T>(base.clone()).map_err(|problem| anyhow!("{}: {problem}", source.at(&problem.key)))?;
     }
-    base.try_into().map_err(Error::from)
+    record::read(base).map_err(Error::from)
 }
 
 /// The key, if any, where `over` has a list and `base` a table, whose values a list would name by their places.
@@ -106,6 +103,44 @@ mod tests {
         let config = keys("setup = 'small-steps'\n[env]\nspace = 'osc'\nforce_penalty.limit = 40").unwrap();
         assert_eq!((config.force_penalty.limit, config.force_penalty.weight), (40.0, 0.05));
         assert_eq!((config.space.name.as_str(), config.controller.position_step), ("osc", 0.02));
+    }
+
+    /// Dotted keys of all numbers, with the same settings but for that one, which is no number.
+    fn one_spoilt(settings: &Table) -> Vec<(String, Table)> {
+        let mut spoilt = vec![];
+        for (key, value) in settings {
+            let mut with = |path, value| spoilt.push((path, Table::from_iter([(key.clone(), value)])));
+            match value {
+                Value::Table(inner) => {
+                    for (path, inner) in one_spoilt(inner) {
+                        with(format!("{key}.{path}"), inner.into());
+                    }
+                }
+                Value::Array(numbers) if numbers.first().is_some_and(Value::is_float) => {
+                    let rest = numbers[1..].iter().cloned();
+                    with(key.clone(), [Value::Float(f64::NAN)].into_iter().chain(rest).collect::<Vec<_>>().into());
+                }
+                Value::Float(_) | Value::Integer(_) => with(key.clone(), f64::NAN.into()),
+                _ => {}
+            }
+        }
+        spoilt
+    }
+
+    /// Every number has a check, and the key that the check names is the number's own.
+    #[test]
+    fn no_number_is_taken_unchecked() {
+        for name in ["aforce-psi-force", "variable", "osc", "robosuite-osc"] {
+            let whole = EnvConfig { space: name.parse().unwrap(), ..EnvConfig::default() };
+            let table = Table::try_from(Document { env: whole.clone() }).unwrap();
+            let spoilt = one_spoilt(&table);
+            assert!(spoilt.len() > 20, "{} numbers", spoilt.len());
+            for (key, settings) in spoilt {
+                let result = env(whole.clone(), vec![(Source::named("keys"), settings)]);
+                let error = result.map_or_else(|error| error.to_string(), |_| "taken".into());
+                assert!(error.contains(&key), "{name}: {key}: {error}");
+            }
+        }
     }
 
     #[test]

@@ -4,8 +4,8 @@
 
 mod layers;
 pub mod setup;
+mod source;
 pub mod spaces;
-mod toml_text;
 
 pub use layers::{WANTED, env, layered, nested, of_file};
-pub use toml_text::{Source, parse};
+pub use source::{Source, parse};

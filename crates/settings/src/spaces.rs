@@ -2,11 +2,10 @@
 
 use std::path::Path;
 
-use aforce::{ActionSpace, overlay};
+use aforce::ActionSpace;
+use aforce::record::{self, overlay};
 use anyhow::{Context, Result, bail, ensure};
 use toml::{Table, Value};
-
-use crate::toml_text::parse;
 
 /// A built-in space by its name, or a record of one's own from a file that ends with `.toml`, counted from `folder`. Without a
 /// `name` the record is called as its file is.
@@ -18,9 +17,7 @@ pub fn named(text: &str, folder: &Path) -> Result<ActionSpace> {
         return Ok(text.parse()?);
     }
     let path = folder.join(text);
-    let table: Table = parse(&fs_err::read_to_string(&path)?)
-        .map_err(anyhow::Error::msg)
-        .with_context(|| path.display().to_string())?;
+    let table: Table = record::parse(&fs_err::read_to_string(&path)?).with_context(|| path.display().to_string())?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     own(table, &stem).with_context(|| path.display().to_string())
 }

@@ -1,6 +1,7 @@
 //! Random settings: the candidates of a search.
 
-use aforce::{Scale, overlay};
+use aforce::Scale;
+use aforce::record::overlay;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;

@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use aforce::within;
 use anyhow::{Context, Result, ensure};
 use output::program::bad;
 use serde::{Deserialize, Serialize};
@@ -116,21 +117,16 @@ impl RunConfig {
     }
 
     fn validate(&self) -> Result<()> {
-        let counts = [
-            ("steps", self.steps),
-            ("evaluate_every", self.evaluate_every),
-            ("evaluation_episodes", self.evaluation_episodes.into()),
-            ("checkpoint_every", self.checkpoint_every),
-            ("env.horizon", self.env.horizon.into()),
-        ];
-        for (name, value) in counts {
-            ensure!(value > 0, "{name} = 0: must be at least 1");
+        for (key, value, range) in [
+            ("seed", self.seed as f64, 0.0..=f64::from(u32::MAX)),
+            ("steps", self.steps as f64, 1.0..=f64::INFINITY),
+            ("evaluate_every", self.evaluate_every as f64, 1.0..=f64::INFINITY),
+            ("evaluation_episodes", f64::from(self.evaluation_episodes), 1.0..=1e4),
+            ("checkpoint_every", self.checkpoint_every as f64, 1.0..=f64::INFINITY),
+            ("checkpoint_minutes", self.checkpoint_minutes, f64::MIN_POSITIVE..=f64::INFINITY),
+        ] {
+            within(key, value, range)?;
         }
-        let episodes = self.evaluation_episodes;
-        ensure!(episodes <= 10_000, "evaluation_episodes = {episodes}: at most 10000");
-        ensure!(u32::try_from(self.seed).is_ok(), "seed = {}: must be 0 to {}", self.seed, u32::MAX);
-        let minutes = self.checkpoint_minutes;
-        ensure!(minutes > 0.0, "checkpoint_minutes = {minutes}: must be above 0");
         let fits = self.variant.chars().all(|c| c == ',' || is_name_character(c));
         ensure!(fits, "variant = {:?}: {NAME_CHARACTERS}, and commas between parts", self.variant);
         let is_number = self.variant.parse::<f64>().is_ok();
@@ -343,7 +339,7 @@ mod tests {
         let file = folder.path().join("a.toml");
         fs_err::write(&file, "steps = 7\n[learner\ngamma = 0.5\n").unwrap();
         let error = RunConfig::resolve(Some(&file), &[]).unwrap_err().to_string();
-        assert!(error.contains("a.toml: line 2: "), "{error}");
+        assert!(error.contains("a.toml: line 2, column "), "{error}");
     }
 
     #[test]

@@ -9,10 +9,11 @@ use crate::error::ConfigError;
 use crate::host::interface::ArmInterface;
 use crate::host::limits::HostLimits;
 use crate::law::action_space::ActionSpace;
-use crate::law::built_in::{RecordError, UnknownActionSpace, overlay};
+use crate::law::built_in::{RecordError, UnknownActionSpace};
 use crate::law::commanded_psi::PsiParameter;
 use crate::law::config::ControllerConfig;
 use crate::law::controller::Controller;
+use crate::record::{self, Problem};
 use crate::spatial::Vector3;
 
 /// What a [`Host`](crate::host::Host) is made of.
@@ -33,24 +34,12 @@ pub struct HostSetup {
     pub space: ActionSpace,
 }
 
-/// What is wrong, and where: the line of a file, or the key.
-fn in_a_line(error: &toml::de::Error) -> String {
-    let (text, message) = (error.to_string(), error.message().replace('\n', ", "));
-    let line = text.strip_prefix("TOML parse error at ").and_then(|rest| rest.lines().next());
-    let key = text.lines().find(|line| line.starts_with("in `"));
-    match (line, key) {
-        (Some(line), _) => format!("{line}: {message}"),
-        (None, Some(key)) => format!("{message} {key}"),
-        (None, None) => message,
-    }
-}
-
 /// Why a text is no set-up.
 #[derive(Debug, thiserror::Error)]
 pub enum SetupError {
     /// No TOML, or a field that is missing, unknown or of the wrong type.
-    #[error("{}", in_a_line(.0))]
-    Text(#[from] toml::de::Error),
+    #[error(transparent)]
+    Text(#[from] Problem),
     /// The space is none.
     #[error("space: {0}")]
     Space(#[from] RecordError),
@@ -86,7 +75,7 @@ impl HostSetup {
     /// # Errors
     /// If a field is missing, unknown, of the wrong type, or not allowed.
     pub fn from_toml(text: &str) -> Result<Self, SetupError> {
-        let mut file: Table = text.parse()?;
+        let mut file: Table = record::parse(text)?;
         let space = match file.remove("space") {
             Some(Value::String(name)) => name.parse()?,
             Some(Value::Table(record)) => {
@@ -101,7 +90,8 @@ impl HostSetup {
         named(&mut file, "arm", &[("panda", Arm::PANDA), ("fr3", Arm::FR3)], "panda, fr3")?;
         let interfaces = [("franka", ArmInterface::FRANKA), ("plain", ArmInterface::PLAIN)];
         named(&mut file, "interface", &interfaces, "franka, plain")?;
-        let Rest { contact_axis, arm, interface, limits, controller } = file.try_into()?;
+        let Rest { contact_axis, arm, interface, limits, controller } =
+            record::read(file).map_err(|problem| Problem { place: record::place_of(text, &problem.key), ..problem })?;
         let setup = Self { contact_axis, arm, interface, limits, controller, space };
         setup.validate()?;
         Ok(setup)
@@ -190,21 +180,20 @@ fn named<T: Serialize>(
     names: &[(&str, T)],
     known: &'static str,
 ) -> Result<(), SetupError> {
-    let (name, over) = match file.remove(field) {
-        Some(Value::Table(mut over)) if over.contains_key("extends") => (over.remove("extends"), over),
-        Some(name @ Value::String(_)) => (Some(name), Table::new()),
+    let table = match file.remove(field) {
+        Some(Value::Table(table)) => table,
+        Some(name @ Value::String(_)) => Table::from_iter([("extends".to_owned(), name)]),
         other => {
             file.extend(other.map(|whole| (field.into(), whole)));
             return Ok(());
         }
     };
-    let value = name.unwrap_or_else(|| Value::String(String::new()));
-    let named = names.iter().find(|(known, _)| value.as_str() == Some(known));
-    let Some(mut table) = named.and_then(|(_, table)| Table::try_from(table).ok()) else {
-        return Err(SetupError::Name { field, value, known });
-    };
-    overlay(&mut table, over);
-    file.insert(field.into(), Value::Table(table));
+    let whole = record::extended(table, |value| {
+        let named = names.iter().find(|(known, _)| value.as_str() == Some(known));
+        let table = named.and_then(|(_, table)| Table::try_from(table).ok());
+        table.ok_or(SetupError::Name { field, value, known })
+    })?;
+    file.insert(field.into(), Value::Table(whole));
     Ok(())
 }
 
@@ -240,7 +229,7 @@ mod tests {
     fn what_is_wrong_is_told() {
         assert!(error("x").starts_with("line 1, column 2: key with no value"), "{}", error("x"));
         let text = error(&format!("{FILE}[limits]\nsilence_max = 'long'"));
-        assert!(text.contains("string \"long\"") && text.contains("in `limits.silence_max`"), "{text}");
+        assert!(text.starts_with("line 7, column 1: limits.silence_max: invalid type: string \"long\""), "{text}");
         assert_eq!(
             error(&FILE.replace("'fr3'", "'fr4'")),
             "arm = \"fr4\": known are panda, fr3, or a table that extends one"
@@ -249,7 +238,10 @@ mod tests {
             error(&FILE.replace("'franka'", "{ extends = 'frank' }")).starts_with("interface = \"frank\": known are")
         );
         assert!(error(&FILE.replace("aforce-force", "aforse")).starts_with("space: unknown action space `aforse`"));
-        assert!(error(&FILE.replace("control_hz", "control_khz")).contains("control_khz"));
+        assert_eq!(
+            error(&FILE.replace("control_hz", "control_khz")),
+            "line 5, column 1: unknown key \"controller.control_khz\"; did you mean \"controller.control_hz\"?"
+        );
         assert!(
             error(&format!("{FILE}[limits]\nwrench_max = [0.0, 1.0]"))
                 .starts_with("limits.wrench_max = 0 is not allowed; allowed: above 0, at most inf")

@@ -1,4 +1,4 @@
-//! Action spaces by name and from tables: the built-in list, `extends`, and how one table is laid over another.
+//! Action spaces by name and from tables: the built-in list, and what extends one of it.
 
 #![cfg_attr(
     not(test),
@@ -13,6 +13,7 @@ use std::str::FromStr;
 use toml::{Table, Value};
 
 use crate::law::action_space::ActionSpace;
+use crate::record::{self, Problem};
 
 /// The built-in records.
 const FILE: &str = include_str!("../../spaces.toml");
@@ -40,7 +41,7 @@ pub enum RecordError {
     NotAName(Value),
     /// A field is missing, unknown or of the wrong type.
     #[error(transparent)]
-    Field(#[from] toml::de::Error),
+    Field(#[from] Problem),
 }
 
 impl ActionSpace {
@@ -67,7 +68,7 @@ impl ActionSpace {
     /// # Errors
     /// If it extends an unknown space, or a field is missing, unknown or of the wrong type.
     pub fn from_table(table: Table, name: &str) -> Result<Self, RecordError> {
-        Ok(complete(table, name)?.try_into()?)
+        Ok(record::read(complete(table, name)?)?)
     }
 }
 
@@ -80,37 +81,12 @@ impl FromStr for ActionSpace {
 }
 
 /// The record that `table` stands for, `extends` worked out.
-///
-/// # Errors
-/// If it extends an unknown space, or something that is no name.
-pub fn complete(mut table: Table, name: &str) -> Result<Table, RecordError> {
-    let mut record = match table.remove("extends") {
-        None => Table::new(),
-        Some(Value::String(base)) => built_in_table(&base)?,
-        Some(other) => return Err(RecordError::NotAName(other)),
-    };
-    record.insert("name".into(), Value::String(name.into()));
-    overlay(&mut record, table);
-    Ok(record)
-}
-
-/// Keys whose value is a choice: a name, or a table whose one key names it (`stiffness.fixed = 150`).
-const CHOICES: [&str; 3] = ["goal", "stiffness", "interpolation"];
-
-/// Lays `over` on `base`: tables merge key by key, anything else replaces what was there. Of a choice (`goal`, `stiffness`,
-/// `interpolation`) another one replaces the first as a whole.
-pub fn overlay(base: &mut Table, over: Table) {
-    for (key, value) in over {
-        let is_choice = CHOICES.contains(&key.as_str());
-        match (base.get_mut(&key), value) {
-            (Some(Value::Table(old)), Value::Table(new)) if !is_choice || old.keys().eq(new.keys()) => {
-                overlay(old, new)
-            }
-            (_, value) => {
-                base.insert(key, value);
-            }
-        }
-    }
+fn complete(mut table: Table, name: &str) -> Result<Table, RecordError> {
+    table.entry("name").or_insert_with(|| name.into());
+    record::extended(table, |base| match base {
+        Value::String(base) => Ok(built_in_table(&base)?),
+        other => Err(RecordError::NotAName(other)),
+    })
 }
 
 fn file() -> Table {

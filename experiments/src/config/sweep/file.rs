@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use aforce::overlay;
+use aforce::record::overlay;
 use anyhow::{Context, Result};
 use output::program::bad;
 use serde::Deserialize;

@@ -1,6 +1,6 @@
 //! A group of a sweep's file: tasks, action spaces and seeds, and the settings that it varies.
 
-use aforce::overlay;
+use aforce::record::overlay;
 use anyhow::Result;
 use output::program::bad;
 use serde::Deserialize;

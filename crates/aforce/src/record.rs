@@ -1,0 +1,188 @@
+//! TOML that people write: what is wrong with it is told with its line, its dotted key and the nearest known key; a
+//! table may extend another.
+//!
+//! Every reader of settings in the workspace is this one. It allocates; the control loop does not call it.
+
+use std::fmt::{self, Display, Formatter};
+
+use serde::de::{DeserializeOwned, Deserializer};
+use toml::de::{DeTable, DeValue, Error};
+use toml::{Table, Value};
+
+/// What is wrong with a document or a table.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Problem {
+    /// Dotted key that it is about; empty if it is about no single one.
+    pub key: String,
+    /// Line and column of a document, counted from 1; `None` of a table.
+    pub place: Option<(usize, usize)>,
+    /// In words, with the key.
+    pub message: String,
+}
+
+impl Display for Problem {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        if let Some((line, column)) = self.place {
+            write!(f, "line {line}, column {column}: ")?;
+        }
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Problem {}
+
+/// Reads a document.
+///
+/// # Errors
+/// If it is no TOML, or a key is missing, unknown or of the wrong type.
+pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, Problem> {
+    let problem = |error: &Error, key| {
+        let place = error.span().map(|span| place(text, span.start));
+        Problem { place, ..explain(error, key) }
+    };
+    let document = toml::Deserializer::parse(text).map_err(|error| problem(&error, String::new()))?;
+    deserialize(document).map_err(|(error, key)| problem(&error, key))
+}
+
+/// Reads a table.
+///
+/// # Errors
+/// If a key is missing, unknown or of the wrong type.
+pub fn read<T: DeserializeOwned>(table: Table) -> Result<T, Problem> {
+    deserialize(table).map_err(|(error, key)| explain(&error, key))
+}
+
+/// What `table` stands for: the table that its key `extends` names, which `base` finds, with the other keys laid over it
+/// ([`overlay`]). Without that key it is itself.
+///
+/// # Errors
+/// As `base`.
+pub fn extended<E>(mut table: Table, base: impl FnOnce(Value) -> Result<Table, E>) -> Result<Table, E> {
+    let Some(name) = table.remove("extends") else { return Ok(table) };
+    let mut whole = base(name)?;
+    overlay(&mut whole, table);
+    Ok(whole)
+}
+
+/// Keys whose value is a choice: a name, or a table whose one key names it (`stiffness.fixed = 150`).
+const CHOICES: [&str; 3] = ["goal", "stiffness", "interpolation"];
+
+/// Lays `over` on `base`: tables merge key by key, anything else replaces what was there. Of a choice (`goal`, `stiffness`,
+/// `interpolation`) another one replaces the first as a whole.
+pub fn overlay(base: &mut Table, over: Table) {
+    for (key, value) in over {
+        let is_choice = CHOICES.contains(&key.as_str());
+        match (base.get_mut(&key), value) {
+            (Some(Value::Table(old)), Value::Table(new)) if !is_choice || old.keys().eq(new.keys()) => {
+                overlay(old, new)
+            }
+            (_, value) => {
+                base.insert(key, value);
+            }
+        }
+    }
+}
+
+/// Line and column, counted from 1, of a dotted key in a document, if it is there.
+#[must_use]
+pub fn place_of(text: &str, key: &str) -> Option<(usize, usize)> {
+    let document = DeTable::parse(text).ok()?;
+    let (mut table, mut start) = (Some(document.get_ref()), None);
+    for part in key.split('.') {
+        let (found, value) = table?.iter().find(|(key, _)| key.get_ref() == part)?;
+        start = Some(found.span().start);
+        table = if let DeValue::Table(inner) = value.get_ref() { Some(inner) } else { None };
+    }
+    Some(place(text, start?))
+}
+
+/// Line and column, counted from 1, of a byte.
+fn place(text: &str, byte: usize) -> (usize, usize) {
+    let before = text.get(..byte).unwrap_or(text);
+    let line = before.rsplit('\n').next().unwrap_or_default();
+    (before.matches('\n').count() + 1, line.chars().count() + 1)
+}
+
+/// Reads a value; an error comes with the dotted key that it is about.
+fn deserialize<'de, T: DeserializeOwned, D: Deserializer<'de, Error = Error>>(from: D) -> Result<T, (Error, String)> {
+    serde_path_to_error::deserialize(from).map_err(|error| {
+        let key = if error.path().iter().len() == 0 { String::new() } else { error.path().to_string() };
+        (error.into_inner(), key)
+    })
+}
+
+/// What the parser says of a number where the name of a choice is wanted, in a table and in a document.
+const NO_NAME: [&str; 2] = ["invalid type: unit variant", "wanted string or table"];
+/// Likeness (Jaro) from which on a known key may be what was meant.
+const LIKE: f64 = 0.75;
+
+/// The parser's message, told with the dotted key that it is about, and the nearest known key for an unknown one.
+fn explain(error: &Error, key: String) -> Problem {
+    let message = error.message().replace('\n', ", ");
+    // The names of an unknown key and of the known ones are told by serde's message alone.
+    let mut quoted = message.split('`').skip(1).step_by(2);
+    let unknown = quoted.next().filter(|_| message.starts_with("unknown field"));
+    let message = if let Some(unknown) = unknown {
+        let section = key.strip_suffix(unknown).unwrap_or_default();
+        let known: Vec<&str> = quoted.collect();
+        let likeness = |known: &&str| strsim::jaro(known, unknown);
+        let hint = match known.iter().copied().max_by(|a, b| likeness(a).total_cmp(&likeness(b))) {
+            Some(nearest) if likeness(&nearest) > LIKE => format!("did you mean \"{section}{nearest}\"?"),
+            _ => format!("known are {}", known.join(", ")),
+        };
+        format!("unknown key \"{key}\"; {hint}")
+    } else {
+        let wanted = if NO_NAME.iter().any(|no_name| message.contains(no_name)) {
+            "a name in quotes is wanted"
+        } else {
+            &message
+        };
+        if key.is_empty() { wanted.to_owned() } else { format!("{key}: {wanted}") }
+    };
+    Problem { key, place: None, message }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::law::action_space::ActionSpace;
+
+    #[test]
+    fn a_key_has_a_place_wherever_it_is_written() {
+        let text = "seed = 1\n\n[env]\ntask = \"lift\"\nspace.stiffness = { fixed = 3 }\n[learner]\ngamma = 0.9\n";
+        let places = ["seed", "env.task", "env.space.stiffness.fixed", "learner.gamma", "learner.tau", ""];
+        let expected = [Some((1, 1)), Some((4, 1)), Some((5, 21)), Some((7, 1)), None, None];
+        assert_eq!(places.map(|key| place_of(text, key)), expected);
+    }
+
+    /// A document and a table are answered alike, the document with its place.
+    #[test]
+    fn what_is_wrong_is_told_with_its_whole_key() {
+        let known = "goal = 'rebased'\n";
+        for (text, place, key, message) in [
+            ("fo rce = true", (1, 4), "", "key with no value, expected `=`"),
+            ("forse = true", (1, 1), "forse", "unknown key \"forse\"; did you mean \"force\"?"),
+            ("qqqqq = true", (1, 1), "qqqqq", "unknown key \"qqqqq\"; known are name, "),
+            ("\nforce = 3", (2, 9), "force", "force: invalid type: integer `3`, expected a boolean"),
+            ("rate = 3", (1, 8), "rate", "rate: a name in quotes is wanted"),
+            ("rate = 'fast'", (1, 8), "rate", "rate: unknown variant `fast`, expected "),
+            // The choice `adaptive` is a part of the key, which the parser itself leaves out.
+            (
+                "stiffness.adaptive = { k_mn = 3 }",
+                (1, 24),
+                "stiffness.adaptive.k_mn",
+                "unknown key \"stiffness.adaptive.k_mn\"; did you mean \"stiffness.adaptive.k_min\"?",
+            ),
+            ("commanded_psi.ranges = [3]", (1, 25), "commanded_psi.ranges[0]", "commanded_psi.ranges[0]: "),
+        ] {
+            let problem = parse::<ActionSpace>(text).unwrap_err();
+            assert_eq!((problem.place, problem.key.as_str()), (Some(place), key), "{text}: {problem}");
+            assert!(problem.message.starts_with(message), "{text}: {problem}");
+            assert!(problem.to_string().starts_with(&format!("line {}, column {}: ", place.0, place.1)), "{problem}");
+            let Ok(table) = text.parse::<Table>() else { continue };
+            assert_eq!(read::<ActionSpace>(table).unwrap_err(), Problem { place: None, ..problem });
+        }
+        let missing = parse::<ActionSpace>(known).unwrap_err();
+        assert!(missing.key.is_empty() && missing.message.starts_with("missing field"), "{missing}");
+    }
+}
