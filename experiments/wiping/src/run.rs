@@ -4,11 +4,9 @@ use std::collections::VecDeque;
 
 use aforce::{ActionSpace, Controller, JointVector, Measurement, Pose, Vector3, Wrench};
 use anyhow::Result;
-use physics::model::Model;
 use physics::robots::Robot;
-use physics::scenes::wipe::{self, Wipe};
-use physics::wiping_tool::GRIP_SITE;
-use physics::{Deviation, Plant, Simulation};
+use physics::scenes::wipe::Wipe;
+use physics::{Plant, Simulation};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use tasks::Markers;
@@ -64,8 +62,6 @@ struct Wiping<'a> {
     run: &'a Run<'a>,
     robot: Robot,
     simulation: Simulation,
-    /// What the controller believes the arm to be: without payload.
-    model: Model,
     controller: Controller,
     estimator: Estimator,
     expert: Expert,
@@ -82,22 +78,16 @@ impl<'a> Wiping<'a> {
     fn new(run: &'a Run<'a>) -> Result<Self> {
         let Run { setup, space, trial, disturbance } = run;
         let robot = setup.arm();
-        let height = trial.height + disturbance.table_offset;
-        let loaded = disturbance.loaded(&robot);
         let plant = Plant {
-            robot: loaded,
+            robot: robot.clone(),
             dt: setup.controller.dt(),
             config: setup.simulation,
-            deviation: Deviation::default(),
+            deviation: disturbance.deviation(),
         };
-        let friction = if setup.lossless { 0.0 } else { trial.friction * disturbance.friction };
-        let (mut simulation, _) = Wipe::simulate(&plant, height, friction);
+        let friction = if setup.lossless { 0.0 } else { trial.friction };
+        let (mut simulation, _) = Wipe::simulate(&plant, trial.height, friction);
         simulation.reset(&trial.start);
-
-        let (believed, tool) = wipe::scene(&robot, trial.height, trial.friction);
-        let model = Model::new(&believed, tool, GRIP_SITE);
-        let (q, qd) = simulation.joints();
-        let y = model.measure(q, qd, Wrench::zeros());
+        let y = simulation.measure();
         let mut controller = Controller::new(space, &setup.controller, &robot.arm, Vector3::z_axis())?;
         controller.reset(&y);
 
@@ -106,15 +96,14 @@ impl<'a> Wiping<'a> {
         let spot = |height| Vector3::new(trial.spot[0], trial.spot[1], height);
         Ok(Wiping {
             run,
-            start_energy: energy(&simulation),
+            start_energy: simulation.energy(),
             estimator: Estimator::new(&sensing, robot.damping(), &y, rng),
             expert: Expert::new(setup, spot(trial.height)),
-            paint: Markers::spot(spot(height), setup.spot_radius),
+            paint: Markers::spot(spot(trial.height + disturbance.table_offset), setup.spot_radius),
             late: VecDeque::from(vec![y.bias; (disturbance.delay / plant.dt).round() as usize]),
             record: Record::default(),
             robot,
             simulation,
-            model,
             controller,
             y,
         })
@@ -130,14 +119,12 @@ impl<'a> Wiping<'a> {
         let before = self.y.clone();
         self.simulation.step(&tau, 0.0)?;
 
-        let (q, qd) = self.simulation.joints();
-        self.y = self.model.measure(q, qd, Wrench::zeros());
+        self.y = self.simulation.measure();
         let estimated = self.estimator.update(&commanded, &self.y, dt);
         let contact = *self.simulation.contact();
-        self.y.wrench = match self.run.setup.sensing.source {
-            WrenchSource::Estimated => estimated,
-            WrenchSource::Exact => contact.filtered,
-        };
+        if self.run.setup.sensing.source == WrenchSource::Estimated {
+            self.y.wrench = estimated;
+        }
         self.account(&tau, &before, &contact.raw, dt);
         self.record.force_max = self.record.force_max.max(contact.hand_force());
         Ok(())
@@ -191,16 +178,10 @@ impl<'a> Wiping<'a> {
     }
 
     fn finish(mut self) -> Record {
-        self.record.stored = energy(&self.simulation) - self.start_energy;
+        self.record.stored = self.simulation.energy() - self.start_energy;
         self.record.paint_left = self.paint.remaining_share();
         self.record
     }
-}
-
-/// Kinetic and potential energy of the simulated arm (J).
-fn energy(simulation: &Simulation) -> f64 {
-    let (q, qd) = simulation.joints();
-    simulation.model().energy(&q, &qd)
 }
 
 /// Norm of the difference of two quaternions of the same half-sphere: 2 sin(angle/4).

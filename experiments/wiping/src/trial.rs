@@ -1,9 +1,8 @@
 //! What varies: from one wipe to the next, and unknown to script, controller and model.
 
 use aforce::JointVector;
-use physics::robots::Robot;
+use physics::Deviation;
 use physics::robots::panda::HOME;
-use physics::scene::Inertial;
 use physics::scenes::wipe::TABLE_HEIGHT;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -52,7 +51,7 @@ pub struct Disturbance {
     pub table_offset: f64,
     /// Factor on the friction.
     pub friction: f64,
-    /// Mass at the flange (kg).
+    /// Mass at the tool point (kg).
     pub payload: f64,
     /// Factor on bias and noise of the estimated wrench.
     pub wrench_error: f64,
@@ -64,9 +63,9 @@ impl Disturbance {
     /// All is as believed.
     pub const NONE: Self = Self { table_offset: 0.0, friction: 1.0, payload: 0.0, wrench_error: 1.0, delay: 0.0 };
 
-    /// The arm with its payload.
-    pub(crate) fn loaded(&self, robot: &Robot) -> Robot {
-        let payload = Inertial::diagonal(self.payload, [0.0; 3], [0.0; 3]);
-        Robot { flange_inertial: robot.flange_inertial.merged(&payload), ..robot.clone() }
+    /// What of it only the simulation knows.
+    pub(crate) fn deviation(&self) -> Deviation {
+        let Disturbance { table_offset: table_height, friction, payload, .. } = *self;
+        Deviation { payload, friction, table_height, ..Deviation::default() }
     }
 }
