@@ -41,6 +41,7 @@ pub mod host;
 mod law;
 mod observer;
 mod spatial;
+pub mod wiper;
 
 pub use arm::{Arm, CartesianLimits};
 pub use energy::EnergyLedger;
