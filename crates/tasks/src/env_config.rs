@@ -9,6 +9,7 @@ use crate::disturbance::Disturbance;
 use crate::observation_options::ObservationOptions;
 use crate::penalty::ForcePenalty;
 use crate::protection::Protection;
+use crate::sensing::Sensing;
 use crate::task_name::TaskName;
 
 /// Everything that defines an environment.
@@ -42,6 +43,8 @@ pub struct EnvConfig {
     pub force_penalty: ForcePenalty,
     /// What differs from what controller and policy know.
     pub disturbance: Disturbance,
+    /// How the external wrench is known.
+    pub sensing: Sensing,
     /// Engine settings.
     pub simulation: SimulationConfig,
     /// The controller.
@@ -65,6 +68,7 @@ impl EnvConfig {
         // A faster one would look like another, or like a constant.
         let push_hz = self.disturbance.push_hz.map_or(0.0, |draw| draw.ends()[1]);
         within("env.disturbance.push_hz", push_hz, 0.0..=f64::from(self.controller.control_hz) / 2.0)?;
+        self.sensing.validate().map_err(|error| error.below("env"))?;
         self.simulation.validate().map_err(|error| error.below("env"))?;
         self.controller.validate().map_err(|error| error.below("env.controller"))?;
         self.space.validate(self.controller.control_hz).map_err(|error| error.below("env"))
@@ -86,6 +90,7 @@ impl Default for EnvConfig {
             observation: ObservationOptions::default(),
             force_penalty: ForcePenalty::default(),
             disturbance: Disturbance::default(),
+            sensing: Sensing::default(),
             simulation: SimulationConfig::default(),
             controller: ControllerConfig::default(),
         }
