@@ -42,6 +42,7 @@ mod law;
 mod observer;
 pub mod record;
 mod spatial;
+pub mod wiper;
 
 pub use arm::{Arm, CartesianLimits};
 pub use energy::EnergyLedger;

@@ -9,7 +9,7 @@ use crate::deviation::Deviation;
 use crate::engine::{Engine, Surfaces};
 use crate::friction::DryFriction;
 use crate::gripper::{FINGER_JOINTS, Gripper, INITIAL_OPENING};
-use crate::model::Model;
+use crate::model::{GRAVITY, Model};
 use crate::robots::Robot;
 use crate::scene::Scene;
 use crate::solid::Solid;
@@ -97,6 +97,8 @@ pub struct Simulation {
     push: Vector3,
     /// The body that carries the controlled point.
     tool: usize,
+    /// Mass of the payload at the controlled point, which the model does not know (kg).
+    payload: f64,
     /// Work space: one effort per joint of the engine.
     efforts: Vec<f64>,
 }
@@ -125,6 +127,7 @@ impl Simulation {
             loads: vec![0.0; engine.axes().len()],
             push: Vector3::zeros(),
             tool: scene.moving_root(tool).0.expect("the tool is carried by the arm"),
+            payload: plant.deviation.payload,
             efforts: vec![0.0; engine.axes().len()],
             friction: DryFriction::new(engine.axes(), &inertias, engine_dt),
             stops: ArmStops::new(&model, engine.axes(), engine_dt),
@@ -218,6 +221,14 @@ impl Simulation {
     /// What the controller reads. The wrench is the filtered one.
     pub fn measure(&self) -> Measurement {
         Measurement { wrench: self.contact.filtered, ..self.arm.clone() }
+    }
+
+    /// Kinetic and potential energy of the arm and of the payload that it carries (J); the potential energy is zero at z = 0.
+    pub fn energy(&self) -> f64 {
+        let Measurement { q, qd, pose, twist, .. } = &self.arm;
+        let speed = twist.fixed_rows::<3>(0).norm();
+        let payload = self.payload * (0.5 * speed * speed + GRAVITY * pose.translation.z);
+        self.model.energy(q, qd) + payload
     }
 
     /// Takes in where the engine has brought the arm.

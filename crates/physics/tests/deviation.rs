@@ -127,4 +127,9 @@ fn the_model_does_not_know_of_a_payload() {
     // What is left is dry friction, 0.1 Nm at each joint, and a fraction for the bodies that are not rigid: the fingers.
     assert!(left.amax() < 0.15, "{left}");
     assert!(qdd.amax() > 0.5);
+    // The energy knows of it.
+    let own = simulation.model().energy(&y.q, &y.qd);
+    let speed = y.twist.fixed_rows::<3>(0).norm();
+    assert!(speed > 1e-3);
+    assert_relative_eq!(simulation.energy() - own, 9.81 * y.pose.translation.z + speed.powi(2) / 2.0, epsilon = 1e-9);
 }

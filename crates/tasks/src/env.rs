@@ -1,6 +1,6 @@
 //! The environment: the one loop from an action to torques, and back to a reward.
 
-use aforce::{ActionEntry, ConfigError, Controller, Measurement};
+use aforce::{ActionEntry, ConfigError, Controller, JointVector, Measurement};
 use physics::robots::Robot;
 use physics::{Plant, Simulation};
 use rand::{Rng, SeedableRng};
@@ -16,6 +16,8 @@ use crate::normal::standard_normal;
 use crate::observation::observe_robot;
 use crate::observer::Observer;
 use crate::reward_terms::RewardTerms;
+use crate::sample::Sample;
+use crate::sensing::Estimator;
 use crate::task::{HELD, Reward, Task};
 
 /// Overlap at which the engine would throw the arm off instead of starting an episode (m).
@@ -28,7 +30,8 @@ const MOST_STARTS: u32 = 1000;
 ///
 /// Gymnasium's conventions: call [`Env::reset`], then [`Env::step`] until the episode is
 /// terminated or truncated. An episode is a function of its seed and its actions, to the last bit and whatever instructions
-/// the processor offers. (Jerk-limited set-points are not: their library takes sin, cos and acos from the platform.)
+/// the processor offers. (Jerk-limited set-points are not: their library takes sin, cos and acos from the platform. Nor is the noise
+/// of an estimated wrench, whose tails take exp and ln.)
 pub struct Env {
     config: EnvConfig,
     task: Box<dyn Task>,
@@ -37,6 +40,8 @@ pub struct Env {
     controller: Controller,
     /// What disturbs the running episode.
     drawn: Drawn,
+    /// What estimates the external wrench, where that is not known exactly.
+    estimator: Option<Estimator>,
     /// What is measured, which noise may set apart from what is.
     y: Measurement,
     observer: Observer,
@@ -91,9 +96,19 @@ impl Env {
     ///
     /// # Panics
     /// If the task observes more numbers at one time than at another, or names the terms of its reward otherwise.
-    pub fn with_task(mut task: Box<dyn Task>, config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
+    pub fn with_task(task: Box<dyn Task>, config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
+        Env::with_robot(config.robot.robot(), task, config, seed)
+    }
+
+    /// As [`Env::with_task`], with a robot of one's own in place of `config.robot`.
+    ///
+    /// # Errors
+    /// As [`Env::with_task`].
+    ///
+    /// # Panics
+    /// As [`Env::with_task`].
+    pub fn with_robot(robot: Robot, mut task: Box<dyn Task>, config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
         config.validate()?;
-        let robot = config.robot.robot();
         let controller = Controller::new(&config.space, &config.controller, &robot.arm, task.contact_axis())?;
         let drawn = config.disturbance.draw(0);
         let deviation = config.disturbance.highest_table();
@@ -119,6 +134,7 @@ impl Env {
             simulation,
             controller,
             drawn,
+            estimator: None,
             y,
             observer: Observer::default(),
             nothing_earned,
@@ -143,6 +159,7 @@ impl Env {
         self.simulation = self.task.reset(&self.plant, &mut rng);
         self.place_arm(&mut rng);
         self.y = self.drawn.sense(&self.simulation);
+        self.estimator = self.config.sensing.estimator(seed, self.plant.robot.damping(), &self.y);
         self.controller.reset(&self.y);
         self.drawn.begin(&self.y.bias, self.plant.dt);
         self.elapsed = 0;
@@ -153,7 +170,7 @@ impl Env {
 
     /// Draws joint angles until they are within their ranges and the arm stands in nothing's way.
     fn place_arm(&mut self, rng: &mut ChaCha8Rng) {
-        let Robot { home, arm, .. } = &self.plant.robot;
+        let (home, arm) = (self.task.start(&self.plant.robot), &self.plant.robot.arm);
         for _ in 0..MOST_STARTS {
             let q = home.map(|q| q + self.config.initial_noise * standard_normal(rng));
             if q.iter().zip(arm.range).all(|(q, [low, high])| (low..=high).contains(q)) {
@@ -172,6 +189,14 @@ impl Env {
     /// # Panics
     /// If `action` has not [`Env::action_dim`] entries.
     pub fn step(&mut self, action: &[f64]) -> Step {
+        self.step_watched(action, |_| ())
+    }
+
+    /// As [`Env::step`]; `watch` sees every control sample that the simulation lived through.
+    ///
+    /// # Panics
+    /// As [`Env::step`].
+    pub fn step_watched(&mut self, action: &[f64], mut watch: impl FnMut(&Sample)) -> Step {
         assert_eq!(action.len(), self.action_dim(), "an action of this environment");
         let (motion, grip) = action.split_at(self.config.space.dim());
         let grip = grip.first().copied().unwrap_or(0.0);
@@ -180,14 +205,19 @@ impl Env {
         let mut interval = Interval::default();
         let mut diverged = false;
         for _ in 0..self.config.controller.samples_per_action() {
-            let tau = self.drawn.delayed(&self.controller.update(&self.y));
+            let commanded = self.controller.update(&self.y);
+            let tau = self.drawn.delayed(&commanded);
+            let contact = *self.simulation.contact();
             self.simulation.set_push(&self.drawn.push(self.plant.dt));
             let before = self.simulation.joints().1;
             diverged = self.simulation.step(&tau, grip).is_err() || self.controller.faults() > 0;
             if diverged {
                 break;
             }
-            self.y = self.drawn.sense(&self.simulation);
+            let y = self.sense(&commanded);
+            let given = std::mem::replace(&mut self.y, y);
+            let (controller, simulation) = (&self.controller, &self.simulation);
+            watch(&Sample { given: &given, contact: &contact, controller, tau: &tau, simulation });
             let qd = (before + self.simulation.joints().1) / 2.0;
             let (contacts, penalty) = (self.simulation.contacts(), &self.config.force_penalty);
             interval.add(&tau, &qd, contacts, &self.controller, penalty, &self.plant);
@@ -199,6 +229,17 @@ impl Env {
         }
         self.elapsed += 1;
         self.outcome(interval, diverged)
+    }
+
+    /// What is measured after the torque `commanded`.
+    fn sense(&mut self, commanded: &JointVector) -> Measurement {
+        let mut y = self.drawn.sense(&self.simulation);
+        if let Some(estimator) = &mut self.estimator {
+            // What disturbs a measured force disturbs an estimated one as well.
+            let error = y.wrench - self.simulation.contact().filtered;
+            y.wrench = estimator.update(commanded, &y, self.plant.dt) + error;
+        }
+        y
     }
 
     fn outcome(&mut self, interval: Interval, diverged: bool) -> Step {

@@ -11,6 +11,7 @@ use crate::lift::Lift;
 use crate::observation_options::ObservationOptions;
 use crate::penalty::ForcePenalty;
 use crate::protection::Protection;
+use crate::sensing::Sensing;
 use crate::task::Task;
 use crate::task_name::TaskName;
 use crate::wipe::Wipe;
@@ -46,6 +47,8 @@ pub struct EnvConfig {
     pub force_penalty: ForcePenalty,
     /// What differs from what controller and policy know.
     pub disturbance: Disturbance,
+    /// How the external wrench is known.
+    pub sensing: Sensing,
     /// Engine settings.
     pub simulation: SimulationConfig,
     /// The controller.
@@ -78,6 +81,7 @@ impl EnvConfig {
         // A faster one would look like another, or like a constant.
         let push_hz = self.disturbance.push_hz.map_or(0.0, |draw| draw.ends()[1]);
         within("env.disturbance.push_hz", push_hz, 0.0..=f64::from(self.controller.control_hz) / 2.0)?;
+        self.sensing.validate().map_err(|error| error.below("env"))?;
         self.simulation.validate().map_err(|error| error.below("env"))?;
         self.controller.validate().map_err(|error| error.below("env.controller"))?;
         self.space.validate(self.controller.control_hz).map_err(|error| error.below("env"))
@@ -99,6 +103,7 @@ impl Default for EnvConfig {
             observation: ObservationOptions::default(),
             force_penalty: ForcePenalty::default(),
             disturbance: Disturbance::default(),
+            sensing: Sensing::default(),
             simulation: SimulationConfig::default(),
             controller: ControllerConfig::default(),
         }

@@ -1,8 +1,9 @@
 //! What makes a task a task.
 
-use aforce::{Measurement, Pose};
+use aforce::{JointVector, Measurement, Pose};
 use nalgebra::UnitVector3;
 use physics::camera::{Camera, Decal};
+use physics::robots::Robot;
 use physics::{Plant, Simulation};
 use rand_chacha::ChaCha8Rng;
 
@@ -15,6 +16,11 @@ pub trait Task: Send {
     /// Builds the scene of one episode, everything random drawn from `rng`; the arm is
     /// put in place by the caller.
     fn reset(&mut self, plant: &Plant, rng: &mut ChaCha8Rng) -> Simulation;
+
+    /// Joint angles around which an episode starts (rad).
+    fn start(&self, robot: &Robot) -> JointVector {
+        robot.home
+    }
 
     /// What captions and messages call it.
     fn name(&self) -> &'static str;
@@ -37,6 +43,11 @@ pub trait Task: Send {
 
     /// What a scripted expert wants next.
     fn expert(&self, simulation: &Simulation, y: &Measurement) -> Waypoint;
+
+    /// How much of the work is done, 0 to 1; `None` in a task that cannot tell.
+    fn progress(&self) -> Option<f64> {
+        None
+    }
 
     /// What success is, for captions: a verb and its object.
     fn achievement(&self) -> &'static str {

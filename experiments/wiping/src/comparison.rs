@@ -8,11 +8,12 @@ use output::file;
 use output::parallel;
 use output::statistics::{deviation, mean};
 use show::plot::{self, Panel, Series};
+use tasks::Disturbance;
 
 use crate::metrics::{METRICS, cell, column, measure, write_wipes};
 use crate::setup::Setup;
 use crate::spaces::HIGH;
-use crate::trial::{Disturbance, Trial};
+use crate::trial::Trial;
 use crate::{Run, simulate};
 
 /// The metrics of every trial with every space.
@@ -31,7 +32,7 @@ impl Comparison {
     pub fn run(setup: &Setup, seed: u64, trials: u64) -> Result<Self> {
         let jobs: Vec<(&ActionSpace, Trial)> =
             setup.spaces.iter().flat_map(|s| (0..trials).map(move |i| (s, Trial::random(seed, i)))).collect();
-        let wipe = |&(space, trial): &_| simulate(&Run { setup, space, trial, disturbance: Disturbance::NONE });
+        let wipe = |&(space, trial): &_| simulate(&Run { setup, space, trial, disturbance: Disturbance::default() });
         let rows = parallel::map(&jobs, |job| anyhow::Ok(measure(&wipe(job)?, setup.force)))?;
         let mut rows = rows.into_iter();
         Ok(Comparison {

@@ -5,11 +5,11 @@ use std::path::Path;
 use aforce::{ActionSpace, Damping, DeltaSign, Interpolation, Psi, RateRule, Stiffness};
 use anyhow::Result;
 use output::parallel;
+use tasks::{Disturbance, Draw, WrenchSource};
 
 use crate::metrics::{measure, write_wipes};
-use crate::sensing::WrenchSource;
 use crate::setup::Setup;
-use crate::trial::{Disturbance, Trial};
+use crate::trial::Trial;
 use crate::{Run, simulate};
 
 /// What is different.
@@ -26,11 +26,16 @@ pub fn disturbances() -> Vec<Condition> {
     fn exact(setup: &mut Setup) {
         setup.sensing.source = WrenchSource::Exact;
     }
+    fn worse(setup: &mut Setup) {
+        let sensing = &mut setup.sensing;
+        [sensing.bias, sensing.noise] = [sensing.bias, sensing.noise].map(|error| error.map(|error| 4.0 * error));
+    }
     fn same(_: &mut Setup) {}
-    let none = Disturbance::NONE;
-    let payload = Disturbance { payload: 0.5, ..none };
-    let table = |table_offset| Disturbance { table_offset, ..none };
-    let late = |delay| Disturbance { delay, ..none };
+    let none = Disturbance::default();
+    let fixed = |value| Some(Draw::Fixed(value));
+    let payload = Disturbance { payload_kg: fixed(0.5), ..none };
+    let table = |height| Disturbance { table_height_m: fixed(height), ..none };
+    let late = |delay| Disturbance { torque_delay_s: fixed(delay), ..none };
     let condition = |name, disturbance| Condition { name, change: same, disturbance };
     vec![
         condition("none", none),
@@ -38,10 +43,10 @@ pub fn disturbances() -> Vec<Condition> {
         condition("table 3 cm lower", table(-0.03)),
         condition("table 1 cm higher", table(0.01)),
         condition("table 3 cm higher", table(0.03)),
-        condition("friction doubled", Disturbance { friction: 2.0, ..none }),
+        condition("friction doubled", Disturbance { friction: fixed(2.0), ..none }),
         condition("payload 0.5 kg", payload),
         Condition { name: "payload 0.5 kg; exact wrench", change: exact, disturbance: payload },
-        condition("wrench bias and noise x 4", Disturbance { wrench_error: 4.0, ..none }),
+        Condition { name: "wrench bias and noise x 4", change: worse, disturbance: none },
         condition("torque 1 ms late", late(0.001)),
         condition("torque 5 ms late", late(0.005)),
     ]
@@ -49,7 +54,7 @@ pub fn disturbances() -> Vec<Condition> {
 
 /// Settings on which the comparison may depend.
 pub fn variants() -> Vec<Condition> {
-    let condition = |name, change| Condition { name, change, disturbance: Disturbance::NONE };
+    let condition = |name, change| Condition { name, change, disturbance: Disturbance::default() };
     vec![
         condition("as compared", |_| ()),
         condition("set-points with all of the Panda's dynamics", all_dynamics),
@@ -65,7 +70,7 @@ pub fn variants() -> Vec<Condition> {
 
 /// Other parameters of the adaptive law.
 pub fn laws() -> Vec<Condition> {
-    let condition = |name, change| Condition { name, change, disturbance: Disturbance::NONE };
+    let condition = |name, change| Condition { name, change, disturbance: Disturbance::default() };
     vec![
         condition("as compared", |_| ()),
         condition("delta off", |setup| law(setup, |psi| psi.delta_sign = DeltaSign::Off)),
@@ -153,7 +158,7 @@ mod tests {
                 (condition.change)(&mut setup);
                 (setup, condition.disturbance)
             };
-            assert_eq!(set_up(&conditions[0]), (Setup::default(), Disturbance::NONE));
+            assert_eq!(set_up(&conditions[0]), (Setup::default(), Disturbance::default()));
             assert_all_differ(&conditions, &conditions.iter().map(set_up).collect::<Vec<_>>());
             assert_all_differ(&conditions, &conditions.iter().map(|condition| condition.name).collect::<Vec<_>>());
         }

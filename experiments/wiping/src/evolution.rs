@@ -4,11 +4,12 @@ use std::path::Path;
 
 use anyhow::Result;
 use show::plot::{self, Panel, Series};
+use tasks::Disturbance;
 
 use crate::record::{Record, Sample};
 use crate::setup::Setup;
 use crate::spaces::AFORCE;
-use crate::trial::{Disturbance, Trial};
+use crate::trial::Trial;
 use crate::{Run, simulate};
 
 /// The figure ends here (s): three of eight rotations, which all look like the third. The table goes on.
@@ -22,7 +23,7 @@ const THINNING: usize = 10;
 /// If the configuration is not allowed or the disk does not take the files.
 pub fn write(setup: &Setup, out: &Path) -> Result<()> {
     let trial = Trial::nominal();
-    let record = simulate(&Run { setup, space: &setup.spaces[AFORCE], trial, disturbance: Disturbance::NONE })?;
+    let record = simulate(&Run { setup, space: &setup.spaces[AFORCE], trial, disturbance: Disturbance::default() })?;
     record.write_csv(&out.join("evolution.csv"))?;
     plot::write_with_png("One wipe over time, 1 kHz", &panels(&record, &trial, setup.force), &out.join("evolution"))
 }

@@ -2,43 +2,11 @@
 
 use std::path::Path;
 
-use aforce::{EnergyLedger, Vector3, Vector6};
+use aforce::wiper::Phase;
+use aforce::{EnergyLedger, Pose, Vector3, Vector6};
 use anyhow::Result;
 use output::file;
-
-/// Part of the script.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd)]
-pub enum Phase {
-    /// To a place above the spot.
-    Approach,
-    /// Down until the force controller is engaged.
-    Lower,
-    /// Pressing without motion.
-    Press,
-    /// Circling under pressure.
-    Wipe,
-}
-
-impl Phase {
-    /// The one that follows.
-    pub(crate) fn next(self) -> Option<Self> {
-        match self {
-            Phase::Approach => Some(Phase::Lower),
-            Phase::Lower => Some(Phase::Press),
-            Phase::Press => Some(Phase::Wipe),
-            Phase::Wipe => None,
-        }
-    }
-
-    fn name(self) -> &'static str {
-        match self {
-            Phase::Approach => "approach",
-            Phase::Lower => "lower",
-            Phase::Press => "press",
-            Phase::Wipe => "wipe",
-        }
-    }
-}
+use physics::robots::Robot;
 
 /// One control sample (1 ms): what the controller was given, and what it made of it. World axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,7 +52,7 @@ pub struct Losses {
 }
 
 impl Losses {
-    pub(crate) fn add(&mut self, joints: f64, table: f64) {
+    fn add(&mut self, joints: f64, table: f64) {
         self.joints += joints;
         self.table += table;
     }
@@ -142,6 +110,52 @@ pub struct Outcome {
 const HELD: f64 = 0.1;
 
 impl Record {
+    /// Takes in a control sample of `robot` in `phase`.
+    pub(crate) fn take(&mut self, phase: Phase, sample: &tasks::Sample, robot: &Robot) {
+        let dt = sample.simulation.dt();
+        self.look(phase, sample, dt);
+        self.account(phase, sample, robot, dt);
+        self.force_max = self.force_max.max(sample.simulation.contact().hand_force());
+    }
+
+    /// What the controller was given and what it made of it.
+    fn look(&mut self, phase: Phase, sample: &tasks::Sample, dt: f64) {
+        let controller = sample.controller;
+        let (tool, set_point) = (sample.given.pose, controller.set_point());
+        self.samples.push(Sample {
+            time: self.samples.len() as f64 * dt,
+            phase,
+            force: sample.contact.filtered[2],
+            measured_force: sample.given.wrench[2],
+            force_command: controller.force_command(),
+            engagement: controller.engagement(),
+            position: tool.translation.vector,
+            set_point: set_point.translation.vector,
+            error: aforce::pose_error(&tool, set_point),
+            quaternion_error: quaternion_distance(&tool, set_point),
+            stiffness: controller.stiffness(),
+            feedforward: *controller.feedforward(),
+            energy: self.energy.absolute,
+            control_energy: self.control_energy.absolute,
+        });
+    }
+
+    /// The energy of one sample. A torque acts over the whole of it: its work goes with the mean velocity.
+    fn account(&mut self, phase: Phase, sample: &tasks::Sample, robot: &Robot, dt: f64) {
+        let (before, after, tau) = (sample.given, sample.simulation.measure(), sample.tau);
+        let qd = (before.qd + after.qd) / 2.0;
+        let joints = robot.damping().component_mul(&qd).dot(&qd) * dt;
+        let contact = &sample.simulation.contact().raw;
+        let table = -contact.dot(&(before.twist + after.twist)) / 2.0 * dt;
+        self.total.add(tau, &qd, &robot.drives, dt);
+        self.total_losses.add(joints, table);
+        if phase == Phase::Wipe {
+            self.energy.add(tau, &qd, &robot.drives, dt);
+            self.control_energy.add(&(tau - before.bias), &qd, &robot.drives, dt);
+            self.losses.add(joints, table);
+        }
+    }
+
     /// Samples of one part of the script.
     pub fn during(&self, phase: Phase) -> impl Iterator<Item = &Sample> {
         self.samples.iter().filter(move |sample| sample.phase == phase)
@@ -222,4 +236,9 @@ impl Record {
         }
         file::replace(path, &table.into_inner()?)
     }
+}
+
+/// Norm of the difference of two quaternions of the same half-sphere: 2 sin(angle/4).
+fn quaternion_distance(a: &Pose, b: &Pose) -> f64 {
+    2.0 * (a.rotation.angle_to(&b.rotation) / 4.0).sin()
 }

@@ -1,23 +1,14 @@
-//! The loop: the script at 20 Hz, the controller and the arm at 1 kHz.
+//! One wipe: the script at 20 Hz, in an environment at 1 kHz.
 
-use std::collections::VecDeque;
-
-use aforce::{ActionSpace, Controller, JointVector, Measurement, Pose, Vector3, Wrench};
+use aforce::wiper::Wiper;
+use aforce::{ActionSpace, ConfigError, Pose};
 use anyhow::Result;
-use physics::model::Model;
-use physics::robots::Robot;
-use physics::scenes::wipe::{self, Wipe};
-use physics::wiping_tool::GRIP_SITE;
-use physics::{Deviation, Plant, Simulation};
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use tasks::Markers;
+use physics::wiping_tool::facing_down;
+use tasks::{Disturbance, Env, EnvConfig, MarkerView, Spot, TaskName, Wipe};
 
-use crate::expert::Expert;
-use crate::record::{Phase, Record, Sample};
-use crate::sensing::{Estimator, WrenchSource};
+use crate::record::Record;
 use crate::setup::Setup;
-use crate::trial::{Disturbance, Trial};
+use crate::trial::Trial;
 
 /// Time after which a script that has not come to its end is given up (s), beside its own.
 const PATIENCE: f64 = 12.0;
@@ -38,172 +29,56 @@ pub struct Run<'a> {
 /// Simulates one wipe.
 ///
 /// # Errors
-/// If the controller's configuration is not allowed.
+/// If the controller's configuration or the disturbance is not allowed.
 pub fn simulate(run: &Run) -> Result<Record> {
-    let mut wiping = Wiping::new(run)?;
-    let config = &run.setup.controller;
-    let patience = PATIENCE + run.setup.press_time + f64::from(run.setup.rotations) * run.setup.period;
-    for _ in 0..(patience * f64::from(config.policy_hz)) as u32 {
-        let Some(action) = wiping.expert.action(&wiping.controller, &wiping.y) else {
-            wiping.record.completed = true;
-            break;
+    let mut env = run.env()?;
+    let Trial { spot: [x, y], height, .. } = run.trial;
+    let mut script = Wiper::new(run.setup.path(), Pose::from_parts([x, y, height].into(), facing_down()));
+    let robot = env.robot().clone();
+    let start_energy = env.simulation().energy();
+    let mut record = Record::default();
+    record.completed = loop {
+        let Some(action) = script.action(env.controller(), &run.setup.controller, env.measurement()) else {
+            break true;
         };
-        wiping.controller.set_goal(&action, &wiping.y);
-        for _ in 0..config.samples_per_action() {
-            if wiping.step().is_err() {
-                return Ok(wiping.finish()); // Diverged: what there is, not completed.
-            }
+        let step = env.step_watched(&action, |sample| record.take(script.phase(), sample, &robot));
+        if step.terminated || step.truncated {
+            break false; // Diverged, or out of patience: what there is.
         }
-        wiping.wipe();
-    }
-    Ok(wiping.finish())
+    };
+    record.stored = env.simulation().energy() - start_energy;
+    record.paint_left = 1.0 - env.task().progress().expect("Wipe tells its progress");
+    Ok(record)
 }
 
-/// A wipe under way.
-struct Wiping<'a> {
-    run: &'a Run<'a>,
-    robot: Robot,
-    simulation: Simulation,
-    /// What the controller believes the arm to be: without payload.
-    model: Model,
-    controller: Controller,
-    estimator: Estimator,
-    expert: Expert,
-    paint: Markers,
-    y: Measurement,
-    /// Torques on their way to the arm.
-    late: VecDeque<JointVector>,
-    /// The arm's energy at the start (J).
-    start_energy: f64,
-    record: Record,
-}
-
-impl<'a> Wiping<'a> {
-    fn new(run: &'a Run<'a>) -> Result<Self> {
-        let Run { setup, space, trial, disturbance } = run;
-        let robot = setup.arm();
-        let height = trial.height + disturbance.table_offset;
-        let loaded = disturbance.loaded(&robot);
-        let plant = Plant {
-            robot: loaded,
-            dt: setup.controller.dt(),
-            config: setup.simulation,
-            deviation: Deviation::default(),
+impl Run<'_> {
+    /// The environment at the start of the wipe.
+    fn env(&self) -> Result<Env, ConfigError> {
+        let Run { setup, space, trial, disturbance } = *self;
+        let patience = PATIENCE + setup.press_time + f64::from(setup.rotations) * setup.period;
+        let config = EnvConfig {
+            task: TaskName::Wipe,
+            space: space.clone(),
+            robot: setup.robot,
+            horizon: (patience * f64::from(setup.controller.policy_hz)) as u32,
+            initial_noise: 0.0,
+            disturbance,
+            sensing: setup.sensing,
+            simulation: setup.simulation,
+            controller: setup.controller,
+            ..EnvConfig::default()
         };
-        let friction = if setup.lossless { 0.0 } else { trial.friction * disturbance.friction };
-        let (mut simulation, _) = Wipe::simulate(&plant, height, friction);
-        simulation.reset(&trial.start);
-
-        let (believed, tool) = wipe::scene(&robot, trial.height, trial.friction);
-        let model = Model::new(&believed, tool, GRIP_SITE);
-        let (q, qd) = simulation.joints();
-        let y = model.measure(q, qd, Wrench::zeros());
-        let mut controller = Controller::new(space, &setup.controller, &robot.arm, Vector3::z_axis())?;
-        controller.reset(&y);
-
-        let sensing = setup.sensing.worsened(disturbance.wrench_error);
-        let rng = ChaCha8Rng::seed_from_u64(trial.noise_seed);
-        let spot = |height| Vector3::new(trial.spot[0], trial.spot[1], height);
-        Ok(Wiping {
-            run,
-            start_energy: energy(&simulation),
-            estimator: Estimator::new(&sensing, robot.damping(), &y, rng),
-            expert: Expert::new(setup, spot(trial.height)),
-            paint: Markers::spot(spot(height), setup.spot_radius),
-            late: VecDeque::from(vec![y.bias; (disturbance.delay / plant.dt).round() as usize]),
-            record: Record::default(),
-            robot,
-            simulation,
-            model,
-            controller,
-            y,
-        })
-    }
-
-    /// One control sample.
-    fn step(&mut self) -> Result<(), physics::Diverged> {
-        let dt = self.simulation.dt();
-        let commanded = self.controller.update(&self.y);
-        self.sample(dt);
-        self.late.push_back(commanded);
-        let tau = self.late.pop_front().expect("one was pushed");
-        let before = self.y.clone();
-        self.simulation.step(&tau, 0.0)?;
-
-        let (q, qd) = self.simulation.joints();
-        self.y = self.model.measure(q, qd, Wrench::zeros());
-        let estimated = self.estimator.update(&commanded, &self.y, dt);
-        let contact = *self.simulation.contact();
-        self.y.wrench = match self.run.setup.sensing.source {
-            WrenchSource::Estimated => estimated,
-            WrenchSource::Exact => contact.filtered,
+        let spot = Spot {
+            centre: trial.spot,
+            radius: setup.spot_radius,
+            height: trial.height,
+            friction: if setup.lossless { 0.0 } else { trial.friction },
+            wiping_force: setup.wiping_force,
+            start: trial.start,
         };
-        self.account(&tau, &before, &contact.raw, dt);
-        self.record.force_max = self.record.force_max.max(contact.hand_force());
-        Ok(())
+        let task = Box::new(Wipe::spot(config.horizon, MarkerView::default(), spot));
+        let mut env = Env::with_robot(setup.arm(), task, config, 0)?;
+        env.reset(Some(trial.seed));
+        Ok(env)
     }
-
-    /// The energy of one sample. A torque acts over the whole of it: its work goes with the mean velocity.
-    fn account(&mut self, tau: &JointVector, before: &Measurement, contact: &Wrench, dt: f64) {
-        let qd = (before.qd + self.y.qd) / 2.0;
-        let joints = self.robot.damping().component_mul(&qd).dot(&qd) * dt;
-        let table = -contact.dot(&(before.twist + self.y.twist)) / 2.0 * dt;
-        let (record, drives) = (&mut self.record, &self.robot.drives);
-        record.total.add(tau, &qd, drives, dt);
-        record.total_losses.add(joints, table);
-        if self.expert.phase() == Phase::Wipe {
-            record.energy.add(tau, &qd, drives, dt);
-            record.control_energy.add(&(tau - before.bias), &qd, drives, dt);
-            record.losses.add(joints, table);
-        }
-    }
-
-    /// Records what the controller was given and what it made of it: before the arm moves on.
-    fn sample(&mut self, dt: f64) {
-        let controller = &self.controller;
-        let (tool, set_point) = (self.y.pose, controller.set_point());
-        let sample = Sample {
-            time: self.record.samples.len() as f64 * dt,
-            phase: self.expert.phase(),
-            force: self.simulation.contact().filtered[2],
-            measured_force: self.y.wrench[2],
-            force_command: controller.force_command(),
-            engagement: controller.engagement(),
-            position: tool.translation.vector,
-            set_point: set_point.translation.vector,
-            error: aforce::pose_error(&tool, set_point),
-            quaternion_error: quaternion_distance(&tool, set_point),
-            stiffness: controller.stiffness(),
-            feedforward: *controller.feedforward(),
-            energy: self.record.energy.absolute,
-            control_energy: self.record.control_energy.absolute,
-        };
-        self.record.samples.push(sample);
-    }
-
-    /// Takes off the paint under the tool if it presses right.
-    fn wipe(&mut self) {
-        let force = self.simulation.contact().sustained[2];
-        let [low, high] = self.run.setup.wiping_force;
-        if (low..=high).contains(&force) {
-            self.paint.wipe(&self.y.pose);
-        }
-    }
-
-    fn finish(mut self) -> Record {
-        self.record.stored = energy(&self.simulation) - self.start_energy;
-        self.record.paint_left = self.paint.remaining_share();
-        self.record
-    }
-}
-
-/// Kinetic and potential energy of the simulated arm (J).
-fn energy(simulation: &Simulation) -> f64 {
-    let (q, qd) = simulation.joints();
-    simulation.model().energy(&q, &qd)
-}
-
-/// Norm of the difference of two quaternions of the same half-sphere: 2 sin(angle/4).
-fn quaternion_distance(a: &Pose, b: &Pose) -> f64 {
-    2.0 * (a.rotation.angle_to(&b.rotation) / 4.0).sin()
 }

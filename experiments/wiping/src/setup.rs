@@ -2,14 +2,15 @@
 
 use std::path::Path;
 
+use aforce::wiper::RoundPath;
 use aforce::{ActionSpace, ControllerConfig, ForceConfig, Interpolation};
 use anyhow::{Context, Result, anyhow, ensure};
 use output::program::bad;
 use physics::SimulationConfig;
 use physics::robots::{Robot, RobotName};
 use serde::{Deserialize, Serialize};
+use tasks::{Sensing, WrenchSource};
 
-use crate::sensing::Sensing;
 use crate::spaces::{AFORCE, spaces};
 
 /// Arm, controller, wrench sensing, and what the script does.
@@ -48,17 +49,18 @@ pub struct Setup {
 
 impl Default for Setup {
     fn default() -> Self {
+        let RoundPath { force, press_time, rotations, circle_radius, period } = RoundPath::default();
         Setup {
             robot: RobotName::Identified,
             lossless: false,
-            force: 10.0,
-            press_time: 3.0,
-            rotations: 8,
-            circle_radius: 0.05,
-            period: 2.5,
+            force,
+            press_time,
+            rotations,
+            circle_radius,
+            period,
             spot_radius: 0.07,
             wiping_force: [5.0, 60.0],
-            sensing: Sensing::default(),
+            sensing: Sensing { source: WrenchSource::Estimated, ..Sensing::default() },
             simulation: SimulationConfig::default(),
             controller: ControllerConfig {
                 control_hz: 1000,
@@ -112,6 +114,12 @@ impl Setup {
         let first = &self.spaces[AFORCE];
         ensure!(first.psi().is_some(), "{first}: the first space must adapt: space.stiffness.adaptive");
         Ok(self)
+    }
+
+    /// What the script does on the table.
+    pub(crate) fn path(&self) -> RoundPath {
+        let Setup { force, press_time, rotations, circle_radius, period, .. } = *self;
+        RoundPath { force, press_time, rotations, circle_radius, period }
     }
 
     /// The arm.

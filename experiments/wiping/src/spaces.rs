@@ -1,66 +1,26 @@
-//! The action spaces that are compared: they differ in where the stiffness comes from, and in nothing else.
+//! The action spaces that are compared.
 
-use aforce::{
-    ActionSpace, Damping, DeltaSign, Gains, GoalRule, Psi, RateRule, RotationError, SetPoint, Stiffness, StiffnessUnit,
-};
+use aforce::ActionSpace;
+use toml::{Table, Value};
 
 /// Place of the adaptive space among [`Setup::spaces`](crate::Setup::spaces).
 pub const AFORCE: usize = 0;
 /// Place of the space that the others are compared with.
 pub const HIGH: usize = 3;
 
-/// Translation (N/m) and rotation (Nm/rad) of low, mid, high.
-const LEVELS: [(f64, f64); 3] = [(150.0, 10.0), (500.0, 30.0), (1500.0, 100.0)];
+const FILE: &str = include_str!("spaces.toml");
 
-/// Adaptive, and stiffness fixed at low, mid, high, each with the same force controller.
+/// Adaptive, and stiffness fixed at low, mid, high, each with the same force controller and called as the built-in space that it
+/// extends.
 pub(crate) fn spaces() -> [ActionSpace; 4] {
-    let [low, mid, high] = LEVELS.map(|(translation, rotation)| Gains::pair(translation, rotation));
-    [
-        ("aforce-force", Stiffness::Adaptive(psi(low, mid, high))),
-        ("low-force", Stiffness::Fixed(low)),
-        ("mid-force", Stiffness::Fixed(mid)),
-        ("high-force", Stiffness::Fixed(high)),
-    ]
-    .map(|(name, stiffness)| ActionSpace {
-        name: name.into(),
-        // The leash is a guard against runaway goals, not a part of the law: low lags by centimetres.
-        goal: GoalRule::Continued { leash_position: 0.1, leash_rotation: 0.5 },
-        set_point: SetPoint::Interpolated,
-        rate: RateRule::SetPoint,
-        rotation_error: RotationError::Angle,
-        unit: StiffnessUnit::NewtonPerMetre,
-        damping: Damping::MassAware,
-        damping_ratio: Gains::all(1.0),
-        force: true,
-        stiffness,
-        commanded_psi: None,
-    })
-}
-
-/// The law ranges from low to high and starts at mid.
-fn psi(low: Gains, mid: Gains, high: Gains) -> Psi {
-    // Error that does not stiffen (m, rad), and time in which K falls from high to low without one (s).
-    let (tolerance, relaxation_time) = (Gains::pair(0.005, 0.01), 1.0);
-    let gamma = high.map(|axis, high| (high - low[axis]) / relaxation_time);
-    Psi {
-        alpha: Gains::pair(100.0, 5.0),
-        beta: gamma.map(|axis, gamma| gamma / tolerance[axis]),
-        gamma,
-        mu: Gains::all(1.0),
-        delta: Gains::all(0.05),
-        delta_sign: DeltaSign::Damping,
-        k_min: low,
-        k_max: high,
-        k_0: mid,
-        f_ff_max: Gains::pair(15.0, 3.0),
-        k_rate_max: Gains::pair(5000.0, 500.0),
-        f_ff_rate_max: Gains::pair(1000.0, 500.0),
-        inertia: Gains::pair(25.0, 6.0),
-        // This arm also limits how fast a torque changes, which is no wind-up: where set-points jerk (two rows of variants.csv)
-        // anti-windup would answer to that.
-        anti_windup: false,
-        allow_unstable: false,
-    }
+    let mut file: Table = FILE.parse().expect("the built-in file is TOML");
+    let Some(Value::Array(spaces)) = file.remove("space") else { panic!("the built-in file lists spaces") };
+    let spaces = spaces.into_iter().map(|space| {
+        let record: Table = space.try_into().expect("a space is a table");
+        let name = record["extends"].as_str().expect("a space extends a built-in one").to_owned();
+        ActionSpace::from_table(record, &name).expect("a built-in record")
+    });
+    spaces.collect::<Vec<_>>().try_into().expect("four spaces")
 }
 
 #[cfg(test)]

@@ -1,9 +1,7 @@
-//! What varies: from one wipe to the next, and unknown to script, controller and model.
+//! What varies from one wipe to the next.
 
 use aforce::JointVector;
-use physics::robots::Robot;
 use physics::robots::panda::HOME;
-use physics::scene::Inertial;
 use physics::scenes::wipe::TABLE_HEIGHT;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -19,14 +17,14 @@ pub struct Trial {
     pub friction: f64,
     /// Joint angles at the start (rad).
     pub start: JointVector,
-    /// Seed of the wrench's bias and noise.
-    pub noise_seed: u64,
+    /// Seed of the episode, from which the wrench's bias and noise follow.
+    pub seed: u64,
 }
 
 impl Trial {
     /// In the middle of the ranges.
     pub fn nominal() -> Self {
-        Trial { spot: [0.12, 0.0], height: TABLE_HEIGHT, friction: 0.3, start: HOME.into(), noise_seed: 0 }
+        Trial { spot: [0.12, 0.0], height: TABLE_HEIGHT, friction: 0.3, start: HOME.into(), seed: u64::MAX }
     }
 
     /// Trial `index` of the experiment `seed`.
@@ -40,33 +38,8 @@ impl Trial {
             height: around(height, 0.02),
             friction: around(friction, 0.1),
             start: start.map(|q| around(q, 0.02)),
-            noise_seed: rng.random(),
+            // An environment draws bias and noise from the complement.
+            seed: !rng.random::<u64>(),
         }
-    }
-}
-
-/// What neither the script nor the controller's model knows.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Disturbance {
-    /// Height of the table above where it is believed to be (m).
-    pub table_offset: f64,
-    /// Factor on the friction.
-    pub friction: f64,
-    /// Mass at the flange (kg).
-    pub payload: f64,
-    /// Factor on bias and noise of the estimated wrench.
-    pub wrench_error: f64,
-    /// Time by which torques arrive late (s), in whole control samples.
-    pub delay: f64,
-}
-
-impl Disturbance {
-    /// All is as believed.
-    pub const NONE: Self = Self { table_offset: 0.0, friction: 1.0, payload: 0.0, wrench_error: 1.0, delay: 0.0 };
-
-    /// The arm with its payload.
-    pub(crate) fn loaded(&self, robot: &Robot) -> Robot {
-        let payload = Inertial::diagonal(self.payload, [0.0; 3], [0.0; 3]);
-        Robot { flange_inertial: robot.flange_inertial.merged(&payload), ..robot.clone() }
     }
 }

@@ -1,9 +1,11 @@
 //! The experiment, small: what adapts, what is held, what comes back the same.
 
+use aforce::wiper::Phase;
 use aforce::{Gains, GoalRule, Stiffness};
+use tasks::{Disturbance, Draw};
 use wiping::comparison::Comparison;
 use wiping::delta_sign::{self, DAMPINGS, SIGNS};
-use wiping::{AFORCE, Disturbance, HIGH, Phase, Record, Run, Sample, Setup, Trial, evolution, simulate};
+use wiping::{AFORCE, HIGH, Record, Run, Sample, Setup, Trial, evolution, simulate};
 
 fn small(rotations: u32) -> Setup {
     Setup { rotations, ..Setup::default() }
@@ -11,6 +13,10 @@ fn small(rotations: u32) -> Setup {
 
 fn aforce(setup: &Setup, disturbance: Disturbance) -> Record {
     simulate(&Run { setup, space: &setup.spaces[AFORCE], trial: Trial::nominal(), disturbance }).unwrap()
+}
+
+fn fixed(value: f64) -> Option<Draw> {
+    Some(Draw::Fixed(value))
 }
 
 fn mean(samples: &[&Sample], of: impl Fn(&Sample) -> f64) -> f64 {
@@ -24,7 +30,7 @@ fn largest_error(samples: &[&Sample]) -> f64 {
 #[test]
 fn force_is_held_and_stiffness_adapts() {
     let setup = small(3);
-    let record = aforce(&setup, Disturbance::NONE);
+    let record = aforce(&setup, Disturbance::default());
     assert!(record.completed);
 
     // Within 10 % soon after contact, and from then on while nothing moves; on average while circling.
@@ -77,7 +83,7 @@ fn the_recorded_error_is_the_laws() {
     let Stiffness::Adaptive(psi) = &mut setup.spaces[AFORCE].stiffness else { panic!("it adapts") };
     psi.delta = Gains::all(0.0);
     let (alpha, mu, dt) = (psi.alpha[0], psi.mu[0], setup.controller.dt());
-    let record = aforce(&setup, Disturbance::NONE);
+    let record = aforce(&setup, Disturbance::default());
     let wiping: Vec<&Sample> = record.during(Phase::Wipe).collect();
     assert!(largest_error(&wiping) > 1e-3);
     for pair in wiping.windows(2) {
@@ -128,7 +134,7 @@ fn the_same_seed_gives_the_same_bytes() {
 #[test]
 fn an_unknown_payload_is_taken_for_a_contact_force() {
     let setup = small(1);
-    let record = aforce(&setup, Disturbance { payload: 0.5, ..Disturbance::NONE });
+    let record = aforce(&setup, Disturbance { payload_kg: fixed(0.5), ..Disturbance::default() });
     let wiping: Vec<&Sample> = record.during(Phase::Wipe).collect();
     let seen = mean(&wiping, |s| s.measured_force - s.force);
     assert!((seen + 0.5 * 9.81).abs() < 0.5, "{seen} N");
@@ -139,8 +145,8 @@ fn an_unknown_payload_is_taken_for_a_contact_force() {
 /// By the way that is left to go, at no more than the 4 cm/s at which the script lowers the tool.
 #[test]
 fn a_lower_table_is_met_later() {
-    let contact = |table_offset| {
-        let record = aforce(&small(0), Disturbance { table_offset, ..Disturbance::NONE });
+    let contact = |offset| {
+        let record = aforce(&small(0), Disturbance { table_height_m: fixed(offset), ..Disturbance::default() });
         let first = record.samples.iter().find(|sample| Some(sample.time) == record.contact()).unwrap();
         (first.time, first.position.z)
     };
@@ -155,7 +161,7 @@ fn a_late_torque_moves_the_arm_later() {
     let setup = small(0);
     let way = |delay_ms: f64, samples: usize| {
         let delay = delay_ms / 1000.0;
-        let record = aforce(&setup, Disturbance { delay, ..Disturbance::NONE });
+        let record = aforce(&setup, Disturbance { torque_delay_s: fixed(delay), ..Disturbance::default() });
         (record.samples[samples].position - record.samples[0].position).norm()
     };
     assert!(way(5.0, 5) < 1e-6 * way(0.0, 5));
@@ -183,7 +189,7 @@ fn the_printed_sign_destabilises_where_the_closed_form_says_so() {
 fn a_rebased_goal_wipes_as_well() {
     let mut setup = small(1);
     setup.spaces[AFORCE].goal = GoalRule::Rebased;
-    let record = aforce(&setup, Disturbance::NONE);
+    let record = aforce(&setup, Disturbance::default());
     assert!(record.completed && record.force_reached(setup.force).is_some());
 }
 

@@ -98,7 +98,7 @@ pub fn run(args: &Args) -> Result<()> {
             first = Some(policy.first(&host, &stop)?);
             Source::Policy(policy)
         }
-        (None, Some(script)) => Source::Script(Running::new(script, &setup, arm.pose)),
+        (None, Some(script)) => Source::Script(Running::new(script, arm.pose)),
         (None, None) => bail!("--script or --policy"),
     };
     let log = args.log.as_deref().map(Log::create).transpose()?;
@@ -257,7 +257,7 @@ impl Act<'_> {
 
     fn phase(&self) -> &'static str {
         match &self.source {
-            Source::Script(script) => script.phase().name(),
+            Source::Script(script) => script.phase(),
             Source::Policy(_) => "policy",
         }
     }

@@ -2,6 +2,7 @@ use super::*;
 use crate::interval::ForceRecord;
 use crate::penalty::{ForcePenalty, Sensor};
 use crate::protection::Protection;
+use crate::sensing::{Sensing, WrenchSource};
 
 /// A load that no joint can bear ends the episode, even where its horizon would have.
 #[test]
@@ -93,4 +94,44 @@ fn the_penalty_counts_whom_it_is_told_to() {
         assert_eq!((step.penalty, step.over_limit), (penalty, penalty > 0.0));
     }
     assert_eq!(ForcePenalty::default().of, Sensor::Arm);
+}
+
+/// The energy of an action is that of the samples that a watcher sees.
+#[test]
+fn whoever_watches_sees_every_control_sample() {
+    let mut env = Env::new(EnvConfig::default(), 1).unwrap();
+    let action: Vec<f64> = (0..env.action_dim()).map(|i| [0.5, -0.5][i % 2]).collect();
+    let drives = env.robot().drives;
+    let dt = env.config().controller.dt();
+    let (mut samples, mut energy) = (0, aforce::EnergyLedger::default());
+    let step = env.step_watched(&action, |sample| {
+        samples += 1;
+        let qd = (sample.given.qd + sample.simulation.joints().1) / 2.0;
+        energy.add(sample.tau, &qd, &drives, dt);
+    });
+    assert_eq!((samples, energy), (25, step.interval.energy));
+    assert!(energy.absolute > 0.0);
+}
+
+/// In the air nothing presses: what an arm estimates there is bias and noise, the same again from the same seed.
+#[test]
+fn an_estimated_wrench_has_bias_and_noise() {
+    let forces = |source, seed| {
+        let sensing = Sensing { source, ..Sensing::default() };
+        let mut env = Env::new(EnvConfig { sensing, ..EnvConfig::default() }, 1).unwrap();
+        env.reset(Some(seed));
+        let still = vec![0.0; env.action_dim()];
+        let mut forces = vec![];
+        for _ in 0..40 {
+            env.step_watched(&still, |sample| forces.push(sample.given.wrench[0]));
+        }
+        forces.split_off(1) // The first is that of the reset.
+    };
+    assert!(forces(WrenchSource::Exact, 3).iter().all(|&force| force == 0.0));
+    let estimated = forces(WrenchSource::Estimated, 3);
+    assert!(estimated == forces(WrenchSource::Estimated, 3) && estimated != forces(WrenchSource::Estimated, 4));
+    // From one sample to the next only the noise changes, 0.3 N.
+    let steps: Vec<f64> = estimated.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let noise = (steps.iter().map(|step| step * step).sum::<f64>() / (2 * steps.len()) as f64).sqrt();
+    assert!((0.27..0.33).contains(&noise), "{noise} N");
 }

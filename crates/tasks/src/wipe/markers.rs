@@ -87,9 +87,9 @@ impl Markers {
         self.positions.iter().copied().zip(self.wiped.iter().copied())
     }
 
-    /// Share of the markers that are not wiped.
-    pub fn remaining_share(&self) -> f64 {
-        1.0 - self.wiped_count() as f64 / self.positions.len() as f64
+    /// Share of the markers that are wiped.
+    pub fn wiped_share(&self) -> f64 {
+        self.wiped_count() as f64 / self.positions.len() as f64
     }
 
     /// The markers that are not wiped yet (m, world).
@@ -156,10 +156,10 @@ mod tests {
         assert!((middle - centre).norm() < 0.002 && (0.065..0.072).contains(&radius), "{middle} {radius}");
         let inner = spot.remaining().filter(|m| (m - centre).norm() < 0.035).count();
         assert_eq!(inner, COUNT / 4, "a quarter of the area");
-        assert_eq!(spot.remaining_share(), 1.0);
+        assert_eq!(spot.wiped_share(), 0.0);
         spot.wipe(&Pose::new(centre, Vector3::x() * std::f64::consts::PI));
         // The face covers 0.12 x 0.05 m of a disc of 0.0154 m2.
-        assert!((spot.remaining_share() - 0.61).abs() < 0.03, "{}", spot.remaining_share());
+        assert!((spot.wiped_share() - 0.39).abs() < 0.03, "{}", spot.wiped_share());
     }
 
     #[test]

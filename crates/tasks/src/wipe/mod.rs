@@ -5,10 +5,10 @@ mod marker_view;
 mod markers;
 mod normalisation;
 
-use aforce::{Measurement, Pose, Vector3};
+use aforce::{JointVector, Measurement, Pose, Vector3};
 use nalgebra::{Translation3, UnitVector3};
 use physics::camera::{Camera, Decal};
-use physics::robots::JOINTS;
+use physics::robots::{JOINTS, Robot};
 use physics::scenes::wipe::{self, TABLE_FRICTION, TABLE_HEIGHT};
 use physics::wiping_tool::facing_down;
 use physics::{Plant, Simulation};
@@ -16,6 +16,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::observation::in_contact;
 use crate::observer::Observer;
+use crate::spot::Spot;
 use crate::task::{Reward, Task, Waypoint};
 
 pub use marker_view::MarkerView;
@@ -50,6 +51,8 @@ pub struct Wipe {
     scale: f64,
     /// How the markers are seen.
     view: MarkerView,
+    /// The spot of paint that lies in place of the line.
+    spot: Option<Spot>,
     episode: Option<Running>,
 }
 
@@ -71,6 +74,8 @@ struct Touch {
     contact: bool,
     /// Sustained force on the tool (N).
     force: f64,
+    /// A marker is wiped under more than the first and at most the second (N).
+    wiping_force: [f64; 2],
     /// The whole face is in contact.
     flat: bool,
     /// Force penalty of the action, if it pressed too hard.
@@ -80,7 +85,22 @@ struct Touch {
 impl Wipe {
     /// For episodes of `horizon` actions, the markers seen as `view` says.
     pub fn new(horizon: u32, view: MarkerView) -> Self {
-        Wipe { scale: normalisation(horizon), view, episode: None }
+        Wipe { scale: normalisation(horizon), view, spot: None, episode: None }
+    }
+
+    /// As [`Wipe::new`], with a spot of paint in place of the line.
+    pub fn spot(horizon: u32, view: MarkerView, spot: Spot) -> Self {
+        Wipe { spot: Some(spot), ..Wipe::new(horizon, view) }
+    }
+
+    /// Height of the table top (m) as it is believed to be, and its sliding friction.
+    fn table(&self) -> (f64, f64) {
+        self.spot.map_or((TABLE_HEIGHT, TABLE_FRICTION), |spot| (spot.height, spot.friction))
+    }
+
+    /// Lower and upper end of the force that wipes (N).
+    fn wiping_force(&self) -> [f64; 2] {
+        self.spot.map_or(WIPING_FORCE, |spot| spot.wiping_force)
     }
 
     fn running(&self) -> &Running {
@@ -95,7 +115,8 @@ fn reward_terms(markers: &mut Markers, tool: &Pose, touch: &Touch) -> [(&'static
     if touch.arm {
         return named(0.0, 0.0, 0.0, ARM_PENALTY);
     }
-    let wipes = touch.contact && touch.force > WIPING_FORCE[0] && touch.force <= WIPING_FORCE[1];
+    let [low, high] = touch.wiping_force;
+    let wipes = touch.contact && touch.force > low && touch.force <= high;
     let wiped = if wipes { MARKER_REWARD * markers.wipe(tool) as f64 } else { 0.0 };
     let (reach, complete) = match markers.centroid_and_radius() {
         Some((centroid, _)) => {
@@ -113,11 +134,19 @@ fn reward_terms(markers: &mut Markers, tool: &Pose, touch: &Touch) -> [(&'static
 
 impl Task for Wipe {
     fn reset(&mut self, plant: &Plant, rng: &mut ChaCha8Rng) -> Simulation {
-        let (simulation, scene) = wipe::Wipe::simulate(plant, TABLE_HEIGHT, TABLE_FRICTION);
+        let (height, friction) = self.table();
+        let (simulation, scene) = wipe::Wipe::simulate(plant, height, friction);
         let raised = plant.deviation.table_height;
-        let markers = Markers::random(TABLE_HEIGHT + raised, rng);
+        let markers = match self.spot {
+            None => Markers::random(height + raised, rng),
+            Some(Spot { centre: [x, y], radius, .. }) => Markers::spot(Vector3::new(x, y, height + raised), radius),
+        };
         self.episode = Some(Running { scene, markers, raised, range: plant.robot.arm.range });
         simulation
+    }
+
+    fn start(&self, robot: &Robot) -> JointVector {
+        self.spot.map_or(robot.home, |spot| spot.start)
     }
 
     fn name(&self) -> &'static str {
@@ -143,6 +172,7 @@ impl Task for Wipe {
             arm: simulation.contact().arm_touches() || y.q.iter().zip(&self.running().range).any(at_limit),
             contact: in_contact(y) && simulation.contact().touching,
             force: simulation.contact().hand_force(),
+            wiping_force: self.wiping_force(),
             flat: self.running().scene.is_flat(simulation),
             penalty,
         };
@@ -159,13 +189,18 @@ impl Task for Wipe {
             .into_iter()
             .flatten();
         let level = facing_down();
-        let at = |x: f64, y: f64, height: f64| Pose::from_parts(Translation3::new(x, y, TABLE_HEIGHT + height), level);
+        let table = self.table().0;
+        let at = |x: f64, y: f64, height: f64| Pose::from_parts(Translation3::new(x, y, table + height), level);
         let Some(target) = ends.min_by(|a, b| distance(a).total_cmp(&distance(b))) else {
             return Waypoint { pose: at(tool.x, tool.y, 0.05), grip: 0.0, force: 0.0 };
         };
-        let down = in_contact(y) || (distance(&target) < 0.02 && tool.z < TABLE_HEIGHT + 0.025);
+        let down = in_contact(y) || (distance(&target) < 0.02 && tool.z < table + 0.025);
         let press = down && y.pose.rotation.angle_to(&level) < 0.15;
         Waypoint { pose: at(target.x, target.y, 0.015), grip: 0.0, force: if press { EXPERT_FORCE } else { 0.0 } }
+    }
+
+    fn progress(&self) -> Option<f64> {
+        Some(self.running().markers.wiped_share())
     }
 
     fn achievement(&self) -> &'static str {
@@ -192,7 +227,8 @@ mod tests {
     use super::*;
     use rand::SeedableRng;
 
-    const AIR: Touch = Touch { arm: false, contact: false, force: 0.0, flat: false, penalty: None };
+    const AIR: Touch =
+        Touch { arm: false, contact: false, force: 0.0, wiping_force: WIPING_FORCE, flat: false, penalty: None };
     const PRESSING: Touch = Touch { contact: true, force: 30.0, flat: true, ..AIR };
 
     fn markers() -> Markers {

@@ -1,37 +1,40 @@
-//! The external wrench as the controller gets it.
+//! How the external wrench is known to the controller.
 
 use aforce::{ConfigError, JointVector, Measurement, MomentumObserver, Wrench, within};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal, Uniform};
 use serde::{Deserialize, Serialize};
 
-/// How good the wrench is.
+/// Which wrench is measured, and how good an estimated one is.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct Sensing {
-    /// Which wrench the controller gets.
+    /// Which wrench is measured.
     pub source: WrenchSource,
-    /// Cut-off of the observer (Hz).
+    /// Cut-off of the observer that estimates (Hz).
     pub cutoff_hz: f64,
-    /// Largest constant error of each component, drawn anew in each trial (N, Nm).
+    /// Largest constant error of each component of an estimated wrench, drawn anew in each episode (N, Nm).
     pub bias: [f64; 2],
-    /// Standard deviation of the noise of each sample (N, Nm).
+    /// Standard deviation of the noise of each control sample of an estimated wrench (N, Nm).
     pub noise: [f64; 2],
 }
 
 /// Where a wrench comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WrenchSource {
-    /// Estimated from joint torques, with bias and noise.
+    /// Estimated from commanded joint torques by a [`MomentumObserver`], with bias and noise: what an arm without a force
+    /// sensor has.
     Estimated,
     /// The simulated contact forces themselves, low-passed.
+    #[default]
     Exact,
 }
 
 impl Default for Sensing {
     fn default() -> Self {
-        Sensing { source: WrenchSource::Estimated, cutoff_hz: 25.0, bias: [0.5, 0.05], noise: [0.3, 0.03] }
+        Sensing { source: WrenchSource::Exact, cutoff_hz: 25.0, bias: [0.5, 0.05], noise: [0.3, 0.03] }
     }
 }
 
@@ -49,10 +52,12 @@ impl Sensing {
         Ok(())
     }
 
-    /// With bias and noise multiplied.
-    pub(crate) fn worsened(&self, factor: f64) -> Self {
-        let times = |error: [f64; 2]| error.map(|e| factor * e);
-        Sensing { bias: times(self.bias), noise: times(self.noise), ..*self }
+    /// What estimates in the episode with the given seed, which starts with `y`; `None` where nothing is estimated. `damping`
+    /// is the joints' (Nm s/rad).
+    pub(crate) fn estimator(&self, seed: u64, damping: JointVector, y: &Measurement) -> Option<Estimator> {
+        let estimates = self.source == WrenchSource::Estimated;
+        // The complement of the seed: the task draws its scene from the seed itself, and the two shall not go together.
+        estimates.then(|| Estimator::new(self, damping, y, ChaCha8Rng::seed_from_u64(!seed)))
     }
 }
 
@@ -65,8 +70,8 @@ pub(crate) struct Estimator {
 }
 
 impl Estimator {
-    /// Draws the bias and everything after it from `rng`. `damping` is the joints' (Nm s/rad).
-    pub fn new(sensing: &Sensing, damping: JointVector, y: &Measurement, mut rng: ChaCha8Rng) -> Self {
+    /// Draws the bias and everything after it from `rng`.
+    fn new(sensing: &Sensing, damping: JointVector, y: &Measurement, mut rng: ChaCha8Rng) -> Self {
         let bias = Wrench::from_fn(|axis, _| {
             let largest = sensing.bias[axis / 3];
             Uniform::new_inclusive(-largest, largest).expect("a bias is not negative").sample(&mut rng)
@@ -75,7 +80,7 @@ impl Estimator {
         Estimator { observer: MomentumObserver::new(sensing.cutoff_hz, damping, y), bias, noise, rng }
     }
 
-    /// The wrench on the tool (N, Nm) after `tau` acted for `dt` seconds and led to `y`.
+    /// The wrench on the tool (N, Nm) after `tau` was commanded for `dt` seconds and led to `y`.
     pub fn update(&mut self, tau: &JointVector, y: &Measurement, dt: f64) -> Wrench {
         self.observer.update(tau, y, dt);
         let noise = Wrench::from_fn(|axis, _| self.noise[axis / 3].sample(&mut self.rng));
