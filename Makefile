@@ -112,9 +112,6 @@ study: setup
 	cp results/study/energy_ratio.toml runs/study/
 	$(RUN) report -- runs/study $(HYPOTHESES:%=--hypotheses %)
 
-runs/experts.csv: | setup
-	$(RUN) baselines -- expert --tasks lift,door,wipe --episodes 50 --out $@
-
 runs/random_paper_steps.csv: | setup
 	$(RUN) baselines -- random --tasks lift,door,wipe --spaces aforce,low,variable,osc,robosuite-variable,robosuite-osc --episodes 30 --out $@
 

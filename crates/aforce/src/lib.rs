@@ -54,7 +54,7 @@ pub use law::{
     built_in::{RecordError, UnknownActionSpace},
     commanded_psi::{CommandedPsi, PsiParameter, PsiRange},
     config::ControllerConfig,
-    controller::{Adapted, Controller, Errors},
+    controller::Controller,
     damping::Damping,
     force::{ForceAxis, ForceConfig, ForceControl},
     gains::Gains,
@@ -64,6 +64,7 @@ pub use law::{
     operational_space::OperationalSpace,
     psi::{DeltaSign, Psi},
     stability::{StabilityMargin, stability_margin},
+    step_values::{Adapted, Errors},
     stiffness::{Scale, Stiffness, StiffnessRange, StiffnessUnit},
 };
 pub use observer::MomentumObserver;

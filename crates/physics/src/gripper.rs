@@ -4,7 +4,7 @@
 use aforce::Vector3;
 use nalgebra::{Matrix3, Vector3 as V3};
 
-use crate::robots::{Robot, tool_pose};
+use crate::robots::{GripperInertials, Robot, tool_pose};
 use crate::scene::{Actuator, Axis, Body, Geom, Inertial, Joint, Role, Scene, Shape, Stop, at, pose};
 
 /// Centre of the grip in the gripper frame (m): the point that the arm controls.
@@ -21,17 +21,6 @@ const SERVO_STIFFNESS: f64 = 1000.0;
 const MAX_FORCE: f64 = 20.0;
 /// Rate of the internal command, full swing being 2 (1/s): 0.01 in 2 ms, as in robosuite.
 const COMMAND_RATE: f64 = 0.01 / 0.002;
-
-/// What a gripper weighs. Shapes, travel and servos are the same on every robot here: all carry the maker's hand.
-#[derive(Debug, Clone)]
-pub struct GripperInertials {
-    /// The gripper without its fingers, in the gripper frame.
-    pub palm: Inertial,
-    /// One finger without its tip, in its own frame; the left one (the right is its mirror image).
-    pub finger: Inertial,
-    /// The tip of a finger, in its own frame.
-    pub tip: Inertial,
-}
 
 /// Adds the robot's gripper below `right_hand`; returns the body that carries the grip site.
 pub fn add_gripper(scene: &mut Scene, robot: &Robot, right_hand: usize) -> usize {

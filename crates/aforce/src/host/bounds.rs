@@ -4,7 +4,7 @@ use crate::arm::Arm;
 use crate::host::limits::HostLimits;
 use crate::host::status::Limited;
 use crate::host::tank::Tank;
-use crate::law::controller::{Adapted, Errors};
+use crate::law::step_values::{Adapted, Errors};
 use crate::law::stiffness::StiffnessUnit;
 use crate::spatial::{JointVector, Measurement, Pose, Vector3, Vector6, Wrench, limit_norm, linear, rotational, stack};
 

@@ -175,5 +175,3 @@ mod readings;
 mod steps;
 #[cfg(test)]
 mod tests;
-
-pub use steps::{Adapted, Errors};

@@ -1,7 +1,7 @@
 //! From stiffness, damping and error to the wrench, in either unit of stiffness.
 
 use crate::law::action_space::ActionSpace;
-use crate::law::controller::{Adapted, Errors};
+use crate::law::step_values::{Adapted, Errors};
 use crate::spatial::{Vector6, Wrench, linear};
 
 /// What spring and damper resist with (N, Nm; world axes): the wrench law without force control's part is

@@ -27,4 +27,5 @@ pub(crate) mod null_space;
 pub(crate) mod operational_space;
 pub(crate) mod psi;
 pub(crate) mod stability;
+pub(crate) mod step_values;
 pub(crate) mod stiffness;

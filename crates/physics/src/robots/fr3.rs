@@ -8,8 +8,7 @@ use std::f64::consts::SQRT_2;
 use aforce::Arm;
 
 use super::panda::{self, inertial, links};
-use super::{JOINTS, Robot, tool_pose};
-use crate::gripper::GripperInertials;
+use super::{GripperInertials, JOINTS, Robot, tool_pose};
 use crate::scene::{Inertial, at, pose};
 
 /// An FR3 with Franka's hand. What is not said here is as on the Panda.

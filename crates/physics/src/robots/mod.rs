@@ -13,7 +13,6 @@ use aforce::{Arm, JointVector, Pose};
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::gripper::GripperInertials;
 use crate::scene::{Actuator, Air, Axis, Body, Geom, Inertial, Joint, Scene, Stop, pose};
 
 /// The number of joints of every arm here: what [`JointVector`] has room for.
@@ -143,6 +142,17 @@ impl Robot {
             geoms: vec![],
         })
     }
+}
+
+/// What a gripper weighs. Shapes, travel and servos are the same on every robot here: all carry the maker's hand.
+#[derive(Debug, Clone)]
+pub struct GripperInertials {
+    /// The gripper without its fingers, in the gripper frame.
+    pub palm: Inertial,
+    /// One finger without its tip, in its own frame; the left one (the right is its mirror image).
+    pub finger: Inertial,
+    /// The tip of a finger, in its own frame.
+    pub tip: Inertial,
 }
 
 /// Rotation from the flange's frame, `right_hand`, to the frame of the tool below it: robosuite's, for gripper and wiping tool

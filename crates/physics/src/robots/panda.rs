@@ -3,8 +3,7 @@
 use aforce::Arm;
 use nalgebra::{Matrix3, Vector3};
 
-use super::{JOINTS, Link, Mount, Robot};
-use crate::gripper::GripperInertials;
+use super::{GripperInertials, JOINTS, Link, Mount, Robot};
 use crate::scene::{Air, Geom, Inertial, Role, Shape, at, between, pose};
 
 /// Joint angles at the start of an episode before noise (rad), as robosuite's.
