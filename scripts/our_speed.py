@@ -19,7 +19,8 @@ def ours(task, what):
 
 
 def compare(case, name, theirs, ours):
-    """Prints the ratio of ours to `theirs` (functions that return steps per second); `name` is theirs."""
+    """Prints the ratio of ours to `theirs` (functions that return steps per second) and returns it as a row; `name` is theirs."""
     before, mine, after = theirs(), ours(), theirs()
     ratio = mine / ((before + after) / 2)
     print(f"{case:<14} {name} {before:.0f} and {after:.0f}, ours {mine:.0f}: {ratio:.2f} times as many", flush=True)
+    return {"case": case, "other": name, "other_before": f"{before:.1f}", "other_after": f"{after:.1f}", "ours": f"{mine:.1f}", "ratio": f"{ratio:.2f}"}

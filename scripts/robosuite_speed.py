@@ -3,13 +3,14 @@
 and the wiping tool pressed on the table by a constant OSC action, 2 cm down.
 
     python3 -m venv VENV && VENV/bin/pip install robosuite==1.4.1 mujoco==3.2.7
-    VENV/bin/python scripts/robosuite_speed.py [--tasks lift,door,wipe] [--steps 1000]
+    VENV/bin/python scripts/robosuite_speed.py [--tasks lift,door,wipe] [--steps 1000] [--csv FILE]
 
 Needs cargo; without a GPU or a display. Ours are the criterion benches `step/TASK/variable` and `step/wipe/pressing` of crates/tasks. robosuite runs without cameras
 and renderers, with its soft resets (`hard_reset=False`), which are the fast ones. Times mean something only if nothing else runs.
 """
 
 import argparse
+import csv
 import os
 import sys
 import time
@@ -63,13 +64,19 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--tasks", default="lift,door,wipe")
     parser.add_argument("--steps", type=int, default=1000, help="robosuite's steps per measurement (default 1000)")
+    parser.add_argument("--csv", help="where to write the table")
     arguments = parser.parse_args()
-    print(f"robosuite {robosuite.__version__}, Python {sys.version.split()[0]}; environment steps per second, one core")
+    print(f"robosuite {robosuite.__version__}, Python {sys.version.split()[0]}; environment steps per second, one core, load {os.getloadavg()[0]:.1f}")
     tasks = arguments.tasks.split(",")
-    for task in tasks:
-        compare(task, "robosuite", lambda: theirs(task, arguments.steps), lambda: ours(task, "variable"))
+    name = f"robosuite {robosuite.__version__}"
+    rows = [compare(task, name, lambda: theirs(task, arguments.steps), lambda: ours(task, "variable")) for task in tasks]
     if "wipe" in tasks:
-        compare("wipe, pressing", "robosuite", lambda: theirs_pressing(arguments.steps), lambda: ours("wipe", "pressing"))
+        rows.append(compare("wipe, pressing", name, lambda: theirs_pressing(arguments.steps), lambda: ours("wipe", "pressing")))
+    if arguments.csv:
+        with open(arguments.csv, "w", newline="") as file:
+            table = csv.DictWriter(file, rows[0])
+            table.writeheader()
+            table.writerows(rows)
 
 
 if __name__ == "__main__":
