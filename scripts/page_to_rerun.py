@@ -44,6 +44,13 @@ def shape(solid):
     style = {"quaternions": [[*xyz, w]], "colors": [solid["color"]], "fill_mode": "solid"}
     if solid["kind"] == "box":
         return rr.Boxes3D(half_sizes=[solid["size"]], centers=[position], **style)
+    if solid["kind"] == "sphere":
+        return rr.Ellipsoids3D(half_sizes=[solid["size"] * 3], centers=[position], **style)
+    if solid["kind"] == "triangles":
+        corners = numpy.array(solid["size"]).reshape(-1, 3)
+        turned = corners + 2 * numpy.cross(xyz, numpy.cross(xyz, corners) + w * corners)
+        faces = numpy.arange(len(corners)).reshape(-1, 3)
+        return rr.Mesh3D(vertex_positions=position + turned, triangle_indices=faces, albedo_factor=solid["color"])
     half, radius = solid["size"]
     if solid["kind"] == "cylinder":
         return rr.Cylinders3D(lengths=[2 * half], radii=[radius], centers=[position], **style)

@@ -64,7 +64,12 @@ impl Deviation {
                 Joint::Hinge(axis) if axis.name == "hinge" => {
                     axis.damping *= self.hinge_damping;
                     axis.friction *= self.hinge_damping;
-                    axis.spring += self.hinge_spring;
+                    // Two springs are one, at rest where their efforts cancel.
+                    let spring = axis.spring + self.hinge_spring;
+                    if spring > 0.0 {
+                        axis.rest *= axis.spring / spring;
+                    }
+                    axis.spring = spring;
                 }
                 _ => {}
             }

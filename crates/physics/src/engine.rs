@@ -1,4 +1,5 @@
-//! The Rapier world behind a simulation. Nothing outside knows the engine's types.
+//! The Rapier world behind a simulation. Nothing outside knows the engine's types, but for the hull of points, which its
+//! geometry library finds.
 
 mod contacts;
 mod convert;
@@ -22,10 +23,11 @@ use self::convert::{from_engine, groups, matrix, shared_shape, to_engine, vector
 use self::drag::Mover;
 use self::pad::SoftLayer;
 pub use self::surfaces::Surfaces;
+pub(crate) use self::surfaces::ground_below;
 use crate::model::GRAVITY;
 use crate::scene::{Axis, Inertial, Joint, Role, Scene};
 
-/// Contacts are foreseen up to this speed (m/s): the Panda's flange reaches 1.7. What comes faster overlaps for a step.
+/// Contacts are foreseen up to this speed (m/s), unless the scene says how far: the Panda's flange reaches 1.7. What comes faster overlaps for a step.
 const FASTEST_APPROACH: f64 = 2.0;
 
 /// Hard surfaces: a firm grasp penetrates by less than 0.1 mm.
@@ -87,7 +89,7 @@ impl Engine {
             num_internal_pgs_iterations: 4,
             num_internal_stabilization_iterations: 6,
             // Pairs that will not meet in this step need no constraint.
-            normalized_prediction_distance: FASTEST_APPROACH * dt,
+            normalized_prediction_distance: scene.prediction.unwrap_or(FASTEST_APPROACH * dt),
             contact_softness: SOFTNESS,
             static_contact_softness: SOFTNESS,
             // Recycled contacts let a grasped object creep by 0.7 mm/s.

@@ -63,6 +63,7 @@ fn add_finger(scene: &mut Scene, gripper: usize, inertials: &GripperInertials, n
             friction: 1.0,
             armature: 1.0,
             spring: 0.0,
+            rest: 0.0,
             stop: Stop::Spring { stiffness: 20_000.0, damping: 100.0 },
         }),
         inertial: mirrored(&inertials.finger),

@@ -13,13 +13,16 @@
 
 mod air;
 pub mod camera;
+mod check;
 mod contact;
 mod deviation;
 mod engine;
 mod friction;
 pub mod gripper;
+pub mod mesh;
 pub mod mjcf;
 pub mod model;
+pub mod objects;
 pub mod robots;
 pub mod scene;
 pub mod scenes;
@@ -28,8 +31,9 @@ mod solid;
 mod stop;
 pub mod wiping_tool;
 
+pub use check::SceneError;
 pub use contact::{ContactReading, LinkReading};
 pub use deviation::Deviation;
 pub use engine::Surfaces;
-pub use simulation::{Diverged, Plant, Simulation, SimulationConfig};
+pub use simulation::{Diverged, Overlap, Plant, Simulation, SimulationConfig};
 pub use solid::Solid;

@@ -25,27 +25,47 @@ pub fn export(scene: &Scene, dt: f64) -> String {
         -GRAVITY
     )
     .unwrap();
+    write_meshes(w, scene);
     writeln!(w, "  <worldbody>").unwrap();
     for (index, _) in scene.bodies.iter().enumerate().filter(|(_, b)| b.parent.is_none()) {
         write_body(w, scene, index, 2);
     }
     writeln!(w, "  </worldbody>\n  <actuator>").unwrap();
     for actuator in &scene.actuators {
-        let (joint, max) = (&actuator.joint, actuator.max_effort);
+        let (joint, max) = (escaped(&actuator.joint), actuator.max_effort);
         writeln!(w, r#"    <motor name="{joint}" joint="{joint}" ctrlrange="-{max} {max}"/>"#).unwrap();
     }
     writeln!(w, "  </actuator>\n</mujoco>").unwrap();
     out
 }
 
+/// The hulls, each called as its geom. MuJoCo moves a mesh to its centre of mass, and the geom with it.
+fn write_meshes(w: &mut String, scene: &Scene) {
+    let geoms = scene.bodies.iter().flat_map(|body| &body.geoms);
+    let hulls = geoms.filter_map(|geom| match &geom.shape {
+        Shape::Convex(hull) => Some((escaped(&geom.name), hull)),
+        _ => None,
+    });
+    let mut hulls = hulls.peekable();
+    if hulls.peek().is_none() {
+        return;
+    }
+    writeln!(w, "  <asset>").unwrap();
+    for (name, hull) in hulls {
+        let corners: Vec<String> = hull.corners().iter().map(|p| format!("{} {} {}", p.x, p.y, p.z)).collect();
+        writeln!(w, r#"    <mesh name="{name}" vertex="{}"/>"#, corners.join("  ")).unwrap();
+    }
+    writeln!(w, "  </asset>").unwrap();
+}
+
 fn write_body(w: &mut String, scene: &Scene, index: usize, depth: usize) {
     let body = &scene.bodies[index];
     let pad = "  ".repeat(depth);
-    writeln!(w, r#"{pad}<body name="{}" {}>"#, body.name, placement(&body.pose)).unwrap();
+    writeln!(w, r#"{pad}<body name="{}" {}>"#, escaped(&body.name), placement(&body.pose)).unwrap();
     write_inertial(w, body, &pad);
     match &body.joint {
         Joint::Fixed => {}
-        Joint::Free => writeln!(w, r#"{pad}  <freejoint name="{}"/>"#, body.name).unwrap(),
+        Joint::Free => writeln!(w, r#"{pad}  <freejoint name="{}"/>"#, escaped(&body.name)).unwrap(),
         Joint::Hinge(axis) => write_axis(w, axis, "hinge", &pad),
         Joint::Slide(axis) => write_axis(w, axis, "slide", &pad),
     }
@@ -80,42 +100,50 @@ fn write_axis(w: &mut String, axis: &Axis, kind: &str, pad: &str) {
         Stop::Spring { stiffness, damping } => format!("-{stiffness} -{damping}"),
         Stop::Constraint => "0.02 1".into(),
     };
+    // Without a range MuJoCo takes a joint for one without ends.
+    let [low, high] = axis.range;
+    let range = if low.is_finite() { format!(r#" range="{low} {high}""#) } else { String::new() };
     writeln!(
         w,
-        r#"{pad}  <joint name="{}" type="{kind}" axis="{} {} {}" range="{} {}" damping="{}" frictionloss="{}" armature="{}" stiffness="{}" solreflimit="{}"/>"#,
-        axis.name,
+        r#"{pad}  <joint name="{}" type="{kind}" axis="{} {} {}"{range} damping="{}" frictionloss="{}" armature="{}" stiffness="{}" springref="{}" solreflimit="{stop}"/>"#,
+        escaped(&axis.name),
         d.x,
         d.y,
         d.z,
-        axis.range[0],
-        axis.range[1],
         axis.damping,
         axis.friction,
         axis.armature,
         axis.spring,
-        stop
+        axis.rest
     )
     .unwrap();
 }
 
 fn write_geom(w: &mut String, geom: &Geom, never_touch: &[[u8; 2]], pad: &str) {
-    let (kind, size) = match geom.shape {
-        Shape::Box(h) => ("box", format!("{} {} {}", h.x, h.y, h.z)),
-        Shape::Capsule { half_length, radius } => ("capsule", format!("{radius} {half_length}")),
-        Shape::Cylinder { half_length, radius } => ("cylinder", format!("{radius} {half_length}")),
+    let (kind, size) = match &geom.shape {
+        Shape::Box(h) => ("box", format!(r#"size="{} {} {}""#, h.x, h.y, h.z)),
+        Shape::Capsule { half_length, radius } => ("capsule", format!(r#"size="{radius} {half_length}""#)),
+        Shape::Cylinder { half_length, radius } => ("cylinder", format!(r#"size="{radius} {half_length}""#)),
+        Shape::Sphere { radius } => ("sphere", format!(r#"size="{radius}""#)),
+        Shape::Convex(_) => ("mesh", format!(r#"mesh="{}""#, escaped(&geom.name))),
     };
     let [r, g, b] = geom.color.map(|c| f64::from(c) / 255.0);
     // Mass 0: bodies carry their own inertia.
     writeln!(
         w,
-        r#"{pad}  <geom name="{}" type="{kind}" size="{size}" {} mass="0" friction="{} 0.005 0.0001" contype="{}" conaffinity="{}" rgba="{r:.3} {g:.3} {b:.3} 1"/>"#,
-        geom.name,
+        r#"{pad}  <geom name="{}" type="{kind}" {size} {} mass="0" friction="{} 0.005 0.0001" contype="{}" conaffinity="{}" rgba="{r:.3} {g:.3} {b:.3} 1"/>"#,
+        escaped(&geom.name),
         placement(&geom.pose),
         geom.friction,
         geom.role.bit(),
         geom.role.mask(never_touch),
     )
     .unwrap();
+}
+
+/// A name as an attribute's value.
+fn escaped(name: &str) -> String {
+    name.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }
 
 fn placement(pose: &Pose) -> String {

@@ -1,5 +1,7 @@
 //! The plant as a controller sees it: measure, apply torque, repeat.
 
+use std::fmt;
+
 use aforce::{ConfigError, JointVector, Measurement, Pose, Twist, Vector3, Wrench, within};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -65,6 +67,22 @@ impl SimulationConfig {
 #[error("the simulation diverged")]
 pub struct Diverged;
 
+/// Two geoms in one place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Overlap {
+    /// Their names.
+    pub geoms: [String; 2],
+    /// How deep one is in the other (m).
+    pub depth: f64,
+}
+
+impl fmt::Display for Overlap {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [a, b] = &self.geoms;
+        write!(f, "geoms {a:?} and {b:?} overlap by {:.3} mm", 1e3 * self.depth)
+    }
+}
+
 /// Longest step of the engine (s). The joints' end stops and the contacts are too stiff for a longer one: it creates energy.
 const LONGEST_STEP: f64 = 0.002;
 
@@ -108,9 +126,11 @@ impl Simulation {
     /// `plant.dt` long.
     ///
     /// # Panics
-    /// If `plant.dt` is not above 0 and finite, or `tool` is not on the arm; as [`Model::new`].
+    /// If `plant.dt` is not above 0 and finite, the scene is wrong ([`Scene::check`] says so without a panic), or `tool` is not
+    /// on the arm; as [`Model::new`].
     pub fn new(scene: &Scene, tool: usize, offset: [f64; 3], plant: &Plant) -> Self {
         assert!(plant.dt > 0.0 && plant.dt.is_finite(), "a step of {} s", plant.dt);
+        scene.check().unwrap_or_else(|wrong| panic!("{wrong}"));
         let config = plant.config;
         let parts = (plant.dt / LONGEST_STEP).ceil() as usize;
         let scene_as_it_is = plant.deviation.of(scene, tool, offset);
@@ -265,7 +285,7 @@ impl Simulation {
         for (i, effort) in self.efforts.iter_mut().enumerate() {
             let axis = &self.engine.axes()[i];
             let (q, qd) = self.engine.coordinate(i);
-            *effort += self.loads[i] + axis.stop.effort(axis.range, q, qd) - axis.spring * q;
+            *effort += self.loads[i] + axis.stop.effort(axis.range, q, qd) + axis.spring_effort(q);
         }
         self.engine.add_drag(&mut self.efforts);
         if !self.efforts.iter().all(|e| e.is_finite()) {
@@ -333,6 +353,14 @@ impl Simulation {
     /// Deepest overlap of any two geoms that may touch (m), as they stand now.
     pub fn overlap(&self) -> f64 {
         self.engine.overlap()
+    }
+
+    /// Geoms that may touch and overlap by more than `allowed` (m) as they stand now: what a task's start should not have. The
+    /// engine pushes them apart with forces that no robot has.
+    pub fn overlaps(&self, allowed: f64) -> Vec<Overlap> {
+        let name = |geom: usize| self.solids[geom].name.clone();
+        let found = self.engine.overlaps(allowed).into_iter();
+        found.map(|(geoms, depth)| Overlap { geoms: geoms.map(name), depth }).collect()
     }
 
     /// Every collision shape, for whoever draws; [`Simulation::body_pose`] says where its body is.

@@ -5,8 +5,10 @@ use aforce::Pose;
 use crate::scene::{Scene, Shape};
 
 /// A collision shape and what carries it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Solid {
+    /// Name of the geom.
+    pub name: String,
     /// Index of the moving body that carries it; `None` is the world.
     pub body: Option<usize>,
     /// Pose of the shape's frame in that body's frame.
@@ -23,7 +25,13 @@ impl Scene {
         let of_body = |index: usize| {
             let (body, root) = self.moving_root(index);
             let geoms = self.bodies[index].geoms.iter();
-            geoms.map(move |geom| Solid { body, pose: root * geom.pose, shape: geom.shape, color: geom.color })
+            geoms.map(move |geom| Solid {
+                name: geom.name.clone(),
+                body,
+                pose: root * geom.pose,
+                shape: geom.shape.clone(),
+                color: geom.color,
+            })
         };
         (0..self.bodies.len()).flat_map(of_body).collect()
     }

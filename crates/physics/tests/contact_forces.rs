@@ -51,6 +51,7 @@ fn tool(half: [f64; 3], position: [f64; 3], direction: Vector3, (range, stop): (
             friction: 0.0,
             armature: 0.0,
             spring: 0.0,
+            rest: 0.0,
             stop,
         }),
         inertial: Inertial::solid_box(half.into(), TOOL / (8.0 * half.iter().product::<f64>())),

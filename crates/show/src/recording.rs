@@ -134,10 +134,15 @@ impl Recording {
     /// What the page reads.
     pub fn json(&self) -> Value {
         let solid = |solid: &Solid| {
-            let (kind, size) = match solid.shape {
+            let (kind, size) = match &solid.shape {
                 Shape::Box(half) => ("box", vec![half.x, half.y, half.z]),
-                Shape::Capsule { half_length, radius } => ("capsule", vec![half_length, radius]),
-                Shape::Cylinder { half_length, radius } => ("cylinder", vec![half_length, radius]),
+                Shape::Capsule { half_length, radius } => ("capsule", vec![*half_length, *radius]),
+                Shape::Cylinder { half_length, radius } => ("cylinder", vec![*half_length, *radius]),
+                Shape::Sphere { radius } => ("sphere", vec![*radius]),
+                Shape::Convex(hull) => {
+                    let corners = hull.triangles().as_flattened().iter().map(|&i| hull.corners()[i as usize]);
+                    ("triangles", corners.flat_map(|corner| [corner.x, corner.y, corner.z]).collect())
+                }
             };
             let body = solid.body.map(|body| self.bodies.iter().position(|&b| b == body));
             json!({"kind": kind, "size": size, "body": body, "pose": seven(&solid.pose), "color": solid.color})

@@ -60,6 +60,7 @@ pub fn slide(
             friction: 0.0,
             armature: 0.0,
             spring: 0.0,
+            rest: 0.0,
             stop: Stop::Spring { stiffness: 1000.0, damping: 10.0 },
         }),
         inertial: Inertial::diagonal(mass, [0.0; 3], [1e-3; 3]),

@@ -93,21 +93,38 @@ impl Engine {
 
     /// The same as they stand now: what a step of a copy starts from.
     pub fn overlap(&self) -> f64 {
+        self.deepest_in(&self.stepped())
+    }
+
+    /// Pairs of geoms (in the order of the scene) that may touch and overlap by more than `allowed` (m) as they stand now,
+    /// and by how much.
+    pub fn overlaps(&self, allowed: f64) -> Vec<([usize; 2], f64)> {
+        let place = |collider| self.geoms.iter().position(|&(handle, _)| handle == collider).expect("a geom");
+        let world = self.stepped();
+        let pairs = world.narrow_phase.contact_pairs().map(|pair| (pair, self.depth(pair)));
+        let deep = pairs.filter(|&(_, depth)| depth > allowed);
+        let mut found: Vec<_> = deep.map(|(pair, depth)| ([pair.collider1, pair.collider2].map(place), depth)).collect();
+        found.iter_mut().for_each(|(pair, _)| pair.sort_unstable());
+        found.sort_by_key(|&(pair, _)| pair);
+        found
+    }
+
+    fn stepped(&self) -> PhysicsWorld {
         let mut copy = copy(&self.world);
         copy.step();
-        self.deepest_in(&copy)
+        copy
     }
 
     fn deepest_in(&self, world: &PhysicsWorld) -> f64 {
-        let soft = |pair: &ContactPair| {
-            let layer = self.soft_layer.as_ref().filter(|layer| layer.between(pair.collider1, pair.collider2));
-            layer.map_or(0.0, |layer| layer.pad.travel)
-        };
-        let depths = world.narrow_phase.contact_pairs().flat_map(|pair| {
-            let points = pair.manifolds().iter().flat_map(|manifold| &manifold.points);
-            points.map(move |point| -point.dist - soft(pair))
-        });
-        depths.fold(0.0, f64::max)
+        world.narrow_phase.contact_pairs().map(|pair| self.depth(pair)).fold(0.0, f64::max)
+    }
+
+    /// Deepest overlap of a pair (m), at the start of the step that found it; negative where it is apart.
+    fn depth(&self, pair: &ContactPair) -> f64 {
+        let layer = self.soft_layer.as_ref().filter(|layer| layer.between(pair.collider1, pair.collider2));
+        let soft = layer.map_or(0.0, |layer| layer.pad.travel);
+        let points = pair.manifolds().iter().flat_map(|manifold| &manifold.points);
+        points.map(|point| -point.dist - soft).fold(f64::NEG_INFINITY, f64::max)
     }
 
     pub(super) fn role(&self, collider: ColliderHandle) -> Option<Role> {

@@ -15,14 +15,19 @@ pub(super) fn groups(role: Role, never_touch: &[[u8; 2]]) -> InteractionGroups {
 }
 
 pub(super) fn shared_shape(shape: &Shape) -> SharedShape {
-    match *shape {
+    match shape {
         Shape::Box(h) => SharedShape::cuboid(h.x, h.y, h.z),
-        Shape::Capsule { half_length, radius } => SharedShape::capsule_z(half_length, radius),
+        Shape::Capsule { half_length, radius } => SharedShape::capsule_z(*half_length, *radius),
         // The engine's cylinders stand along y.
         Shape::Cylinder { half_length, radius } => {
             let upright = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
             let pose = Pose::from_parts(Translation3::identity(), upright);
-            SharedShape::compound(vec![(to_engine(&pose), SharedShape::cylinder(half_length, radius))])
+            SharedShape::compound(vec![(to_engine(&pose), SharedShape::cylinder(*half_length, *radius))])
+        }
+        Shape::Sphere { radius } => SharedShape::ball(*radius),
+        Shape::Convex(hull) => {
+            let corners = hull.corners().iter().map(vector).collect();
+            SharedShape::convex_mesh(corners, hull.triangles()).expect("a hull has a surface of triangles")
         }
     }
 }

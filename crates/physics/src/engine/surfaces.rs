@@ -6,7 +6,8 @@ use rapier3d_f64::parry::partitioning::{Bvh, BvhBuildStrategy};
 use rapier3d_f64::parry::query::Ray;
 
 use super::Engine;
-use super::convert::{coordinates, vector};
+use super::convert::{coordinates, shared_shape, to_engine, vector};
+use crate::scene::Scene;
 
 /// How far a ray reaches (m).
 const REACH: f64 = 100.0;
@@ -27,6 +28,19 @@ impl Engine {
         let boxes: Vec<_> = geoms.iter().map(|(collider, _)| collider.compute_aabb()).collect();
         Surfaces { tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes), geoms }
     }
+}
+
+/// Whether a geom that stands still is straight below `point` (world).
+pub(crate) fn ground_below(scene: &Scene, point: &Vector3) -> bool {
+    let ray = Ray::new(vector(point), vector(&-Vector3::z()));
+    let still = (0..scene.bodies.len()).filter_map(|index| match scene.moving_root(index) {
+        (None, pose) => Some((index, pose)),
+        _ => None,
+    });
+    let mut geoms = still.flat_map(|(index, pose)| scene.bodies[index].geoms.iter().map(move |geom| (pose, geom)));
+    geoms.any(|(pose, geom)| {
+        shared_shape(&geom.shape).cast_ray(&to_engine(&(pose * geom.pose)), &ray, REACH, true).is_some()
+    })
 }
 
 impl Surfaces<'_> {

@@ -126,6 +126,7 @@ impl Robot {
                     friction: link.friction,
                     armature: self.arm.rotor_inertia[i],
                     spring: 0.0,
+                    rest: 0.0,
                     stop: Stop::Constraint,
                 }),
                 inertial: link.inertial,

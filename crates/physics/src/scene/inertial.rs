@@ -1,7 +1,11 @@
 //! Mass and its distribution.
 
+use std::f64::consts::PI;
+
 use aforce::{Pose, Vector3};
 use nalgebra::Matrix3;
+
+use super::Shape;
 
 /// Mass properties in the body frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,6 +38,42 @@ impl Inertial {
         Self::diagonal(mass, [0.0; 3], [s.y + s.z, s.x + s.z, s.x + s.y])
     }
 
+    /// A homogeneous body of the given density (kg/m3), in the frame of its shape.
+    pub fn solid(shape: &Shape, density: f64) -> Self {
+        let round = |mass: f64, radius: f64, length: f64| {
+            let across = mass * (radius * radius / 4.0 + length * length / 12.0);
+            Self::diagonal(mass, [0.0; 3], [across, across, mass * radius * radius / 2.0])
+        };
+        let ball = |radius: f64| 4.0 / 3.0 * PI * radius.powi(3) * density;
+        match shape {
+            Shape::Box(half) => Self::solid_box(*half, density),
+            Shape::Sphere { radius } => {
+                let mass = ball(*radius);
+                Self::diagonal(mass, [0.0; 3], [0.4 * mass * radius * radius; 3])
+            }
+            Shape::Cylinder { half_length, radius } => {
+                round(2.0 * PI * radius * radius * half_length * density, *radius, 2.0 * half_length)
+            }
+            Shape::Capsule { half_length, radius } => {
+                let (r, h) = (*radius, *half_length);
+                let middle = round(2.0 * PI * r * r * h * density, r, 2.0 * h);
+                // Two half balls: the middle of each is 3/8 of the radius beyond the end of the segment.
+                let mass = ball(r);
+                let along = 0.4 * mass * r * r;
+                let across = along + mass * (h * h + 0.75 * h * r);
+                middle.merged(&Self::diagonal(mass, [0.0; 3], [across, across, along]))
+            }
+            Shape::Convex(hull) => hull.inertial(density),
+        }
+    }
+
+    /// A homogeneous body of the given mass (kg), in the frame of its shape.
+    pub fn of_mass(shape: &Shape, mass: f64) -> Self {
+        let one = Self::solid(shape, 1.0);
+        let factor = mass / one.mass;
+        Inertial { mass, com: one.com, inertia: one.inertia * factor }
+    }
+
     /// The same matter, described in the frame in which this body frame has pose `pose`.
     pub fn transformed(&self, pose: &Pose) -> Self {
         let r = pose.rotation.to_rotation_matrix();
@@ -56,5 +96,10 @@ impl Inertial {
             part.inertia + part.mass * (Matrix3::identity() * d.norm_squared() - d * d.transpose())
         };
         Inertial { mass, com, inertia: about(self) + about(other) }
+    }
+
+    /// Moment of inertia (kg m2) about an axis through the origin.
+    pub fn about(&self, axis: &Vector3) -> f64 {
+        axis.dot(&(self.inertia * axis)) + self.mass * axis.cross(&self.com).norm_squared()
     }
 }

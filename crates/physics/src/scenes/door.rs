@@ -80,6 +80,7 @@ fn add_door(scene: &mut Scene, root: &Pose) {
             friction: 1.0,
             armature: 0.0,
             spring: 0.0,
+            rest: 0.0,
             stop: Stop::Spring { stiffness: 600.0, damping: 24.0 },
         }),
         inertial: Inertial::diagonal(2.43455, [0.0; 3], [0.0913751, 0.0521615, 0.043714])
@@ -98,6 +99,7 @@ fn add_door(scene: &mut Scene, root: &Pose) {
             friction: 0.1,
             armature: 0.0,
             spring: 1.0,
+            rest: 0.0,
             stop: Stop::Spring { stiffness: 45.0, damping: 1.8 },
         }),
         inertial: Inertial::diagonal(0.1, [0.0; 3], [0.0483771, 0.0410001, 0.0111013])
