@@ -155,7 +155,9 @@ impl Body {
             ));
         }
         match &self.joint {
-            Joint::Hinge(axis) | Joint::Slide(axis) => axis.check().map_err(|why| format!("joint {:?}: {why}", axis.name))?,
+            Joint::Hinge(axis) | Joint::Slide(axis) => {
+                axis.check().map_err(|why| format!("joint {:?}: {why}", axis.name))?
+            }
             Joint::Fixed | Joint::Free => {}
         }
         self.geoms.iter().try_for_each(|geom| geom.check().map_err(|why| format!("geom {:?}: {why}", geom.name)))
@@ -191,7 +193,9 @@ impl Geom {
         }
         let sizes = match &self.shape {
             Shape::Box(half) => vec![half.x, half.y, half.z],
-            Shape::Capsule { half_length, radius } | Shape::Cylinder { half_length, radius } => vec![*half_length, *radius],
+            Shape::Capsule { half_length, radius } | Shape::Cylinder { half_length, radius } => {
+                vec![*half_length, *radius]
+            }
             Shape::Sphere { radius } => vec![*radius],
             Shape::Convex(_) => vec![],
         };

@@ -4,6 +4,8 @@
 mod contacts;
 mod convert;
 mod drag;
+#[cfg(test)]
+mod insertion;
 mod pad;
 mod surfaces;
 

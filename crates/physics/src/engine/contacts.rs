@@ -103,7 +103,8 @@ impl Engine {
         let world = self.stepped();
         let pairs = world.narrow_phase.contact_pairs().map(|pair| (pair, self.depth(pair)));
         let deep = pairs.filter(|&(_, depth)| depth > allowed);
-        let mut found: Vec<_> = deep.map(|(pair, depth)| ([pair.collider1, pair.collider2].map(place), depth)).collect();
+        let mut found: Vec<_> =
+            deep.map(|(pair, depth)| ([pair.collider1, pair.collider2].map(place), depth)).collect();
         found.iter_mut().for_each(|(pair, _)| pair.sort_unstable());
         found.sort_by_key(|&(pair, _)| pair);
         found

@@ -19,7 +19,21 @@ const MAIN: &str = "main";
 
 /// The elements that have defaults here, and the attributes of each.
 const KINDS: [(&str, &[&str]); 3] = [
-    ("joint", &["type", "axis", "range", "limited", "damping", "frictionloss", "stiffness", "springref", "armature", "solreflimit"]),
+    (
+        "joint",
+        &[
+            "type",
+            "axis",
+            "range",
+            "limited",
+            "damping",
+            "frictionloss",
+            "stiffness",
+            "springref",
+            "armature",
+            "solreflimit",
+        ],
+    ),
     ("geom", &["type", "size", "density", "friction", "rgba", "condim"]),
     ("mesh", &["scale"]),
 ];

@@ -74,7 +74,9 @@ impl File<'_> {
         }
         if let Some(sequence) = node.attribute("eulerseq") {
             if sequence.len() != 3 || !sequence.chars().all(|axis| "xyzXYZ".contains(axis)) {
-                return Err(self.source.wrong(node, format!("eulerseq={sequence:?}: three of x, y, z, X, Y, Z are wanted")));
+                return Err(self
+                    .source
+                    .wrong(node, format!("eulerseq={sequence:?}: three of x, y, z, X, Y, Z are wanted")));
             }
             self.eulerseq = sequence.into();
         }
@@ -98,9 +100,7 @@ impl File<'_> {
             _ => return Err(source.wrong(node, "a mesh has either a file or vertex")),
         };
         let hull = match self.classes.value(source, node, None, "scale")? {
-            Some(text) => {
-                hull.scaled(source.array(node, "scale", text)?).map_err(|error| source.wrong(node, error))?
-            }
+            Some(text) => hull.scaled(source.array(node, "scale", text)?).map_err(|error| source.wrong(node, error))?,
             None => hull,
         };
         // MuJoCo calls a mesh without name as its file.
@@ -193,11 +193,30 @@ impl File<'_> {
         let kind = value("type")?.unwrap_or("hinge");
         if kind == "free" {
             source.allow(node, &["name", "type", "class"], &[])?;
+            // MuJoCo gives a free joint what its class says of joints; only a freejoint has nothing of it.
+            for name in ["damping", "frictionloss", "stiffness", "armature"] {
+                if value(name)?.map_or(Ok(0.0), |text| source.number(node, name, text))? != 0.0 {
+                    return Err(
+                        source.wrong(node, format!("a free joint with {name} is not read; <freejoint/> has none"))
+                    );
+                }
+            }
             return Ok(free);
         }
         let attributes = [
-            "name", "class", "type", "pos", "axis", "range", "limited", "damping", "frictionloss", "stiffness",
-            "springref", "armature", "solreflimit",
+            "name",
+            "class",
+            "type",
+            "pos",
+            "axis",
+            "range",
+            "limited",
+            "damping",
+            "frictionloss",
+            "stiffness",
+            "springref",
+            "armature",
+            "solreflimit",
         ];
         source.allow(node, &attributes, &[])?;
         let unit = match kind {
@@ -253,8 +272,21 @@ impl File<'_> {
     ) -> Result<(Geom, Inertial), ReadError> {
         let source = self.source;
         let attributes = [
-            "name", "class", "type", "size", "fromto", "mesh", "pos", "quat", "euler", "axisangle", "mass", "density",
-            "friction", "condim", "rgba",
+            "name",
+            "class",
+            "type",
+            "size",
+            "fromto",
+            "mesh",
+            "pos",
+            "quat",
+            "euler",
+            "axisangle",
+            "mass",
+            "density",
+            "friction",
+            "condim",
+            "rgba",
         ];
         source.allow(node, &attributes, &[])?;
         let value = |name| self.classes.value(source, node, class, name);
@@ -337,7 +369,9 @@ impl File<'_> {
             (Some(text), None) => Matrix3::from_diagonal(&source.array(node, "diaginertia", text)?.into()),
             (None, Some(text)) => {
                 if pose.rotation != UnitQuaternion::identity() {
-                    return Err(source.wrong(node, "fullinertia is along the body's axes; an orientation contradicts it"));
+                    return Err(
+                        source.wrong(node, "fullinertia is along the body's axes; an orientation contradicts it")
+                    );
                 }
                 let [xx, yy, zz, xy, xz, yz] = source.array(node, "fullinertia", text)?;
                 Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)

@@ -114,9 +114,8 @@ struct Unfinished {
 /// Mass of a body and all that it carries, in its frame, joints at zero.
 fn carried(bodies: &[Body], index: usize) -> Inertial {
     let children = (index + 1..bodies.len()).filter(|&child| bodies[child].parent == Some(index));
-    children.fold(bodies[index].inertial, |sum, child| {
-        sum.merged(&carried(bodies, child).transformed(&bodies[child].pose))
-    })
+    children
+        .fold(bodies[index].inertial, |sum, child| sum.merged(&carried(bodies, child).transformed(&bodies[child].pose)))
 }
 
 /// MuJoCo's `solreflimit="0.02 1"` for what moves with this inertia (kg m2 or kg): critically damped, 20 ms.

@@ -80,7 +80,8 @@ impl<'d> File<'_, 'd> {
                 return Err(source.wrong(joint, format!("link {child:?} is moved by two joints")));
             }
         }
-        let mut roots = called(robot, "link").filter_map(|node| node.attribute("name")).filter(|name| !moved.contains(name));
+        let mut roots =
+            called(robot, "link").filter_map(|node| node.attribute("name")).filter(|name| !moved.contains(name));
         match (roots.next(), roots.next()) {
             (Some(first), None) => Ok(first),
             (Some(first), Some(second)) => {
@@ -93,7 +94,8 @@ impl<'d> File<'_, 'd> {
     /// Names of the links above and below a joint.
     fn ends(&self, joint: Node<'d, 'd>) -> Result<[&'d str; 2], ReadError> {
         let end = |name: &str| {
-            let node = self.source.only(joint, name)?.ok_or_else(|| self.source.wrong(joint, format!("no <{name}>")))?;
+            let node =
+                self.source.only(joint, name)?.ok_or_else(|| self.source.wrong(joint, format!("no <{name}>")))?;
             self.source.allow(node, &["link"], &[])?;
             self.source.required(node, "link")
         };

@@ -45,7 +45,12 @@ impl Source<'_> {
         let list = |names: &[&str]| if names.is_empty() { "none".into() } else { names.join(", ") };
         if let Some(other) = node.attributes().find(|a| !attributes.contains(&a.name())) {
             let row = node.document().text_pos_at(other.range().start).row;
-            let what = format!("attribute {:?} of <{}> is not read; read are: {}", other.name(), node.tag_name().name(), list(attributes));
+            let what = format!(
+                "attribute {:?} of <{}> is not read; read are: {}",
+                other.name(),
+                node.tag_name().name(),
+                list(attributes)
+            );
             return Err(self.at(row, what));
         }
         for child in node.children() {
@@ -110,7 +115,9 @@ impl Source<'_> {
     pub fn color(self, node: Node, name: &str, text: &str) -> Result<[u8; 3], ReadError> {
         let rgba = self.array::<4>(node, name, text)?;
         if rgba.iter().any(|part| !(0.0..=1.0).contains(part)) || rgba[3] != 1.0 {
-            return Err(self.wrong(node, format!("{name}={text:?}: three numbers from 0 to 1 and an opacity of 1 are wanted")));
+            return Err(
+                self.wrong(node, format!("{name}={text:?}: three numbers from 0 to 1 and an opacity of 1 are wanted"))
+            );
         }
         Ok([0, 1, 2].map(|i| (rgba[i] * 255.0).round() as u8))
     }

@@ -57,9 +57,8 @@ impl Hole {
         let profile = [(radius, -depth), (radius, -chamfer), (radius + chamfer, 0.0), (outer, 0.0), (outer, -depth)];
         let wedge = |sector: usize| {
             let ends = [sector, sector + 1].map(|at| libm::sincos(angle * at as f64));
-            let at = |(sin, cos): (f64, f64)| {
-                profile.map(|(r, z)| Vector3::new(stretch * r * cos, stretch * r * sin, z))
-            };
+            let at =
+                |(sin, cos): (f64, f64)| profile.map(|(r, z)| Vector3::new(stretch * r * cos, stretch * r * sin, z));
             Hull::new(ends.map(at).as_flattened())
         };
         (0..sectors).map(|sector| wedge(sector).map_err(HoleError::from)).collect()

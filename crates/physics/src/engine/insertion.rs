@@ -1,0 +1,77 @@
+//! A peg enters a hole of wedges exactly where geometry lets it.
+
+use std::f64::consts::TAU;
+
+use aforce::{Pose, Vector3};
+
+use super::Engine;
+use super::convert::{coordinates, vector};
+use crate::model::GRAVITY;
+use crate::scene::{Body, Geom, Hole, Inertial, Joint, Role, Scene, Shape, at};
+
+const DT: f64 = 0.002;
+/// Of FORGE's peg (m).
+const RADIUS: f64 = 0.003993;
+const HALF_LENGTH: f64 = 0.025;
+const MASS: f64 = 2.0;
+
+fn geom(name: String, shape: Shape, role: Role) -> Geom {
+    Geom { name, shape, pose: Pose::identity(), friction: 0.75, role, color: [0; 3] }
+}
+
+/// A hole with `clearance` (m, of the diameters) below a peg.
+fn scene(clearance: f64) -> (Scene, usize) {
+    let hole = Hole { radius: RADIUS + clearance / 2.0, outer: 0.03, depth: 0.025, chamfer: 0.0, sectors: 24 };
+    let wedges = hole.wedges().unwrap().into_iter().enumerate();
+    let wedges = wedges.map(|(i, wedge)| geom(format!("wedge{i}"), Shape::Convex(wedge), Role::Fixture)).collect();
+    let mut scene = Scene { prediction: Some(2e-4), ..Scene::default() };
+    scene.add_static("hole", wedges);
+    let peg = scene.add(Body {
+        name: "peg".into(),
+        parent: None,
+        pose: at([0.0, 0.0, HALF_LENGTH + 0.001]),
+        joint: Joint::Free,
+        inertial: Inertial::diagonal(MASS, [0.0; 3], [1e-3; 3]),
+        geoms: vec![geom("peg".into(), Shape::Cylinder { half_length: HALF_LENGTH, radius: RADIUS }, Role::Object)],
+    });
+    (scene, peg)
+}
+
+/// How deep the peg's end is (m) after it was lowered at 20 mm/s to 7 mm below the rim, on a spring of 500 N/m and 30 Nm/rad that
+/// is aside by `offset` (m).
+fn depth(clearance: f64, offset: Vector3) -> f64 {
+    let (scene, peg) = scene(clearance);
+    let mut engine = Engine::new(&scene, DT, 1);
+    engine.place(peg, &at((offset + Vector3::z() * (HALF_LENGTH + 0.001)).into()));
+    let handle = engine.bodies[peg].unwrap();
+    for step in 0..450 {
+        let goal = offset + Vector3::z() * (HALF_LENGTH + (0.001 - 0.02 * DT * f64::from(step)).max(-0.007));
+        let (pose, velocity) = (engine.pose(peg), engine.velocity(peg));
+        let (v, omega) = (velocity.fixed_rows::<3>(0), velocity.fixed_rows::<3>(3));
+        let force = (goal - pose.translation.vector) * 500.0 - v * 60.0 + Vector3::z() * MASS * GRAVITY;
+        let torque = pose.rotation.scaled_axis() * -30.0 - omega * 0.3;
+        let body = &mut engine.world.bodies[handle];
+        body.reset_forces(false);
+        body.reset_torques(false);
+        body.add_force(vector(&force), true);
+        body.add_torque(vector(&torque), true);
+        engine.step(&[]);
+    }
+    HALF_LENGTH - coordinates(engine.world.bodies[handle].translation()).z
+}
+
+/// In below half the clearance, on the rim above it: 40 offsets up to 1.2 times the clearance, each towards the middle of
+/// another wall.
+#[test]
+fn a_peg_enters_below_half_the_clearance() {
+    for clearance in [1e-3, 5e-4, 1.14e-4] {
+        for k in 0..40 {
+            let part = 1.2 * (f64::from(k) + 0.5) / 40.0;
+            let (sin, cos) = (TAU * (f64::from(7 * k % 24) + 0.5) / 24.0).sin_cos();
+            let depth = depth(clearance, Vector3::new(cos, sin, 0.0) * part * clearance);
+            let enters = part < 0.5;
+            let as_it_should = if enters { depth > 0.006 } else { depth < 2e-4 };
+            assert!(as_it_should, "clearance {clearance} m, aside by {part:.3} of it: {depth} m deep");
+        }
+    }
+}
