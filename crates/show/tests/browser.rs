@@ -136,6 +136,17 @@ fn the_page_loops_to_the_end_of_the_task_and_keeps_the_hand_in_sight() {
         let farthest = answer.iter().fold(0.0, |farthest: f64, at| farthest.max(at.abs()));
         assert!(farthest < 0.9, "{size}: the hand is {farthest} of the way to the edge");
     }
+
+    // What a ball and the hull of a corner of a unit cube enclose, and whether the hull's normals point outwards.
+    let volume = "(v => { let sum = 0; for (let i = 0; i < v.length; i += 18) { const [a, b, c] = [0, 6, 12].map(k => v.slice(i + k, i + k + 3)); \
+                  sum += dot(a, cross(b, c)) / 6 } return sum })";
+    let hull =
+        "solidShape.triangles(0,0,0, 0,1,0, 1,0,0, 0,0,0, 1,0,0, 0,0,1, 0,0,0, 0,0,1, 0,1,0, 1,0,0, 0,1,0, 0,0,1)";
+    let outwards = "(v => v.slice(-3))";
+    let answer = browser.ask(&format!("{volume}(solidShape.sphere(1)), {volume}({hull}), {outwards}({hull})"), &[]);
+    assert!((answer[0].abs() / (4.0 / 3.0 * std::f64::consts::PI) - 1.0).abs() < 0.02, "{answer:?}");
+    assert!((answer[1] - 1.0 / 6.0).abs() < 1e-6, "{answer:?}");
+    assert!(answer[2..].iter().all(|part| (part - 3f64.sqrt().recip()).abs() < 1e-6), "{answer:?}");
 }
 
 #[test]
