@@ -88,10 +88,10 @@ impl Part {
         let mut scene = Scene::default();
         let stops: Vec<bool> = bodies.iter().map(|body| body.default_stop).collect();
         scene.bodies = bodies.into_iter().map(|unfinished| unfinished.body).collect();
-        for index in 0..scene.bodies.len() {
+        for (index, default_here) in stops.into_iter().enumerate() {
             let role = if scene.moving_root(index).0.is_some() { Role::Object } else { Role::Fixture };
             scene.bodies[index].geoms.iter_mut().for_each(|geom| geom.role = role);
-            if stops[index] {
+            if default_here {
                 let carried = carried(&scene.bodies, index);
                 match &mut scene.bodies[index].joint {
                     Joint::Hinge(axis) => axis.stop = default_stop(axis.armature + carried.about(&axis.direction)),
