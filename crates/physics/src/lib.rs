@@ -29,7 +29,7 @@ mod stop;
 pub mod wiping_tool;
 
 pub use contact::{ContactReading, LinkReading};
-pub use deviation::Deviation;
+pub use deviation::{Change, Deviation};
 pub use engine::Surfaces;
 pub use simulation::{Diverged, Plant, Simulation, SimulationConfig};
 pub use solid::Solid;

@@ -168,7 +168,7 @@ impl Row {
 /// A panel per task, a line of it per row, the first one on top.
 fn panels(rows: &[Row]) -> Vec<Panel> {
     let of_task = |task: TaskName| -> Vec<&Row> { rows.iter().filter(|row| row.task == task.as_str()).rev().collect() };
-    let tasks = TaskName::ALL.into_iter().map(|task| (task, of_task(task))).filter(|(_, rows)| !rows.is_empty());
+    let tasks = TaskName::all().into_iter().map(|task| (task, of_task(task))).filter(|(_, rows)| !rows.is_empty());
     let dot = |(at, row): (usize, &&Row)| Series {
         label: row.space.clone(),
         members: vec![vec![(row.number("energy_per_action_j"), at as f64 + 1.0)]],

@@ -49,7 +49,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         Some(path) => disturbances::read(path, player.config.env.task)?
             .into_iter()
             .map(|case| {
-                let env = EnvConfig { disturbance: case.disturbance, ..player.config.env.clone() };
+                let env = EnvConfig { disturbance: case.disturbance.clone(), ..player.config.env.clone() };
                 let env = Env::new(env, 0).with_context(|| format!("{}: case {:?}", path.display(), case.name))?;
                 Ok((case, env))
             })
@@ -128,7 +128,7 @@ fn compare(player: &mut Player, cases: Vec<(Case, Env)>, episodes: u32, table: &
     for (case, env) in cases {
         // The same noise in every case: episodes are compared in pairs.
         player.policy = policy.clone();
-        player.config.env.disturbance = case.disturbance;
+        player.config.env.disturbance = case.disturbance.clone();
         player.env = env;
         let key = CaseKey { disturbance: &case.name };
         let outcomes = play(player, episodes, |row, outcome| table.write((&key, row, outcome)))?;

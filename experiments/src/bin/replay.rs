@@ -321,7 +321,7 @@ mod tests {
         };
         assert_eq!(with(|env| env.space = "osc".parse().unwrap()), None);
         for (apart, words) in [
-            (with(|env| env.task = tasks::TaskName::Wipe), "wipe, not lift"),
+            (with(|env| env.task = tasks::TaskName::WIPE), "wipe, not lift"),
             (with(|env| env.controller.policy_hz = 10), "10 actions a second, not 20"),
             (with(|env| env.initial_noise = 0.1), "0.1, not 0.02"),
             (with(|env| env.robot = physics::robots::RobotName::Identified), "env.robot"),
