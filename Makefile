@@ -31,14 +31,14 @@ setup:
 	$(PYTHON) scripts/setup-libtorch.py
 
 # A package of one's own with a task to be changed, anywhere: `make own-task AT=../drawer`. It takes this folder's crates, versions of
-# dependencies and libtorch.
+# dependencies, compiled dependencies and libtorch.
 own-task:
 	@test -n "$(AT)" || { echo "where to? make own-task AT=FOLDER"; exit 1; }
 	@test ! -e "$(AT)" || { echo "$(AT): exists; nothing was overwritten"; exit 1; }
 	@mkdir -p "$(AT)/.cargo" && cp -r templates/own-task/* "$(AT)/" && cp Cargo.lock rust-toolchain.toml "$(AT)/"
 	@sed -i 's#"../../#"$(CURDIR)/#' "$(AT)/Cargo.toml"
-	@printf '[env]\nLIBTORCH = "%s"\n' "$(CURDIR)/third_party/libtorch" > "$(AT)/.cargo/config.toml"
-	@printf '/target\n/runs\n' > "$(AT)/.gitignore"
+	@printf '[build]\ntarget-dir = "%s"\n[env]\nLIBTORCH = "%s"\n' "$(CURDIR)/target" "$(CURDIR)/third_party/libtorch" > "$(AT)/.cargo/config.toml"
+	@echo /runs > "$(AT)/.gitignore"
 	@echo "next:    cd $(AT) && cargo run --release -- replay --expert --task drawer --html drawer.html"
 
 # SAC learns to lift a cube with the AFORCE action space; ends with a table and an animation.

@@ -114,6 +114,11 @@ const KINDS: [Kind; 13] = [
     kind("force_bias_n", 0.0, [0.0, 100.0], true, |d| d.force_bias_n),
 ];
 
+/// Whether some tasks have a disturbance of this key and others have not.
+pub(crate) fn is_of_some_tasks(key: &str) -> bool {
+    KINDS.iter().any(|kind| kind.key == key && !kind.everywhere)
+}
+
 impl Disturbance {
     /// Checks every value, and that `task` has what is disturbed.
     ///

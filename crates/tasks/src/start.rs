@@ -9,7 +9,7 @@ pub struct Start {
     /// [`EnvConfig::initial_noise`](crate::EnvConfig::initial_noise) added. A task that needs another noise says so in the defaults that it is
     /// registered with.
     pub q: JointVector,
-    /// The fingers; without effect on the tool of Wipe, which has none.
+    /// The fingers; half open also stands for a tool that has none.
     pub fingers: Fingers,
 }
 

@@ -9,6 +9,7 @@ use aforce::record::nearest;
 use serde::de::{Error, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use crate::disturbance::is_of_some_tasks;
 use crate::task_kind::TaskKind;
 use crate::{door, lift, wipe};
 
@@ -39,6 +40,9 @@ pub fn register(kinds: &[TaskKind]) -> Result<(), ConfigError> {
         }
         if TaskName::BUILT_IN.iter().chain(&all).any(|other| other.as_str() == kind.name) {
             return wrong("the name is registered twice, or is that of a built-in task".into());
+        }
+        if let Some(key) = kind.disturbances.iter().find(|key| !is_of_some_tasks(key)) {
+            return wrong(format!("{key:?} is no disturbance that only some tasks have"));
         }
         let mut keys: Vec<&str> = kind.own_disturbances.iter().map(|own| own.key).collect();
         keys.sort_unstable();
@@ -179,6 +183,8 @@ mod tests {
         for name in ["", "My Task", "a/b", "1e5"] {
             assert!(error(&[name]).contains("lower-case letters"), "{name}");
         }
+        let misspelt = kind("press").disturbed_by(&["cube_mas"]);
+        assert!(register(&[misspelt]).unwrap_err().to_string().contains("\"cube_mas\" is no disturbance"));
         assert_eq!(TaskName::all(), TaskName::BUILT_IN, "what is refused leaves nothing behind");
     }
 }
