@@ -24,11 +24,22 @@ STUDIED = { for sweep in table-1:table-1 prior:prior prior-parts:prior parts:tab
 	$(RUN) sweep -- $(STUDY)/$${sweep%:*}.toml --out runs/study/$${sweep\#*:} --list; done; } \
 	| awk '$$1 ~ /^[0-9]+$$/ && $$4 <= 15 { print $$6 }'
 
-.PHONY: setup demo test test-franka wheel test-python check book bench reproduce study gallery
+.PHONY: own-task setup demo test test-franka wheel test-python check book bench reproduce study gallery
 
 # libtorch, pinned and verified, into third_party/libtorch (about 500 MB).
 setup:
 	$(PYTHON) scripts/setup-libtorch.py
+
+# A package of one's own with a task to be changed, anywhere: `make own-task AT=../drawer`. It takes this folder's crates, versions of
+# dependencies, compiled dependencies and libtorch.
+own-task:
+	@test -n "$(AT)" || { echo "where to? make own-task AT=FOLDER"; exit 1; }
+	@test ! -e "$(AT)" || { echo "$(AT): exists; nothing was overwritten"; exit 1; }
+	@mkdir -p "$(AT)/.cargo" && cp -r templates/own-task/* "$(AT)/" && cp Cargo.lock rust-toolchain.toml "$(AT)/"
+	@sed -i 's#"../../#"$(CURDIR)/#' "$(AT)/Cargo.toml"
+	@printf '[build]\ntarget-dir = "%s"\n[env]\nLIBTORCH = "%s"\n' "$(CURDIR)/target" "$(CURDIR)/third_party/libtorch" > "$(AT)/.cargo/config.toml"
+	@echo /runs > "$(AT)/.gitignore"
+	@echo "next:    cd $(AT) && cargo run --release -- replay --expert --task drawer --html drawer.html"
 
 # SAC learns to lift a cube with the AFORCE action space; ends with a table and an animation.
 demo: setup

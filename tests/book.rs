@@ -16,7 +16,7 @@ fn root() -> &'static Path {
 }
 
 fn env(task: &str, space: &str) -> Env {
-    let task = TaskName::ALL.into_iter().find(|known| known.as_str() == task).expect("a task");
+    let task = TaskName::BUILT_IN.into_iter().find(|known| known.as_str() == task).expect("a task");
     Env::new(EnvConfig { task, space: space.parse().unwrap(), ..EnvConfig::default() }, 0).unwrap()
 }
 
@@ -139,7 +139,7 @@ fn measured(space: &str) -> String {
         format!("| {} |", cells.join(" | "))
     };
     let head = "| `SPACE` | random actions: J per action | above 60 N | torques at their limit | the script: success | after, s | J until then | largest force until then, N |";
-    table(&head.replace("SPACE", space), TaskName::ALL.map(row))
+    table(&head.replace("SPACE", space), TaskName::BUILT_IN.map(row))
 }
 
 fn made(kind: &str) -> String {

@@ -46,7 +46,7 @@ fn what_disturbs_nothing_changes_no_byte() {
         force_noise_n: fixed(0.0),
         ..Disturbance::default()
     };
-    for task in TaskName::ALL {
+    for task in TaskName::BUILT_IN {
         assert!(seen(task, neutral) == seen(task, Disturbance::default()), "{}", task.as_str());
         let heavier = Disturbance { payload_kg: fixed(0.5), ..Disturbance::default() };
         assert!(seen(task, heavier) != seen(task, Disturbance::default()), "{}", task.as_str());
@@ -59,7 +59,7 @@ fn what_disturbs_nothing_changes_no_byte() {
 fn a_payload_sinks_into_the_spring() {
     let sink = |disturbance| {
         // One action, as the next would take the goal along.
-        let mut env = at_rate(1, TaskName::Wipe, "high", disturbance);
+        let mut env = at_rate(1, TaskName::WIPE, "high", disturbance);
         env.reset(Some(1));
         env.step(&[0.0; 6]);
         tool(&env).z
@@ -73,7 +73,7 @@ fn a_payload_sinks_into_the_spring() {
 #[test]
 fn a_push_swings_with_its_amplitude_and_frequency() {
     let push = Disturbance { push_n: fixed(20.0), push_hz: fixed(0.5), ..Disturbance::default() };
-    let mut env = env(TaskName::Wipe, "high", push);
+    let mut env = env(TaskName::WIPE, "high", push);
     env.reset(Some(1));
     let still = vec![0.0; env.action_dim()];
     let path: Vec<Vector3> = (0..4000)
@@ -98,7 +98,7 @@ fn a_push_swings_with_its_amplitude_and_frequency() {
 fn torques_come_late() {
     let action = |env: &Env| vec![0.5; env.action_dim()];
     let torques = |disturbance| {
-        let mut env = env(TaskName::Wipe, "osc", disturbance);
+        let mut env = env(TaskName::WIPE, "osc", disturbance);
         env.reset(Some(1));
         let holding = env.measurement().bias;
         let torques: Vec<JointVector> = (0..15).map(|_| env.step(&action(&env)).interval.mean_torque()).collect();
@@ -121,7 +121,7 @@ fn noise_is_measured_and_nothing_else() {
         force_bias_n: fixed(5.0),
         ..Disturbance::default()
     };
-    let mut env = env(TaskName::Lift, "mid", noise);
+    let mut env = env(TaskName::LIFT, "mid", noise);
     let still = vec![0.0; env.action_dim()];
     env.reset(Some(1));
     let (mut squares, mut mean) = ([0.0; 3], Vector3::zeros());
@@ -147,7 +147,7 @@ fn noise_is_measured_and_nothing_else() {
 fn the_table_stands_where_the_disturbance_puts_it() {
     let touch = |raised: f64| {
         let mut env =
-            env(TaskName::Wipe, "mid", Disturbance { table_height_m: fixed(raised), ..Disturbance::default() });
+            env(TaskName::WIPE, "mid", Disturbance { table_height_m: fixed(raised), ..Disturbance::default() });
         let start = env.reset(Some(1))[..8].to_vec();
         while !env.simulation().contact().touching {
             env.step(&[0.0, 0.0, -0.05, 0.0, 0.0, 0.0]);
@@ -164,7 +164,7 @@ fn the_table_stands_where_the_disturbance_puts_it() {
 fn a_range_is_drawn_anew_for_every_episode() {
     let heights = |seed: u64| {
         let range = Disturbance { table_height_m: Some(Draw::Between([-0.02, 0.02])), ..Disturbance::default() };
-        let mut env = env(TaskName::Wipe, "mid", range);
+        let mut env = env(TaskName::WIPE, "mid", range);
         env.reset(Some(seed));
         let decal = env.task().decals()[0].centre;
         decal[2] - 0.9
@@ -182,19 +182,19 @@ fn what_cannot_be_is_refused_in_one_line() {
         assert!(!error.contains('\n'));
         error
     };
-    let error = refused(TaskName::Wipe, Disturbance { cube_mass: fixed(2.0), ..Disturbance::default() });
+    let error = refused(TaskName::WIPE, Disturbance { cube_mass: fixed(2.0), ..Disturbance::default() });
     assert_eq!(error, "env.disturbance.cube_mass: lift has it, wipe has not");
-    let error = refused(TaskName::Wipe, Disturbance { payload_kg: fixed(-1.0), ..Disturbance::default() });
+    let error = refused(TaskName::WIPE, Disturbance { payload_kg: fixed(-1.0), ..Disturbance::default() });
     assert_eq!(error, "env.disturbance.payload_kg = -1 is not allowed; allowed: 0 to 5");
     let error =
-        refused(TaskName::Lift, Disturbance { friction: Some(Draw::Between([2.0, 0.5])), ..Disturbance::default() });
+        refused(TaskName::LIFT, Disturbance { friction: Some(Draw::Between([2.0, 0.5])), ..Disturbance::default() });
     assert_eq!(error, "env.disturbance.friction: [2.0, 0.5] is upside down: the lower end comes first");
     let error = refused(
-        TaskName::Wipe,
+        TaskName::WIPE,
         Disturbance { table_height_m: Some(Draw::Between([0.0, 0.19])), ..Disturbance::default() },
     );
     assert_eq!(error, "env.disturbance.table_height_m: 0.19 m raise the table into the arm at its start; lower it");
-    let error = refused(TaskName::Lift, Disturbance { push_n: fixed(5.0), ..Disturbance::default() });
+    let error = refused(TaskName::LIFT, Disturbance { push_n: fixed(5.0), ..Disturbance::default() });
     assert_eq!(error, "env.disturbance.push_n: push_n and push_hz stand together or not at all");
     let mut slow = EnvConfig::default();
     slow.controller.control_hz = 20;

@@ -21,7 +21,7 @@ fn random_action(env: &Env, rng: &mut ChaCha8Rng) -> Vec<f64> {
 }
 
 fn everywhere() -> impl Iterator<Item = (TaskName, ActionSpace)> {
-    TaskName::ALL.into_iter().flat_map(|task| ActionSpace::built_in().into_iter().map(move |space| (task, space)))
+    TaskName::BUILT_IN.into_iter().flat_map(|task| ActionSpace::built_in().into_iter().map(move |space| (task, space)))
 }
 
 #[test]
@@ -48,7 +48,7 @@ fn random_actions_stay_finite_and_repeat() {
 /// The script earns something of every kind, and only what it presses too hard takes off.
 #[test]
 fn every_term_of_a_reward_is_earned_by_the_expert() {
-    for task in TaskName::ALL {
+    for task in TaskName::BUILT_IN {
         let mut env = env(task, space("aforce"));
         let terms: Vec<_> = (0..250).map(|_| env.step(&env.expert_action()).reward_terms).collect();
         for name in env.reward_terms() {
@@ -61,7 +61,7 @@ fn every_term_of_a_reward_is_earned_by_the_expert() {
 /// With one control sample to an action, everything in the record of an action can be checked from outside.
 #[test]
 fn an_action_is_recorded_as_it_acted() {
-    let mut config = EnvConfig { task: TaskName::Door, ..EnvConfig::default() };
+    let mut config = EnvConfig { task: TaskName::DOOR, ..EnvConfig::default() };
     config.controller.policy_hz = 500;
     config.force_penalty = ForcePenalty { of: Sensor::Hand, limit: 5.0, ..ForcePenalty::default() };
     let dt = config.controller.dt();
@@ -153,7 +153,7 @@ fn a_slow_controller_does_not_make_the_physics_coarse() {
 /// Half a radian throws joints out of their ranges and the arm into the table: such starts are not taken.
 #[test]
 fn an_episode_starts_in_range_and_in_nothings_way() {
-    for task in TaskName::ALL {
+    for task in TaskName::BUILT_IN {
         let mut env = Env::new(EnvConfig { task, initial_noise: 0.5, ..EnvConfig::default() }, 1).unwrap();
         for seed in 0..30 {
             env.reset(Some(seed));
@@ -171,7 +171,7 @@ fn an_episode_starts_in_range_and_in_nothings_way() {
 /// Door and Wipe take off 0.05 F in Wipe's normalisation, 500 / (5000 + 500 x 25.51); the paper has no penalty in Lift.
 #[test]
 fn a_newton_above_the_limit_costs_the_same_in_door_and_wipe() {
-    for (task, scale) in [(TaskName::Lift, 0.0), (TaskName::Door, 0.0281611), (TaskName::Wipe, 0.0281611)] {
+    for (task, scale) in [(TaskName::LIFT, 0.0), (TaskName::DOOR, 0.0281611), (TaskName::WIPE, 0.0281611)] {
         let force_penalty = ForcePenalty { limit: 1.0, ..ForcePenalty::default() };
         let config = EnvConfig { task, force_penalty, ..EnvConfig::default() };
         let mut env = Env::new(config, 1).unwrap();
@@ -194,17 +194,17 @@ fn a_newton_above_the_limit_costs_the_same_in_door_and_wipe() {
 /// robosuite's flat observations: object, then robot; and by default the ends of Wipe's markers.
 #[test]
 fn observations_have_robosuites_size() {
-    for (task, size) in [(TaskName::Lift, 42), (TaskName::Door, 46), (TaskName::Wipe, 37)] {
+    for (task, size) in [(TaskName::LIFT, 42), (TaskName::DOOR, 46), (TaskName::WIPE, 37)] {
         let observation = ObservationOptions { markers: MarkerView::Condensed, ..ObservationOptions::default() };
         let config = EnvConfig { task, space: space("osc"), observation, ..EnvConfig::default() };
         assert_eq!(Env::new(config, 1).unwrap().observation().len(), size, "{}", task.as_str());
     }
-    assert_eq!(env(TaskName::Wipe, space("osc")).observation().len(), 37 + 6);
+    assert_eq!(env(TaskName::WIPE, space("osc")).observation().len(), 37 + 6);
 }
 
 #[test]
 fn episodes_differ_by_seed_and_end_at_the_horizon() {
-    let mut env = env(TaskName::Lift, space("osc"));
+    let mut env = env(TaskName::LIFT, space("osc"));
     let first = env.reset(Some(1)).to_vec();
     assert_ne!(first, env.reset(Some(2)));
     assert_eq!(first, env.reset(Some(1)));
@@ -229,14 +229,14 @@ fn expert(task: TaskName, space: &ActionSpace, seed: u64) -> (f64, bool) {
 #[test]
 fn an_expert_solves_every_task_in_every_space() {
     // 150 N/m and a goal at most 5 cm away press with 8 N, and wiping takes 15.
-    let too_soft = |task, space: &ActionSpace| task == TaskName::Wipe && space.name == "low";
+    let too_soft = |task, space: &ActionSpace| task == TaskName::WIPE && space.name == "low";
     let mut failed = vec![];
     for (task, space) in everywhere().filter(|(task, space)| !too_soft(*task, space)) {
         let (seeds, least) = match task {
-            TaskName::Lift => (2, 350.0),
+            TaskName::LIFT => (2, 350.0),
             // A hand that keeps its orientation softly needs 15 s to turn over and grasp: robosuite's air brakes it.
-            TaskName::Door => (1, 170.0),
-            TaskName::Wipe => (1, 250.0),
+            TaskName::DOOR => (1, 170.0),
+            TaskName::WIPE => (1, 250.0),
         };
         for seed in 0..seeds {
             let (total, success) = expert(task, &space, seed);

@@ -28,12 +28,12 @@ fn deepest_under_bang_bang(task: TaskName, space: &str, seed: u64) -> f64 {
 #[test]
 fn nothing_overlaps_by_more_than_2_mm() {
     let spaces = [
-        (TaskName::Lift, "aforce"),
-        (TaskName::Door, "aforce"),
-        (TaskName::Door, "variable"),
-        (TaskName::Wipe, "aforce-force"),
-        (TaskName::Wipe, "variable-force"),
-        (TaskName::Wipe, "osc-force"),
+        (TaskName::LIFT, "aforce"),
+        (TaskName::DOOR, "aforce"),
+        (TaskName::DOOR, "variable"),
+        (TaskName::WIPE, "aforce-force"),
+        (TaskName::WIPE, "variable-force"),
+        (TaskName::WIPE, "osc-force"),
     ];
     for (task, space) in spaces {
         let depth = deepest_under_bang_bang(task, space, 1000);

@@ -66,7 +66,7 @@ impl Forces {
 
     /// The same episodes here.
     fn here(&self) -> Forces {
-        let task = TaskName::ALL.into_iter().find(|task| task.as_str() == self.task).unwrap();
+        let task = TaskName::BUILT_IN.into_iter().find(|task| task.as_str() == self.task).unwrap();
         let controller = ControllerConfig { position_step: 0.05, rotation_step: 0.5, ..ControllerConfig::default() };
         let config = EnvConfig { task, space: self.space.parse().unwrap(), controller, ..EnvConfig::default() };
         let mut env = Env::new(config, 0).unwrap();

@@ -1,6 +1,9 @@
-//! Experiments on contact tasks: what the programs of this package share, in rooms of which each may use those before it:
-//! `config`, `run`, `report`.
+//! Experiments on contact tasks, in rooms of which each may use those before it: `config`, `run`, `report`, `programs`.
+//! [`main`] is all programs in one, for a package that brings tasks of its own.
 
 pub mod config;
+pub mod programs;
 pub mod report;
 pub mod run;
+
+pub use programs::main;

@@ -152,7 +152,7 @@ fn toml_that_people_write() {
     let sweeps = texts(&["experiments/configs/observation.toml", "experiments/configs/study/hidden.toml"]);
     fuzz("sweep", &path, &sweeps, inputs(), 0, || drop(sweep::read(&path)));
     let lists = texts(&["experiments/configs/disturbances.toml"]);
-    fuzz("disturbances", &path, &lists, inputs(), 0, || drop(disturbances::read(&path, TaskName::Lift)));
+    fuzz("disturbances", &path, &lists, inputs(), 0, || drop(disturbances::read(&path, TaskName::LIFT)));
 }
 
 #[test]

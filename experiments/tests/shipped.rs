@@ -21,7 +21,7 @@ fn shipped_sweep(name: &str) -> Sweep {
 #[test]
 fn the_shipped_table_has_the_papers_steps_and_units() {
     let Sweep { name, runs, .. } = shipped_sweep("study/table-1.toml");
-    let wipe = |run: &&RunConfig| run.env.task == TaskName::Wipe;
+    let wipe = |run: &&RunConfig| run.env.task == TaskName::WIPE;
     assert_eq!((name.as_str(), runs.len(), runs.iter().filter(wipe).count()), ("table-1", 100, 40));
     for RunConfig { env, .. } in &runs {
         assert_eq!((env.controller.position_step, env.controller.rotation_step), (0.05, 0.5));
@@ -141,7 +141,7 @@ fn shipped_configurations_are_read() {
         same.env.space = prior[0].env.space.clone();
         assert_eq!(same, prior[0]);
     }
-    assert!(prior.iter().all(|run| run.learner == tuned.learner && run.env.task == TaskName::Door));
+    assert!(prior.iter().all(|run| run.learner == tuned.learner && run.env.task == TaskName::DOOR));
     let first_round = shipped_sweep("tournament.toml").runs;
     let second_round = shipped_sweep("tournament-confirm.toml").runs;
     assert_eq!((first_round.len(), second_round.len()), (33, 20));
@@ -183,7 +183,7 @@ fn shipped_configurations_are_read() {
         assert_eq!(std::mem::take(&mut run.learner.nudges), 0.5);
         assert!(table.contains(&run), "{}", RunId::of(&run));
     }
-    for task in TaskName::ALL {
+    for task in TaskName::BUILT_IN {
         let cases = disturbances::read(&shipped("disturbances.toml"), task).unwrap();
         assert!(cases.len() > 11 && cases[0].disturbance == Disturbance::default());
     }

@@ -22,7 +22,7 @@ const SOURCE: &str = "keywords";
 /// # Errors
 /// As a program answers the same keys.
 pub fn env_config(task: &str, config: Option<PathBuf>, keywords: &Bound<'_, PyDict>) -> PyResult<EnvConfig> {
-    let wanted = TaskName::ALL.into_iter().find(|name| name.as_str() == task);
+    let wanted = TaskName::all().into_iter().find(|name| name.as_str() == task);
     let wanted = wanted.ok_or_else(|| value_error(format!("no task is called {task:?}")))?;
     let mut layers = vec![];
     if let Some(path) = config {
@@ -37,7 +37,7 @@ pub fn env_config(task: &str, config: Option<PathBuf>, keywords: &Bound<'_, PyDi
     let mut layer = Table::from_iter([("env".to_string(), Value::Table(env))].into_iter().chain(setup));
     spaces::work_out(&mut layer, Path::new("")).map_err(value_error)?;
     layers.push((Source::named(SOURCE), layer));
-    let config = settings::env(EnvConfig { task: wanted, ..EnvConfig::default() }, layers).map_err(value_error)?;
+    let config = settings::env(EnvConfig::of(wanted), layers).map_err(value_error)?;
     if config.task != wanted {
         let (there, here) = (config.task.as_str(), wanted.as_str());
         return Err(value_error(format!(

@@ -2,8 +2,10 @@
 
 use std::fmt::Display;
 use std::io::{ErrorKind, Write};
+use std::os::unix::process::CommandExt;
+use std::panic::PanicHookInfo;
 use std::path::Path;
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock};
 
@@ -30,7 +32,12 @@ pub fn bad(message: String) -> anyhow::Error {
 /// A pipe whose reader has gone, as in `report | head`, would make the next line that is printed fail. The user asked for no more lines, so
 /// that is no error: the program ends silently, as other command-line programs do. A program that trains has work to lose and calls
 /// [`outlive_readers`] first.
+///
+/// A panic, such as that of a task that breaks its word, is told on one line too; with `RUST_BACKTRACE` set as Rust tells it.
 pub fn run(program: impl FnOnce() -> Result<ExitCode>) -> ExitCode {
+    if std::env::var_os("RUST_BACKTRACE").is_none() {
+        std::panic::set_hook(Box::new(tell_panic));
+    }
     let gone = flag::register_conditional_default(SIGPIPE, Arc::clone(&ENDS_WITH_READERS));
     let ending = gone.map_err(Into::into).and_then(|_| program());
     let lost = ending.as_ref().is_ok_and(|code| *code == ExitCode::SUCCESS) && LOST.load(Ordering::Relaxed);
@@ -39,6 +46,12 @@ pub fn run(program: impl FnOnce() -> Result<ExitCode>) -> ExitCode {
         tell(format!("error: {}", format!("{error:#}").replace('\n', " ")));
         if error.is::<BadSetting>() { ExitCode::from(USAGE) } else { ExitCode::FAILURE }
     })
+}
+
+fn tell_panic(panic: &PanicHookInfo) {
+    let what = panic.payload_as_str().unwrap_or("something that is no text").replace('\n', " ");
+    let place = panic.location().map_or(String::new(), |place| format!(" ({}, line {})", place.file(), place.line()));
+    tell(format_args!("error: {what}{place}"));
 }
 
 static ENDS_WITH_READERS: LazyLock<Arc<AtomicBool>> = LazyLock::new(|| Arc::new(AtomicBool::new(true)));
@@ -78,7 +91,25 @@ pub fn written(files: &[impl AsRef<Path>]) {
     }
 }
 
-/// Says what to do next: a command of this workspace.
+/// Whether this program is several, which its first argument names.
+static SUBCOMMANDS: AtomicBool = AtomicBool::new(false);
+
+/// From now on the programs are subcommands of this one.
+pub fn as_subcommands() {
+    SUBCOMMANDS.store(true, Ordering::Relaxed);
+}
+
+/// The command that starts `program`, this one, again under the name `path`. It is the file that runs now: a build in the meantime
+/// changes the file at `path`, not what is started.
+pub fn again(program: &str, path: &Path) -> Command {
+    let mut command = Command::new("/proc/self/exe");
+    command.arg0(path).args(SUBCOMMANDS.load(Ordering::Relaxed).then_some(program));
+    command
+}
+
+/// Says what to do next: a command of this workspace, or of the package that has the programs as subcommands.
 pub fn next(program: &str, arguments: &str) {
-    say(format_args!("next:    cargo run --release --bin {program} -- {arguments}"));
+    let called = if SUBCOMMANDS.load(Ordering::Relaxed) { "-- " } else { "--bin " };
+    let ends = if SUBCOMMANDS.load(Ordering::Relaxed) { "" } else { " --" };
+    say(format_args!("next:    cargo run --release {called}{program}{ends} {arguments}"));
 }

@@ -5,7 +5,7 @@ use aforce::Vector3;
 use crate::scene::{Body, Inertial, Joint, Scene, at};
 
 /// What only the simulation knows. The model that a controller reads is made from the scene as it is without this.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Deviation {
     /// Mass of a point at the controlled point, fixed to hand or tool (kg).
     pub payload: f64,
@@ -19,6 +19,46 @@ pub struct Deviation {
     pub hinge_spring: f64,
     /// By how much the body `table` stands higher (m).
     pub table_height: f64,
+    /// Changes of bodies and joints by name, each with its value.
+    pub own: Vec<(Change, f64)>,
+}
+
+/// A change of one body or joint, whose value is a factor unless it says otherwise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Change {
+    /// Mass and inertia of the body of this name.
+    BodyMass(&'static str),
+    /// Sliding friction of the shapes of the body of this name.
+    BodyFriction(&'static str),
+    /// Dry friction of the joint of this name.
+    JointFriction(&'static str),
+    /// Viscous damping of the joint of this name.
+    JointDamping(&'static str),
+    /// Stiffness (Nm/rad or N/m) added to the joint of this name, at rest at zero.
+    JointSpring(&'static str),
+}
+
+impl Change {
+    /// Makes the change in `scene`.
+    ///
+    /// # Panics
+    /// If the scene has no body or joint of this name.
+    fn apply(self, value: f64, scene: &mut Scene) {
+        match self {
+            Change::BodyMass(name) => {
+                let body = scene.body(name);
+                scene.bodies[body].inertial.mass *= value;
+                scene.bodies[body].inertial.inertia *= value;
+            }
+            Change::BodyFriction(name) => {
+                let body = scene.body(name);
+                scene.bodies[body].geoms.iter_mut().for_each(|geom| geom.friction *= value);
+            }
+            Change::JointFriction(name) => scene.axis_mut(name).friction *= value,
+            Change::JointDamping(name) => scene.axis_mut(name).damping *= value,
+            Change::JointSpring(name) => scene.axis_mut(name).spring += value,
+        }
+    }
 }
 
 impl Default for Deviation {
@@ -31,6 +71,7 @@ impl Default for Deviation {
             hinge_damping: 1.0,
             hinge_spring: 0.0,
             table_height: 0.0,
+            own: vec![],
         }
     }
 }
@@ -74,6 +115,7 @@ impl Deviation {
                 _ => {}
             }
         }
+        self.own.iter().for_each(|(change, value)| change.apply(*value, &mut scene));
         scene
     }
 }

@@ -1,5 +1,9 @@
 //! robosuite's Panda gripper: two fingers on slides, driven by position servos whose
 //! target is advanced by the sign of the command.
+//!
+//! The tool point lies between the pads. Of its frame z points out of the hand, x is the axis along which the fingers open, y lies
+//! along the pads. The hand is a box of 20.4 cm along x, 6.3 cm along y and 9.2 cm along z, whose lower face is 3.1 cm above the tool
+//! point. A command has a sign and no size: -1 opens to 7.9 cm between the pads, +1 closes, with 20 N at most.
 
 use aforce::Vector3;
 use nalgebra::{Matrix3, Vector3 as V3};
@@ -15,6 +19,10 @@ pub const FINGER_JOINTS: [&str; 2] = ["left_finger_joint", "right_finger_joint"]
 pub const TRAVEL: f64 = 0.04;
 /// Finger opening at the start of an episode (m).
 pub const INITIAL_OPENING: f64 = 0.020833;
+/// How far the inner face of a pad lies within its finger's coordinate (m).
+const PAD_FACE: f64 = 0.0005;
+/// Largest distance between the pads (m).
+pub const WIDEST: f64 = 2.0 * (TRAVEL - PAD_FACE);
 /// Stiffness of the finger servo (N/m).
 const SERVO_STIFFNESS: f64 = 1000.0;
 /// Largest servo force (N).
@@ -95,6 +103,11 @@ fn add_finger(scene: &mut Scene, gripper: usize, inertials: &GripperInertials, n
     scene.actuators.push(Actuator { joint: format!("{name}_finger_joint"), max_effort: MAX_FORCE });
 }
 
+/// Coordinate (m) of the left finger, whose pad then stands `distance` (m) from the right one's.
+pub(crate) fn finger_at(distance: f64) -> f64 {
+    distance / 2.0 + PAD_FACE
+}
+
 /// The finger servos with their internal command, advanced with every step of the engine.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Gripper {
@@ -106,6 +119,16 @@ impl Gripper {
     /// Starts an episode: the command is in the middle.
     pub fn reset(&mut self) {
         self.command = 0.0;
+    }
+
+    /// Starts an episode with the command that keeps the left finger at `coordinate` (m).
+    pub(crate) fn keep(&mut self, coordinate: f64) {
+        self.command = 2.0 * coordinate / TRAVEL - 1.0;
+    }
+
+    /// Starts an episode with the command that closes.
+    pub(crate) fn close(&mut self) {
+        self.command = -1.0;
     }
 
     /// Servo forces (N) of the left and right finger for one step of `dt` seconds.

@@ -33,7 +33,7 @@ pub mod wiping_tool;
 
 pub use check::SceneError;
 pub use contact::{ContactReading, LinkReading};
-pub use deviation::Deviation;
+pub use deviation::{Change, Deviation};
 pub use engine::Surfaces;
 pub use simulation::{Diverged, Overlap, Plant, Simulation, SimulationConfig};
 pub use solid::Solid;

@@ -238,6 +238,18 @@ impl Scene {
         axes.position(|axis| axis.name == name).unwrap_or_else(|| panic!("no joint {name:?} in the scene"))
     }
 
+    /// The joint of one degree of freedom called `name`.
+    ///
+    /// # Panics
+    /// If there is none.
+    pub(crate) fn axis_mut(&mut self, name: &str) -> &mut Axis {
+        let mut axes = self.bodies.iter_mut().filter_map(|body| match &mut body.joint {
+            Joint::Hinge(axis) | Joint::Slide(axis) => Some(axis),
+            Joint::Fixed | Joint::Free => None,
+        });
+        axes.find(|axis| axis.name == name).unwrap_or_else(|| panic!("no joint {name:?} in the scene"))
+    }
+
     /// Place of the geom called `name` among all geoms of the scene.
     ///
     /// # Panics

@@ -10,7 +10,7 @@ use crate::contact::ContactReading;
 use crate::deviation::Deviation;
 use crate::engine::{Engine, Surfaces};
 use crate::friction::DryFriction;
-use crate::gripper::{FINGER_JOINTS, Gripper, INITIAL_OPENING};
+use crate::gripper::{FINGER_JOINTS, Gripper, INITIAL_OPENING, WIDEST, finger_at};
 use crate::model::{GRAVITY, Model};
 use crate::robots::Robot;
 use crate::scene::Scene;
@@ -119,6 +119,8 @@ pub struct Simulation {
     payload: f64,
     /// Work space: one effort per joint of the engine.
     efforts: Vec<f64>,
+    /// Steps since the last reset.
+    steps: u64,
 }
 
 impl Simulation {
@@ -161,12 +163,18 @@ impl Simulation {
             fingers,
             contact: ContactReading::default(),
             contacts: vec![ContactReading::default(); parts],
+            steps: 0,
         }
     }
 
     /// Length of one step (s).
     pub fn dt(&self) -> f64 {
         self.dt
+    }
+
+    /// Time since the last reset (s): the clock of a script.
+    pub fn time(&self) -> f64 {
+        self.steps as f64 * self.dt
     }
 
     /// The arm's own rigid-body model.
@@ -199,6 +207,33 @@ impl Simulation {
         self.contacts.fill(self.contact);
         self.loads.fill(0.0);
         self.push = Vector3::zeros();
+        self.steps = 0;
+    }
+
+    /// After a [`reset`](Self::reset): puts the finger pads `distance` (m) apart, where they stay as long as nobody commands the gripper.
+    ///
+    /// # Panics
+    /// If the tool has no fingers, or `distance` is not within 0 and [`WIDEST`].
+    pub fn open_fingers(&mut self, distance: f64) {
+        assert!((0.0..=WIDEST).contains(&distance), "{distance} m between the finger pads: 0 to {WIDEST} are possible");
+        let ([left, right], gripper) = self.fingers.zip(self.gripper.as_mut()).expect("a tool with fingers");
+        let coordinate = finger_at(distance);
+        self.engine.set_coordinate(left, coordinate, 0.0);
+        self.engine.set_coordinate(right, -coordinate, 0.0);
+        self.engine.settle();
+        gripper.keep(coordinate);
+    }
+
+    /// After a [`reset`](Self::reset): puts a free body into the hand, at `grip` as seen from the tool point, with the finger pads
+    /// `width` (m) apart, the body's size along x of the tool. The fingers press on it with their full force until they are commanded to
+    /// open.
+    ///
+    /// # Panics
+    /// As [`open_fingers`](Self::open_fingers); also if the body is fixed.
+    pub fn put_in_hand(&mut self, body: usize, grip: &Pose, width: f64) {
+        self.open_fingers(width);
+        self.engine.place(body, &(self.arm.pose * grip));
+        self.gripper.as_mut().expect("a tool with fingers").close();
     }
 
     /// Loads joint `i` (its place in the scene, arm first) with an effort (Nm or N) from
@@ -269,6 +304,7 @@ impl Simulation {
             self.advance(tau, grip, self.dt / self.parts as f64)?;
             self.contacts[part] = self.contact;
         }
+        self.steps += 1;
         Ok(())
     }
 

@@ -4,10 +4,11 @@ use aforce::{JointVector, Vector3};
 use approx::assert_relative_eq;
 use physics::robots::RobotName;
 use physics::robots::panda::HOME;
+use physics::scene::at;
 use physics::scenes::door::{self, Door, MIDDLE};
 use physics::scenes::lift::Lift;
 use physics::scenes::wipe::{TABLE_FRICTION, TABLE_HEIGHT, Wipe};
-use physics::{Deviation, Plant, Simulation, SimulationConfig};
+use physics::{Change, Deviation, Plant, Simulation, SimulationConfig};
 
 fn plant(deviation: Deviation) -> Plant {
     let robot = RobotName::Robosuite.robot();
@@ -132,4 +133,40 @@ fn the_model_does_not_know_of_a_payload() {
     let speed = y.twist.fixed_rows::<3>(0).norm();
     assert!(speed > 1e-3);
     assert_relative_eq!(simulation.energy() - own, 9.81 * y.pose.translation.z + speed.powi(2) / 2.0, epsilon = 1e-9);
+}
+
+/// A change by name does what the built-in deviation does that means the same body or joint.
+#[test]
+fn a_change_by_name_is_that_of_the_body_or_joint_it_names() {
+    let swings = |deviation: Deviation| {
+        let (mut simulation, door) = Door::simulate(&plant(deviation), &door::root(MIDDLE));
+        simulation.reset(&HOME.into());
+        simulation.set_load(door.shaft, 3.0);
+        simulation.set_load(door.hinge, 5.0);
+        (0..200).for_each(|_| simulation.step(&simulation.measure().bias, 0.0).unwrap());
+        (simulation.joint(door.hinge), simulation.joint(door.shaft))
+    };
+    let own = |own: &[(Change, f64)]| Deviation { own: own.to_vec(), ..Deviation::default() };
+    let damping = [(Change::JointDamping("hinge"), 3.0), (Change::JointFriction("hinge"), 3.0)];
+    let spring = [(Change::JointSpring("hinge"), 20.0)];
+    let free = swings(Deviation::default());
+    for (named, built_in) in [
+        (own(&damping), Deviation { hinge_damping: 3.0, ..Deviation::default() }),
+        (own(&spring), Deviation { hinge_spring: 20.0, ..Deviation::default() }),
+    ] {
+        let swing = swings(named);
+        assert_eq!(swing, swings(built_in));
+        assert_ne!(swing, free);
+    }
+    let falls = |deviation: Deviation| {
+        let (mut simulation, lift) = Lift::simulate(&plant(deviation), Vector3::repeat(0.02));
+        simulation.reset(&HOME.into());
+        lift.place_cube(&mut simulation, &at([0.0, 0.0, 0.85]));
+        // Air slows a light cube more than a heavy one.
+        (0..30).for_each(|_| simulation.step(&simulation.measure().bias, 0.0).unwrap());
+        lift.cube_pose(&simulation)
+    };
+    let heavy = falls(own(&[(Change::BodyMass("cube"), 5.0)]));
+    assert_eq!(heavy, falls(Deviation { object_mass: 5.0, ..Deviation::default() }));
+    assert_ne!(heavy, falls(Deviation::default()));
 }

@@ -112,7 +112,7 @@ mod tests {
     /// A script wipes: the longest of the recordings, with markers that change their colour.
     #[test]
     fn a_whole_episode_reads_back_from_a_small_page() {
-        let config = EnvConfig { task: TaskName::Wipe, ..EnvConfig::default() };
+        let config = EnvConfig { task: TaskName::WIPE, ..EnvConfig::default() };
         let mut env = Env::new(config, 0).unwrap();
         let mut poses = vec![];
         let mut wiped = vec![];

@@ -86,7 +86,7 @@ fn seconds(elements: &str) -> f64 {
 /// The same episode's beginning in two action spaces.
 fn door(actions: u32) -> [Playback; 2] {
     ["aforce-shaped", "variable"].map(|space| {
-        let config = EnvConfig { task: TaskName::Door, space: space.parse().unwrap(), ..EnvConfig::default() };
+        let config = EnvConfig { task: TaskName::DOOR, space: space.parse().unwrap(), ..EnvConfig::default() };
         let mut env = Env::new(config, 0).unwrap();
         Playback::play(&mut env, Env::expert_action, 3, actions, "script", |_, _, _| Ok(())).unwrap()
     })

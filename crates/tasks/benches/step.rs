@@ -11,7 +11,7 @@ use tasks::{Env, EnvConfig, TaskName};
 
 fn step(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("step");
-    for task in TaskName::ALL {
+    for task in TaskName::BUILT_IN {
         for space in ["aforce", "variable"] {
             let record = space.parse().expect("an action space");
             let mut env =
@@ -35,7 +35,7 @@ fn step(criterion: &mut Criterion) {
 /// sideways would let it slide off the table.
 fn press(criterion: &mut Criterion) {
     let space = "osc".parse().expect("an action space");
-    let mut config = EnvConfig { task: TaskName::Wipe, space, horizon: 1_000_000, ..EnvConfig::default() };
+    let mut config = EnvConfig { task: TaskName::WIPE, space, horizon: 1_000_000, ..EnvConfig::default() };
     config.controller.position_step = 0.02;
     let mut env = Env::new(config, 1).expect("a valid configuration");
     let above = env.measurement().pose.translation.vector;

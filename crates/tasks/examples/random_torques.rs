@@ -39,12 +39,12 @@ fn main() {
 
 fn state(task: TaskName, simulation: &Simulation) -> Vec<f64> {
     let joints = match task {
-        TaskName::Lift => 9,
-        TaskName::Door => 11,
-        TaskName::Wipe => 7,
+        TaskName::LIFT => 9,
+        TaskName::DOOR => 11,
+        TaskName::WIPE => 7,
     };
     let (mut positions, mut velocities): (Vec<f64>, Vec<f64>) = (0..joints).map(|i| simulation.joint(i)).unzip();
-    if task == TaskName::Lift {
+    if task == TaskName::LIFT {
         let cube = simulation.solids().last().and_then(|solid| solid.body).expect("the cube comes last and moves");
         let (pose, velocity) = (simulation.body_pose(cube), simulation.body_velocity(cube));
         let q = pose.rotation;

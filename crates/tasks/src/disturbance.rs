@@ -1,5 +1,8 @@
 //! What neither the controller's model nor the policy knows: fixed, or drawn anew for every episode.
 
+use std::collections::BTreeMap;
+
+use aforce::record::nearest;
 use aforce::{ConfigError, within};
 use physics::Deviation;
 use rand::{RngExt, SeedableRng};
@@ -29,7 +32,7 @@ impl Draw {
 }
 
 /// Everything that may be disturbed; what is absent is as the controller's model has it.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Disturbance {
     /// Factor on every coefficient of sliding friction.
@@ -71,14 +74,17 @@ pub struct Disturbance {
     /// Size of an error of the measured force that stays (N), along a direction drawn for every episode.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub force_bias_n: Option<Draw>,
+    /// Of the task's own bodies and joints: what the task is registered with ([`OwnDisturbance`](crate::OwnDisturbance)).
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub own: BTreeMap<String, Draw>,
 }
 
-/// One kind of disturbance: its key, the value that disturbs nothing, the values allowed, the one task that has it.
+/// One kind of disturbance: its key, the value that disturbs nothing, the values allowed, whether every task has it.
 struct Kind {
     key: &'static str,
     neutral: f64,
     allowed: [f64; 2],
-    task: Option<TaskName>,
+    everywhere: bool,
     of: fn(&Disturbance) -> Option<Draw>,
 }
 
@@ -86,27 +92,32 @@ const fn kind(
     key: &'static str,
     neutral: f64,
     allowed: [f64; 2],
-    task: Option<TaskName>,
+    everywhere: bool,
     of: fn(&Disturbance) -> Option<Draw>,
 ) -> Kind {
-    Kind { key, neutral, allowed, task, of }
+    Kind { key, neutral, allowed, everywhere, of }
 }
 
 const KINDS: [Kind; 13] = [
-    kind("friction", 1.0, [0.0, 10.0], None, |d| d.friction),
-    kind("payload_kg", 0.0, [0.0, 5.0], None, |d| d.payload_kg),
-    kind("table_height_m", 0.0, [-0.2, 0.2], Some(TaskName::Wipe), |d| d.table_height_m),
-    kind("cube_mass", 1.0, [0.1, 100.0], Some(TaskName::Lift), |d| d.cube_mass),
-    kind("hinge_damping", 1.0, [0.0, 100.0], Some(TaskName::Door), |d| d.hinge_damping),
-    kind("hinge_spring", 0.0, [0.0, 100.0], Some(TaskName::Door), |d| d.hinge_spring),
-    kind("push_n", 0.0, [0.0, 200.0], None, |d| d.push_n),
-    kind("push_hz", 0.0, [0.0, 50.0], None, |d| d.push_hz),
-    kind("torque_delay_s", 0.0, [0.0, 0.2], None, |d| d.torque_delay_s),
-    kind("position_noise_rad", 0.0, [0.0, 0.1], None, |d| d.position_noise_rad),
-    kind("velocity_noise_rad_per_s", 0.0, [0.0, 1.0], None, |d| d.velocity_noise_rad_per_s),
-    kind("force_noise_n", 0.0, [0.0, 100.0], None, |d| d.force_noise_n),
-    kind("force_bias_n", 0.0, [0.0, 100.0], None, |d| d.force_bias_n),
+    kind("friction", 1.0, [0.0, 10.0], true, |d| d.friction),
+    kind("payload_kg", 0.0, [0.0, 5.0], true, |d| d.payload_kg),
+    kind("table_height_m", 0.0, [-0.2, 0.2], false, |d| d.table_height_m),
+    kind("cube_mass", 1.0, [0.1, 100.0], false, |d| d.cube_mass),
+    kind("hinge_damping", 1.0, [0.0, 100.0], false, |d| d.hinge_damping),
+    kind("hinge_spring", 0.0, [0.0, 100.0], false, |d| d.hinge_spring),
+    kind("push_n", 0.0, [0.0, 200.0], true, |d| d.push_n),
+    kind("push_hz", 0.0, [0.0, 50.0], true, |d| d.push_hz),
+    kind("torque_delay_s", 0.0, [0.0, 0.2], true, |d| d.torque_delay_s),
+    kind("position_noise_rad", 0.0, [0.0, 0.1], true, |d| d.position_noise_rad),
+    kind("velocity_noise_rad_per_s", 0.0, [0.0, 1.0], true, |d| d.velocity_noise_rad_per_s),
+    kind("force_noise_n", 0.0, [0.0, 100.0], true, |d| d.force_noise_n),
+    kind("force_bias_n", 0.0, [0.0, 100.0], true, |d| d.force_bias_n),
 ];
+
+/// Whether some tasks have a disturbance of this key and others have not.
+pub(crate) fn is_of_some_tasks(key: &str) -> bool {
+    KINDS.iter().any(|kind| kind.key == key && !kind.everywhere)
+}
 
 impl Disturbance {
     /// Checks every value, and that `task` has what is disturbed.
@@ -116,11 +127,7 @@ impl Disturbance {
     pub fn validate(&self, task: TaskName) -> Result<(), ConfigError> {
         let contradiction =
             |key: &str, reason| Err(ConfigError::Contradiction { field: format!("disturbance.{key}"), reason });
-        for Kind { key, allowed: [low, high], task: only, of, .. } in KINDS {
-            let Some(draw) = of(self) else { continue };
-            if let Some(only) = only.filter(|&only| only != task) {
-                return contradiction(key, format!("{} has it, {} has not", only.as_str(), task.as_str()));
-            }
+        let in_range = |key: &str, draw: Draw, [low, high]: [f64; 2]| {
             let ends = draw.ends();
             for value in ends {
                 within(&format!("disturbance.{key}"), value, low..=high)?;
@@ -128,6 +135,32 @@ impl Disturbance {
             if ends[0] > ends[1] {
                 return contradiction(key, format!("{ends:?} is upside down: the lower end comes first"));
             }
+            Ok(())
+        };
+        for Kind { key, allowed, everywhere, of, .. } in KINDS {
+            let Some(draw) = of(self) else { continue };
+            let has_it = |task: &TaskName| task.kind().disturbances.contains(&key);
+            if !everywhere && !has_it(&task) {
+                let owners: Vec<&str> = TaskName::all().into_iter().filter(has_it).map(TaskName::as_str).collect();
+                return contradiction(key, format!("{} has it, {} has not", owners.join(", "), task.as_str()));
+            }
+            in_range(key, draw, allowed)?;
+        }
+        let known = task.kind().own_disturbances;
+        for (key, &draw) in &self.own {
+            let keys: Vec<&str> = known.iter().map(|own| own.key).collect();
+            let Some(own) = known.iter().find(|own| own.key == key) else {
+                let hint = match nearest(key, &keys) {
+                    Some(near) => format!("did you mean {near:?}?"),
+                    None if keys.is_empty() => "it has no disturbances of its own".into(),
+                    None => format!("known are {}", keys.join(", ")),
+                };
+                return contradiction(
+                    &format!("own.{key}"),
+                    format!("{} has no such disturbance; {hint}", task.as_str()),
+                );
+            };
+            in_range(&format!("own.{key}"), draw, own.allowed)?;
         }
         if self.push_n.is_some() != self.push_hz.is_some() {
             return contradiction("push_n", "push_n and push_hz stand together or not at all".into());
@@ -137,11 +170,13 @@ impl Disturbance {
 
     /// Everything that is disturbed: every key with its value or range.
     pub fn in_words(&self) -> String {
-        let text = |kind: &Kind| match (kind.of)(self)? {
-            Draw::Fixed(value) => Some(format!("{} {value}", kind.key)),
-            Draw::Between([low, high]) => Some(format!("{} {low} to {high}", kind.key)),
+        let words = |key: &str, draw| match draw {
+            Draw::Fixed(value) => format!("{key} {value}"),
+            Draw::Between([low, high]) => format!("{key} {low} to {high}"),
         };
-        KINDS.iter().filter_map(text).collect::<Vec<_>>().join(", ")
+        let text = |kind: &Kind| Some(words(kind.key, (kind.of)(self)?));
+        let own = self.own.iter().map(|(key, draw)| words(key, *draw));
+        KINDS.iter().filter_map(text).chain(own).collect::<Vec<_>>().join(", ")
     }
 
     /// The plant with the highest table that an episode may have.
@@ -150,15 +185,27 @@ impl Disturbance {
         Deviation { table_height, ..Deviation::default() }
     }
 
-    /// The values of the episode with the given seed. They have a stream of their own: episodes of one seed start alike,
+    /// The values of an episode of `task` with the given seed. They have a stream of their own: episodes of one seed start alike,
     /// whatever disturbs them.
-    pub(crate) fn draw(&self, seed: u64) -> Drawn {
+    pub(crate) fn draw(&self, seed: u64, task: TaskName) -> Drawn {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(1);
         let values = KINDS.map(|kind| {
             let [low, high] = (kind.of)(self).map_or([kind.neutral; 2], Draw::ends);
             (kind.key, low + (high - low) * rng.random::<f64>())
         });
-        Drawn::new(|key| values.iter().find(|(of, _)| *of == key).expect("a kind of disturbance").1, rng)
+        let mut drawn =
+            Drawn::new(|key| values.iter().find(|(of, _)| *of == key).expect("a kind of disturbance").1, rng);
+        // From a stream of their own: the others stay what they are.
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(2);
+        for own in task.kind().own_disturbances {
+            let share = rng.random::<f64>();
+            if let Some(draw) = self.own.get(own.key) {
+                let [low, high] = draw.ends();
+                drawn.deviation.own.push((own.change, low + (high - low) * share));
+            }
+        }
+        drawn
     }
 }

@@ -12,7 +12,13 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::observer::Observer;
 use crate::task::{Reward, Task, Waypoint};
+use crate::task_kind::TaskKind;
 use crate::wipe::normalisation;
+
+/// Door as programs know it.
+pub(crate) const KIND: TaskKind =
+    TaskKind::new("door", "turn a handle and pull a door open", |config| Ok(Box::new(Door::new(config.horizon))))
+        .disturbed_by(&["hinge_damping", "hinge_spring"]);
 
 /// Opening (rad) from which the door counts as open; it stops at 0.4.
 const OPEN: f64 = 0.3;

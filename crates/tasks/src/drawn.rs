@@ -44,6 +44,7 @@ impl Drawn {
                 hinge_damping: value("hinge_damping"),
                 hinge_spring: value("hinge_spring"),
                 table_height: value("table_height_m"),
+                own: vec![],
             },
             push: direction() * value("push_n"),
             bias: direction() * value("force_bias_n"),

@@ -18,6 +18,7 @@ use crate::observer::Observer;
 use crate::reward_terms::RewardTerms;
 use crate::sample::Sample;
 use crate::sensing::Estimator;
+use crate::start::{Fingers, Start};
 use crate::task::{HELD, Reward, Task};
 
 /// Overlap at which the engine would throw the arm off instead of starting an episode (m).
@@ -80,22 +81,33 @@ pub struct Step {
     pub interval: Interval,
 }
 
+/// Puts the arm at `q` (rad), and the fingers and what they hold as `start` says.
+fn put(simulation: &mut Simulation, start: &Start, q: &JointVector) {
+    simulation.reset(q);
+    match start.fingers {
+        Fingers::HalfOpen => {}
+        Fingers::Apart(distance) => simulation.open_fingers(distance),
+        Fingers::Holding { body, grip, width } => simulation.put_in_hand(body, &grip, width),
+    }
+}
+
 impl Env {
     /// An environment whose unseeded episodes follow from `seed`.
     ///
     /// # Errors
     /// As [`Env::with_task`].
     pub fn new(config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
-        Env::with_task(config.create_task(), config, seed)
+        Env::with_task(config.create_task()?, config, seed)
     }
 
-    /// As [`Env::new`], with a task of one's own: `config.task` says no more than which disturbances it may have.
+    /// As [`Env::new`], with a task that need not be registered: `config.task` says no more than which disturbances it may have.
     ///
     /// # Errors
-    /// As [`EnvConfig::validate`], and if the arm stands in the scene's way at its home pose.
+    /// As [`EnvConfig::validate`], and if the arm stands in the scene's way at its start.
     ///
     /// # Panics
-    /// If the task observes more numbers at one time than at another, or names the terms of its reward otherwise.
+    /// If the task observes more numbers at one time than at another, names the terms of its reward otherwise, or one of them is no
+    /// finite number; so for [`Env::reset`] and [`Env::step`].
     pub fn with_task(task: Box<dyn Task>, config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
         Env::with_robot(config.robot.robot(), task, config, seed)
     }
@@ -110,18 +122,20 @@ impl Env {
     pub fn with_robot(robot: Robot, mut task: Box<dyn Task>, config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
         config.validate()?;
         let controller = Controller::new(&config.space, &config.controller, &robot.arm, task.contact_axis())?;
-        let drawn = config.disturbance.draw(0);
+        let drawn = config.disturbance.draw(0, config.task);
         let deviation = config.disturbance.highest_table();
+        let table_height = deviation.table_height;
         let plant = Plant { robot, dt: config.controller.dt(), config: config.simulation, deviation };
         let mut simulation = task.reset(&plant, &mut ChaCha8Rng::seed_from_u64(0));
-        simulation.reset(&plant.robot.home);
+        let start = task.start(&plant.robot);
+        put(&mut simulation, &start, &start.q);
         if simulation.overlap() >= LARGEST_OVERLAP {
-            let raised = deviation.table_height > 0.0;
+            let raised = table_height > 0.0;
             let field = if raised { "env.disturbance.table_height_m" } else { "env.task" };
             let reason = if raised {
-                format!("{} m raise the table into the arm at its start; lower it", deviation.table_height)
+                format!("{table_height} m raise the table into the arm at its start; lower it")
             } else {
-                format!("the scene of {} leaves {} no room at its home pose", task.name(), plant.robot.name)
+                format!("the scene of {} leaves {} no room at its start", task.name(), plant.robot.name)
             };
             return Err(ConfigError::Contradiction { field: field.into(), reason });
         }
@@ -154,8 +168,8 @@ impl Env {
     pub fn reset(&mut self, seed: Option<u64>) -> &[f32] {
         let seed = seed.unwrap_or_else(|| self.episodes.next_u64());
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        self.drawn = self.config.disturbance.draw(seed);
-        self.plant.deviation = self.drawn.deviation;
+        self.drawn = self.config.disturbance.draw(seed, self.config.task);
+        self.plant.deviation = self.drawn.deviation.clone();
         self.simulation = self.task.reset(&self.plant, &mut rng);
         self.place_arm(&mut rng);
         self.y = self.drawn.sense(&self.simulation);
@@ -170,11 +184,11 @@ impl Env {
 
     /// Draws joint angles until they are within their ranges and the arm stands in nothing's way.
     fn place_arm(&mut self, rng: &mut ChaCha8Rng) {
-        let (home, arm) = (self.task.start(&self.plant.robot), &self.plant.robot.arm);
+        let (start, arm) = (self.task.start(&self.plant.robot), &self.plant.robot.arm);
         for _ in 0..MOST_STARTS {
-            let q = home.map(|q| q + self.config.initial_noise * standard_normal(rng));
+            let q = start.q.map(|q| q + self.config.initial_noise * standard_normal(rng));
             if q.iter().zip(arm.range).all(|(q, [low, high])| (low..=high).contains(q)) {
-                self.simulation.reset(&q);
+                put(&mut self.simulation, &start, &q);
                 if self.simulation.overlap() < LARGEST_OVERLAP {
                     return;
                 }
@@ -248,6 +262,7 @@ impl Env {
         let stopped = self.config.stops && interval.stop.is_some();
         let terminated = diverged || stopped;
         if !diverged {
+            self.task.advance(&self.simulation, &self.y);
             // After a divergence the last valid observation stays.
             self.observe();
         }
@@ -257,8 +272,7 @@ impl Env {
             // Rewards go by what is, not by what is measured.
             self.task.reward(&self.simulation, &self.simulation.measure(), penalty)
         };
-        let (now, first) = (reward.terms.zeroed(), self.nothing_earned);
-        assert_eq!(now, first, "terms of {}'s reward, now and at first", self.task.name());
+        self.check(&reward.terms);
         self.held = if reward.success { self.held + interval.time } else { 0.0 };
         let ends = self.config.ends_on_success && self.held > HELD - 1e-9;
         let motion_cost = self.config.motion_price * interval.energy.absolute;
@@ -283,8 +297,29 @@ impl Env {
         if self.config.observation.controller {
             observe_controller(&self.controller, &self.y, &mut self.observer);
         }
-        let (values, names) = (self.observation().len(), self.observation_components().len());
-        assert_eq!(values, names, "numbers that {} observes, now and at first", self.task.name());
+        let (now, first) = (self.observation().len(), self.observation_components().len());
+        assert!(
+            now == first,
+            "task {}: {now} numbers are observed after action {}, {first} were at first; `observe` puts the same ones every time",
+            self.task.name(),
+            self.elapsed
+        );
+    }
+
+    /// Whether the terms of a reward are those of the first one, and numbers.
+    fn check(&self, terms: &RewardTerms) {
+        let (task, action) = (self.task.name(), self.elapsed);
+        assert!(
+            terms.zeroed() == self.nothing_earned,
+            "task {task}: the reward of action {action} has the terms {:?}, the first had {:?}; the same ones are wanted every time",
+            terms.names().collect::<Vec<_>>(),
+            self.nothing_earned.names().collect::<Vec<_>>()
+        );
+        if let Some((name, value)) = terms.not_finite() {
+            panic!(
+                "task {task}: the term {name:?} of the reward of action {action} is {value}: a finite number is wanted"
+            );
+        }
     }
 
     /// The last observation: object part, proprioception, then the controller's state where it is observed; unscaled.

@@ -1,20 +1,20 @@
 //! The settings of an environment.
 
+use aforce::record;
 use aforce::{ActionSpace, ConfigError, ControllerConfig, within};
 use physics::SimulationConfig;
 use physics::robots::RobotName;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use toml::Table;
 
 use crate::disturbance::Disturbance;
-use crate::door::Door;
-use crate::lift::Lift;
 use crate::observation_options::ObservationOptions;
 use crate::penalty::ForcePenalty;
 use crate::protection::Protection;
 use crate::sensing::Sensing;
 use crate::task::Task;
 use crate::task_name::TaskName;
-use crate::wipe::Wipe;
 
 /// Everything that defines an environment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -41,6 +41,9 @@ pub struct EnvConfig {
     pub stops: bool,
     /// What makes a real arm stop itself.
     pub protection: Protection,
+    /// Options of a task of one's own, which reads them with [`EnvConfig::own_options`].
+    #[serde(skip_serializing_if = "Table::is_empty")]
+    pub options: Table,
     /// What the policy sees beyond robosuite's observation.
     pub observation: ObservationOptions,
     /// Force limit and penalty.
@@ -56,13 +59,29 @@ pub struct EnvConfig {
 }
 
 impl EnvConfig {
+    /// The settings of a task before anybody changes one: the defaults, and on them those that the task is registered with.
+    pub fn of(task: TaskName) -> Self {
+        let mut config = EnvConfig { task, ..EnvConfig::default() };
+        task.kind().apply_defaults(&mut config);
+        EnvConfig { task, ..config }
+    }
+
     /// The task, with its options.
-    pub fn create_task(&self) -> Box<dyn Task> {
-        match self.task {
-            TaskName::Lift => Box::new(Lift::default()),
-            TaskName::Door => Box::new(Door::new(self.horizon)),
-            TaskName::Wipe => Box::new(Wipe::new(self.horizon, self.observation.markers)),
-        }
+    ///
+    /// # Errors
+    /// If it has no such option.
+    pub fn create_task(&self) -> Result<Box<dyn Task>, ConfigError> {
+        self.task.kind().create(self)
+    }
+
+    /// The options below `env.options` as the task's own type; a key that is absent has the type's default if that says
+    /// `#[serde(default)]`. The type says `deny_unknown_fields`, so that a misspelt key is answered.
+    ///
+    /// # Errors
+    /// If a key is missing, unknown or of the wrong type.
+    pub fn own_options<T: DeserializeOwned>(&self) -> Result<T, ConfigError> {
+        record::read(self.options.clone())
+            .map_err(|problem| ConfigError::Contradiction { field: "env.options".into(), reason: problem.to_string() })
     }
 
     /// Checks every value.
@@ -76,6 +95,7 @@ impl EnvConfig {
         within("env.force_penalty.limit", limit, 0.0..=1e6)?;
         within("env.force_penalty.weight", weight, 0.0..=1e3)?;
         within("env.motion_price", self.motion_price, 0.0..=1e3)?;
+        self.create_task()?;
         self.protection.validate().map_err(|error| error.below("env"))?;
         self.disturbance.validate(self.task).map_err(|error| error.below("env"))?;
         // A faster one would look like another, or like a constant.
@@ -100,6 +120,7 @@ impl Default for EnvConfig {
             ends_on_success: false,
             stops: false,
             protection: Protection::default(),
+            options: Table::new(),
             observation: ObservationOptions::default(),
             force_penalty: ForcePenalty::default(),
             disturbance: Disturbance::default(),

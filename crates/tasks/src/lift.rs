@@ -8,8 +8,14 @@ use physics::{Plant, Simulation};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
+use crate::grasp::{nearest_straight_down, straight_down};
 use crate::observer::Observer;
 use crate::task::{Reward, Task, Waypoint};
+use crate::task_kind::TaskKind;
+
+/// Lift as programs know it.
+pub(crate) const KIND: TaskKind =
+    TaskKind::new("lift", "lift a cube off a table", |_| Ok(Box::<Lift>::default())).disturbed_by(&["cube_mass"]);
 
 /// Height of the cube's centre (m) from which it counts as lifted.
 const LIFTED: f64 = TABLE_HEIGHT + 0.04;
@@ -93,7 +99,8 @@ impl Task for Lift {
         let cube = self.scene().cube_pose(simulation);
         let centre = cube.translation.vector;
         let tool = y.pose.translation.vector;
-        let rotation = grasp_rotation(&cube, &y.pose);
+        // The fingers meet two faces of the cube.
+        let rotation = nearest_straight_down(&(cube.rotation * Vector3::x()), 4, &y.pose.rotation);
         let sideways = (tool - centre).fixed_rows::<2>(0).norm();
         let above = (tool - centre).z;
         let turn = y.pose.rotation.angle_to(&rotation);
@@ -125,22 +132,4 @@ impl Task for Lift {
     fn camera(&self) -> Camera {
         Camera { eye: [0.62, -0.75, 1.35], target: [-0.12, 0.0, 0.98], field_of_view: 0.76 }
     }
-}
-
-/// Straight down, turned so that the fingers meet two faces of the cube; of the four
-/// such turns the nearest to where the tool is.
-fn grasp_rotation(cube: &Pose, tool: &Pose) -> UnitQuaternion<f64> {
-    let edge = cube.rotation * Vector3::x();
-    let across = Vector3::z().cross(&edge);
-    [edge, across, -edge, -across]
-        .iter()
-        .map(straight_down)
-        .min_by(|a, b| a.angle_to(&tool.rotation).total_cmp(&b.angle_to(&tool.rotation)))
-        .expect("four candidates")
-}
-
-/// Straight down, its x along the level part of `forward`.
-fn straight_down(forward: &Vector3) -> UnitQuaternion<f64> {
-    UnitQuaternion::from_axis_angle(&Vector3::z_axis(), libm::atan2(forward.y, forward.x))
-        * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
 }

@@ -1,17 +1,17 @@
 //! What a reward is made of, each part by name.
 
 /// The most terms a reward has.
-const MOST: usize = 4;
+const MOST: usize = 16;
 
 /// The terms that add up to a reward, each a name and a value: `RewardTerms::from([("reach", 0.1), ("penalty", -0.2)])`.
 ///
-/// More than four do not compile. Nothing is allocated: there is one for every action.
+/// More than sixteen do not compile. Nothing is allocated: there is one for every action.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct RewardTerms([Option<(&'static str, f64)>; MOST]);
 
 impl<const N: usize> From<[(&'static str, f64); N]> for RewardTerms {
     fn from(terms: [(&'static str, f64); N]) -> Self {
-        const { assert!(N <= MOST, "a reward has four terms at most") };
+        const { assert!(N <= MOST, "a reward has sixteen terms at most") };
         let mut places = [None; MOST];
         places.iter_mut().zip(terms).for_each(|(place, term)| *place = Some(term));
         RewardTerms(places)
@@ -41,6 +41,11 @@ impl RewardTerms {
     /// What they add up to.
     pub fn sum(&self) -> f64 {
         self.iter().map(|(_, value)| value).sum()
+    }
+
+    /// The first term that is no finite number.
+    pub(crate) fn not_finite(&self) -> Option<(&'static str, f64)> {
+        self.iter().find(|(_, value)| !value.is_finite())
     }
 
     /// The same names, each with 0.

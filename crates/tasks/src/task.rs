@@ -1,6 +1,6 @@
 //! What makes a task a task.
 
-use aforce::{JointVector, Measurement, Pose};
+use aforce::{Measurement, Pose};
 use nalgebra::UnitVector3;
 use physics::camera::{Camera, Decal};
 use physics::robots::Robot;
@@ -9,20 +9,21 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::observer::Observer;
 use crate::reward_terms::RewardTerms;
+use crate::start::Start;
 
 /// A task: a scene, its randomness, what is observed, what is rewarded. Called once per action;
 /// the loop that drives it is [`crate::Env::step`].
 pub trait Task: Send {
     /// Builds the scene of one episode, everything random drawn from `rng`; the arm is
-    /// put in place by the caller.
+    /// put in place by the caller, as [`start`](Self::start) says.
     fn reset(&mut self, plant: &Plant, rng: &mut ChaCha8Rng) -> Simulation;
 
-    /// Joint angles around which an episode starts (rad).
-    fn start(&self, robot: &Robot) -> JointVector {
-        robot.home
+    /// How the episode that was last [`reset`](Self::reset) starts: posture, fingers, what they hold.
+    fn start(&self, robot: &Robot) -> Start {
+        Start::at(robot.home)
     }
 
-    /// What captions and messages call it.
+    /// The name that it is registered with; captions and messages use it too.
     fn name(&self) -> &'static str;
 
     /// Whether the last entry of an action drives a gripper.
@@ -41,8 +42,13 @@ pub trait Task: Send {
     /// same order every time; an environment asks for them once before its first episode.
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: Option<f64>) -> Reward;
 
-    /// What a scripted expert wants next.
+    /// What a scripted expert wants next. It may be asked several times between two actions, and answers alike. The time since the
+    /// start is [`Simulation::time`]; what it shall remember from one action to the next it notes in [`advance`](Self::advance).
     fn expert(&self, simulation: &Simulation, y: &Measurement) -> Waypoint;
+
+    /// Called once after every action, before the observation, whoever plays: for what a script, an observation or a reward remembers of
+    /// what it has seen, such as the phase of a search and the time when it began.
+    fn advance(&mut self, _simulation: &Simulation, _y: &Measurement) {}
 
     /// How much of the work is done, 0 to 1; `None` in a task that cannot tell.
     fn progress(&self) -> Option<f64> {

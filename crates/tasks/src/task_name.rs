@@ -1,33 +1,111 @@
-//! The tasks' names.
+//! The registered tasks, by name.
 
+use std::fmt::{self, Debug, Formatter};
 use std::str::FromStr;
+use std::sync::RwLock;
 
-use serde::{Deserialize, Serialize};
+use aforce::ConfigError;
+use aforce::record::nearest;
+use serde::de::{Error, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// The tasks by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum TaskName {
-    /// Lift a cube off a table.
-    #[default]
-    Lift,
-    /// Turn a handle and pull a door open.
-    Door,
-    /// Wipe a line of markers off a table, pressing neither too little nor too hard.
-    Wipe,
+use crate::disturbance::is_of_some_tasks;
+use crate::task_kind::TaskKind;
+use crate::{door, lift, wipe};
+
+/// A registered task: a name that stands for a [`TaskKind`].
+#[derive(Clone, Copy)]
+pub struct TaskName(&'static TaskKind);
+
+/// The tasks of this crate.
+static BUILT_IN: [TaskKind; 3] = [lift::KIND, door::KIND, wipe::KIND];
+
+/// Those of one's own, in the order of their registration. One list for the whole program, as names are read deep inside of files, where
+/// no caller could hand a list over.
+static OWN: RwLock<Vec<TaskName>> = RwLock::new(vec![]);
+
+/// Makes tasks of one's own known to everything that takes a task by its name: settings, files, flags and programs. To be called
+/// once, before any of these.
+///
+/// # Errors
+/// If a name is taken, or cannot be the name of a folder. No task is registered then.
+pub fn register(kinds: &[TaskKind]) -> Result<(), ConfigError> {
+    let mut own = OWN.write().expect("no writer panics");
+    let mut all = own.clone();
+    for kind in kinds {
+        let wrong = |reason: String| Err(ConfigError::Contradiction { field: format!("task {:?}", kind.name), reason });
+        let fits = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+        if kind.name.is_empty() || !kind.name.chars().all(fits) || kind.name.parse::<f64>().is_ok() {
+            return wrong("a name has lower-case letters, digits and -, and is no number".into());
+        }
+        if TaskName::BUILT_IN.iter().chain(&all).any(|other| other.as_str() == kind.name) {
+            return wrong("the name is registered twice, or is that of a built-in task".into());
+        }
+        if let Some(key) = kind.disturbances.iter().find(|key| !is_of_some_tasks(key)) {
+            return wrong(format!("{key:?} is no disturbance that only some tasks have"));
+        }
+        let mut keys: Vec<&str> = kind.own_disturbances.iter().map(|own| own.key).collect();
+        keys.sort_unstable();
+        if let Some(twice) = keys.windows(2).find(|pair| pair[0] == pair[1]) {
+            return wrong(format!("two of its disturbances are called {:?}", twice[0]));
+        }
+        // It lives as long as the program.
+        all.push(TaskName(Box::leak(Box::new(*kind))));
+    }
+    *own = all;
+    Ok(())
 }
 
 impl TaskName {
-    /// All tasks.
-    pub const ALL: [TaskName; 3] = [TaskName::Lift, TaskName::Door, TaskName::Wipe];
+    /// Lift a cube off a table.
+    pub const LIFT: TaskName = TaskName(&BUILT_IN[0]);
+    /// Turn a handle and pull a door open.
+    pub const DOOR: TaskName = TaskName(&BUILT_IN[1]);
+    /// Wipe a line of markers off a table, pressing neither too little nor too hard.
+    pub const WIPE: TaskName = TaskName(&BUILT_IN[2]);
+    /// The tasks of this crate.
+    pub const BUILT_IN: [TaskName; 3] = [TaskName::LIFT, TaskName::DOOR, TaskName::WIPE];
+
+    /// All tasks: the built-in ones, then those of one's own.
+    pub fn all() -> Vec<TaskName> {
+        let own = OWN.read().expect("no writer panics");
+        TaskName::BUILT_IN.into_iter().chain(own.iter().copied()).collect()
+    }
 
     /// The name used on command lines, in files and in folders.
     pub fn as_str(self) -> &'static str {
-        match self {
-            TaskName::Lift => "lift",
-            TaskName::Door => "door",
-            TaskName::Wipe => "wipe",
-        }
+        self.0.name
+    }
+
+    /// What the task asks for: a verb and its object.
+    pub fn purpose(self) -> &'static str {
+        self.0.purpose
+    }
+
+    /// What is registered under the name.
+    pub(crate) fn kind(self) -> &'static TaskKind {
+        self.0
+    }
+}
+
+/// Lift.
+impl Default for TaskName {
+    fn default() -> Self {
+        TaskName::LIFT
+    }
+}
+
+impl PartialEq for TaskName {
+    fn eq(&self, other: &Self) -> bool {
+        self.as_str() == other.as_str()
+    }
+}
+
+impl Eq for TaskName {}
+
+impl Debug for TaskName {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
     }
 }
 
@@ -35,9 +113,42 @@ impl FromStr for TaskName {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let names = Self::ALL.map(Self::as_str).join(", ");
-        let known = Self::ALL.into_iter().find(|task| task.as_str() == text);
-        known.ok_or_else(|| format!("no task is called {text:?}; known are {names}"))
+        let all = TaskName::all();
+        all.iter().copied().find(|task| task.as_str() == text).ok_or_else(|| {
+            let names: Vec<&str> = all.iter().map(|task| task.as_str()).collect();
+            let hint = match nearest(text, &names) {
+                Some(name) => format!("did you mean {name:?}?"),
+                None => format!(
+                    "known are {}; a task of one's own is known to the program that registers it",
+                    names.join(", ")
+                ),
+            };
+            format!("no task is called {text:?}; {hint}")
+        })
+    }
+}
+
+impl Serialize for TaskName {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.as_str())
+    }
+}
+
+impl<'de> Deserialize<'de> for TaskName {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Name;
+        impl Visitor<'_> for Name {
+            type Value = TaskName;
+
+            fn expecting(&self, f: &mut Formatter<'_>) -> fmt::Result {
+                f.write_str("a name in quotes")
+            }
+
+            fn visit_str<E: Error>(self, text: &str) -> Result<TaskName, E> {
+                text.parse().map_err(E::custom)
+            }
+        }
+        deserializer.deserialize_str(Name)
     }
 }
 
@@ -48,13 +159,32 @@ mod tests {
 
     #[test]
     fn a_task_goes_by_its_name() {
-        for name in TaskName::ALL {
+        for name in TaskName::BUILT_IN {
             let config = EnvConfig { task: name, ..EnvConfig::default() };
-            assert_eq!(config.create_task().name(), name.as_str());
+            assert_eq!(config.create_task().unwrap().name(), name.as_str());
             assert_eq!(name.as_str().parse(), Ok(name));
         }
         let error = "walk".parse::<TaskName>().unwrap_err();
-        let known = TaskName::ALL.map(TaskName::as_str).join(", ");
-        assert_eq!(error, format!("no task is called \"walk\"; known are {known}"));
+        assert!(error.starts_with("no task is called \"walk\"; known are lift, door, wipe"), "{error}");
+        assert_eq!("dor".parse::<TaskName>().unwrap_err(), "no task is called \"dor\"; did you mean \"door\"?");
+    }
+
+    #[test]
+    fn a_name_is_registered_once_and_fits_a_folder() {
+        let kind = |name| TaskKind::new(name, "do nothing", |_| unreachable!("never made"));
+        let error = |names: &[&'static str]| {
+            let kinds: Vec<TaskKind> = names.iter().map(|name| kind(name)).collect();
+            register(&kinds).unwrap_err().to_string()
+        };
+        assert_eq!(error(&["lift"]), "task \"lift\": the name is registered twice, or is that of a built-in task");
+        for names in [&["press", "press"] as &[_], &["press", "door"]] {
+            assert!(error(names).contains("registered twice"));
+        }
+        for name in ["", "My Task", "a/b", "1e5"] {
+            assert!(error(&[name]).contains("lower-case letters"), "{name}");
+        }
+        let misspelt = kind("press").disturbed_by(&["cube_mas"]);
+        assert!(register(&[misspelt]).unwrap_err().to_string().contains("\"cube_mas\" is no disturbance"));
+        assert_eq!(TaskName::all(), TaskName::BUILT_IN, "what is refused leaves nothing behind");
     }
 }

@@ -7,7 +7,7 @@ use tasks::{Env, EnvConfig, TaskName, play};
 
 #[test]
 fn the_scripts_solve_every_task_with_an_fr3() {
-    for (task, space) in [(TaskName::Lift, "aforce"), (TaskName::Door, "aforce"), (TaskName::Wipe, "aforce-force")] {
+    for (task, space) in [(TaskName::LIFT, "aforce"), (TaskName::DOOR, "aforce"), (TaskName::WIPE, "aforce-force")] {
         let space = space.parse().unwrap();
         let config = EnvConfig { task, space, robot: RobotName::Fr3, ..EnvConfig::default() };
         let mut env = Env::new(config, 0).unwrap();

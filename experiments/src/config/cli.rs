@@ -131,7 +131,7 @@ fn setup_parser() -> impl TypedValueParser<Value = String> {
 
 /// Reads a task's name for clap, which lists the known ones.
 pub fn task_parser() -> impl TypedValueParser<Value = TaskName> {
-    PossibleValuesParser::new(TaskName::ALL.map(TaskName::as_str))
+    PossibleValuesParser::new(TaskName::all().into_iter().map(TaskName::as_str))
         .map(|name| name.parse().expect("one of the possible values"))
 }
 

@@ -9,7 +9,7 @@ use anyhow::{Context, Result, ensure};
 use output::program::bad;
 use serde::{Deserialize, Serialize};
 use settings::{Source, layered, nested, spaces};
-use tasks::EnvConfig;
+use tasks::{EnvConfig, TaskName};
 use toml::{Table, Value};
 
 use crate::config::run_id::{NAME_CHARACTERS, is_name_character};
@@ -110,7 +110,11 @@ impl RunConfig {
             }
         }
         let preset = named.map_or(sac::Preset::DESKTOP, |(_, preset)| preset);
-        let base = Table::try_from(Self::preset(preset)).expect("a configuration is a table");
+        // An unknown one is told with its place when its layer is laid over the others.
+        let named = |table: &Table| table.get("env")?.get("task")?.as_str()?.parse().ok();
+        let task: TaskName = layers.iter().rev().find_map(|(_, table)| named(table)).unwrap_or_default();
+        let defaults = RunConfig { env: EnvConfig::of(task), ..Self::preset(preset) };
+        let base = Table::try_from(defaults).expect("a configuration is a table");
         let config: Self = layered(base, layers).map_err(|error| bad(error.to_string()))?;
         config.validate().map_err(|e| bad(e.to_string()))?;
         Ok(config)

@@ -19,7 +19,8 @@ pub fn energy_and_return(experiment: &str, sections: &[Section], groups: &[Group
         from_zero: true,
         ..Panel::default()
     };
-    let place = |section: &&Section| TaskName::ALL.iter().position(|task| task.as_str() == section.task);
+    let tasks = TaskName::all();
+    let place = |section: &&Section| tasks.iter().position(|task| task.as_str() == section.task);
     let mut of_experiment: Vec<_> = sections.iter().filter(|section| section.experiment == experiment).collect();
     of_experiment.sort_by_key(place);
     of_experiment.into_iter().map(panel).collect()

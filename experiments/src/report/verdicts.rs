@@ -138,7 +138,7 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
     match family {
         Family::File => correct(rows.iter_mut().zip(&samples)),
         Family::Task => {
-            for task in TaskName::ALL {
+            for task in TaskName::all() {
                 correct(rows.iter_mut().zip(&samples).filter(|(row, _)| row.task == task.as_str()));
             }
         }

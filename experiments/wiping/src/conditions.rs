@@ -31,22 +31,22 @@ pub fn disturbances() -> Vec<Condition> {
         [sensing.bias, sensing.noise] = [sensing.bias, sensing.noise].map(|error| error.map(|error| 4.0 * error));
     }
     fn same(_: &mut Setup) {}
-    let none = Disturbance::default();
+    let none = Disturbance::default;
     let fixed = |value| Some(Draw::Fixed(value));
-    let payload = Disturbance { payload_kg: fixed(0.5), ..none };
-    let table = |height| Disturbance { table_height_m: fixed(height), ..none };
-    let late = |delay| Disturbance { torque_delay_s: fixed(delay), ..none };
+    let payload = Disturbance { payload_kg: fixed(0.5), ..none() };
+    let table = |height| Disturbance { table_height_m: fixed(height), ..none() };
+    let late = |delay| Disturbance { torque_delay_s: fixed(delay), ..none() };
     let condition = |name, disturbance| Condition { name, change: same, disturbance };
     vec![
-        condition("none", none),
-        Condition { name: "none; exact wrench", change: exact, disturbance: none },
+        condition("none", none()),
+        Condition { name: "none; exact wrench", change: exact, disturbance: none() },
         condition("table 3 cm lower", table(-0.03)),
         condition("table 1 cm higher", table(0.01)),
         condition("table 3 cm higher", table(0.03)),
-        condition("friction doubled", Disturbance { friction: fixed(2.0), ..none }),
-        condition("payload 0.5 kg", payload),
+        condition("friction doubled", Disturbance { friction: fixed(2.0), ..none() }),
+        condition("payload 0.5 kg", payload.clone()),
         Condition { name: "payload 0.5 kg; exact wrench", change: exact, disturbance: payload },
-        Condition { name: "wrench bias and noise x 4", change: worse, disturbance: none },
+        Condition { name: "wrench bias and noise x 4", change: worse, disturbance: none() },
         condition("torque 1 ms late", late(0.001)),
         condition("torque 5 ms late", late(0.005)),
     ]
@@ -126,7 +126,7 @@ pub fn write(
         law(&mut setup, |psi| psi.allow_unstable = true);
         let space = &setup.spaces[space];
         let trial = Trial::random(seed, trial);
-        let record = simulate(&Run { setup: &setup, space, trial, disturbance: condition.disturbance })?;
+        let record = simulate(&Run { setup: &setup, space, trial, disturbance: condition.disturbance.clone() })?;
         anyhow::Ok(measure(&record, setup.force))
     })?;
     let rows = jobs.iter().zip(rows).map(|((condition, space, trial), row)| {
@@ -156,7 +156,7 @@ mod tests {
             let set_up = |condition: &Condition| {
                 let mut setup = Setup::default();
                 (condition.change)(&mut setup);
-                (setup, condition.disturbance)
+                (setup, condition.disturbance.clone())
             };
             assert_eq!(set_up(&conditions[0]), (Setup::default(), Disturbance::default()));
             assert_all_differ(&conditions, &conditions.iter().map(set_up).collect::<Vec<_>>());

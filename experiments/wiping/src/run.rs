@@ -14,7 +14,7 @@ use crate::trial::Trial;
 const PATIENCE: f64 = 12.0;
 
 /// One wipe to be done.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Run<'a> {
     /// What is fixed.
     pub setup: &'a Setup,
@@ -54,15 +54,15 @@ pub fn simulate(run: &Run) -> Result<Record> {
 impl Run<'_> {
     /// The environment at the start of the wipe.
     fn env(&self) -> Result<Env, ConfigError> {
-        let Run { setup, space, trial, disturbance } = *self;
+        let Run { setup, space, trial, disturbance } = self;
         let patience = PATIENCE + setup.press_time + f64::from(setup.rotations) * setup.period;
         let config = EnvConfig {
-            task: TaskName::Wipe,
-            space: space.clone(),
+            task: TaskName::WIPE,
+            space: (*space).clone(),
             robot: setup.robot,
             horizon: (patience * f64::from(setup.controller.policy_hz)) as u32,
             initial_noise: 0.0,
-            disturbance,
+            disturbance: disturbance.clone(),
             sensing: setup.sensing,
             simulation: setup.simulation,
             controller: setup.controller,

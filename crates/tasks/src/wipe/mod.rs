@@ -5,7 +5,7 @@ mod marker_view;
 mod markers;
 mod normalisation;
 
-use aforce::{JointVector, Measurement, Pose, Vector3};
+use aforce::{Measurement, Pose, Vector3};
 use nalgebra::{Translation3, UnitVector3};
 use physics::camera::{Camera, Decal};
 use physics::robots::{JOINTS, Robot};
@@ -17,12 +17,20 @@ use rand_chacha::ChaCha8Rng;
 use crate::observation::in_contact;
 use crate::observer::Observer;
 use crate::spot::Spot;
+use crate::start::Start;
 use crate::task::{Reward, Task, Waypoint};
+use crate::task_kind::TaskKind;
 
 pub use marker_view::MarkerView;
 pub use markers::Markers;
 pub(crate) use normalisation::normalisation;
 use normalisation::{COMPLETION_REWARD, CONTACT_REWARD, MARKER_REWARD};
+
+/// Wipe as programs know it. Its option stands where the settings of every finished run have it, `env.observation.markers`.
+pub(crate) const KIND: TaskKind = TaskKind::new("wipe", "wipe a line of markers off a table", |config| {
+    Ok(Box::new(Wipe::new(config.horizon, config.observation.markers)))
+})
+.disturbed_by(&["table_height_m"]);
 
 /// A marker is wiped while the tool presses with more than the first and at most the
 /// second (N).
@@ -145,8 +153,8 @@ impl Task for Wipe {
         simulation
     }
 
-    fn start(&self, robot: &Robot) -> JointVector {
-        self.spot.map_or(robot.home, |spot| spot.start)
+    fn start(&self, robot: &Robot) -> Start {
+        Start::at(self.spot.map_or(robot.home, |spot| spot.start))
     }
 
     fn name(&self) -> &'static str {

@@ -1,0 +1,94 @@
+//! A task as programs know it: its name, what makes it, and what goes with it.
+
+use std::fmt::{self, Debug, Formatter};
+
+use aforce::ConfigError;
+
+use crate::env_config::EnvConfig;
+use crate::own_disturbance::OwnDisturbance;
+use crate::task::Task;
+
+/// What makes a task with the options of a configuration.
+type Create = fn(&EnvConfig) -> Result<Box<dyn Task>, ConfigError>;
+
+/// A task as programs know it. The built-in ones are made of the same calls as one's own.
+///
+/// ```
+/// # use tasks::{EnvConfig, Task, TaskKind};
+/// # fn create(_: &EnvConfig) -> Result<Box<dyn Task>, aforce::ConfigError> { unimplemented!() }
+/// const DRAWER: TaskKind = TaskKind::new("drawer", "pull a drawer open", create).defaults(|env| env.horizon = 200);
+/// ```
+#[derive(Clone, Copy)]
+pub struct TaskKind {
+    pub(crate) name: &'static str,
+    pub(crate) purpose: &'static str,
+    create: Create,
+    defaults: fn(&mut EnvConfig),
+    pub(crate) disturbances: &'static [&'static str],
+    pub(crate) own_disturbances: &'static [OwnDisturbance],
+    takes_options: bool,
+}
+
+impl TaskKind {
+    /// A task called `name`: lower-case letters, digits and `-`, as it stands on command lines and in names of folders.
+    /// `purpose` is what it asks for, a verb and its object. `create` makes it; an option of its own it reads with
+    /// [`EnvConfig::own_options`].
+    pub const fn new(name: &'static str, purpose: &'static str, create: Create) -> Self {
+        TaskKind {
+            name,
+            purpose,
+            create,
+            defaults: |_| (),
+            disturbances: &[],
+            own_disturbances: &[],
+            takes_options: false,
+        }
+    }
+
+    /// With settings that differ from those of other tasks, such as horizon, force limit or noise of the start. What files
+    /// and flags say lies on top of them.
+    pub const fn defaults(self, defaults: fn(&mut EnvConfig)) -> Self {
+        TaskKind { defaults, ..self }
+    }
+
+    /// With keys of [`Disturbance`](crate::Disturbance) that not every task has: `table_height_m`, `cube_mass` (of every free body),
+    /// `hinge_damping` and `hinge_spring` (of a joint called `hinge`).
+    pub const fn disturbed_by(self, disturbances: &'static [&'static str]) -> Self {
+        TaskKind { disturbances, ..self }
+    }
+
+    /// With disturbances of the task's own bodies and joints, which stand below `env.disturbance.own`.
+    pub const fn own_disturbances(self, own_disturbances: &'static [OwnDisturbance]) -> Self {
+        TaskKind { own_disturbances, ..self }
+    }
+
+    /// With options of its own, which stand below `env.options`.
+    pub const fn takes_options(self) -> Self {
+        TaskKind { takes_options: true, ..self }
+    }
+
+    /// The task, with its options.
+    pub(crate) fn create(&self, config: &EnvConfig) -> Result<Box<dyn Task>, ConfigError> {
+        if let Some(key) = config.options.keys().next().filter(|_| !self.takes_options) {
+            let reason = format!("{} has no options of its own", self.name);
+            return Err(ConfigError::Contradiction { field: format!("env.options.{key}"), reason });
+        }
+        let task = (self.create)(config)?;
+        if task.name() != self.name {
+            let reason = format!("registered as {:?}, it calls itself {:?}", self.name, task.name());
+            return Err(ConfigError::Contradiction { field: "env.task".into(), reason });
+        }
+        Ok(task)
+    }
+
+    /// Puts the task's own defaults into settings.
+    pub(crate) fn apply_defaults(&self, config: &mut EnvConfig) {
+        (self.defaults)(config);
+    }
+}
+
+impl Debug for TaskKind {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.debug_struct("TaskKind").field("name", &self.name).finish_non_exhaustive()
+    }
+}

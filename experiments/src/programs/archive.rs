@@ -1,0 +1,100 @@
+//! Run folders to the archive of their experiments.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use crate::config::RunId;
+use crate::report::archive;
+use crate::report::record::Record;
+use crate::report::summary::{RunSummary, find_runs};
+use crate::run::folder::RunFolder;
+use anyhow::{Result, ensure};
+use clap::Parser;
+use output::program;
+
+/// Archive the runs below a folder: one compressed file per experiment and kind of table.
+///
+/// Writes OUT/EXPERIMENT/episodes.csv.zst, eval.csv.zst and others, with task, space, variant and seed as columns, and
+/// runs.jsonl.zst, a line per run with its configuration and its manifest. `report` reads them as it reads run folders. Of every
+/// group one policy is kept, that of the run whose energy per action (mean actions, last evaluations) is nearest to the
+/// group's median: OUT/EXPERIMENT/TASK/SPACE/seed_N. Runs that are under way are left out. A run that the archive holds already
+/// stays as it is, and new ones are added.
+#[derive(Parser)]
+#[command(version)]
+pub struct Arguments {
+    /// Folder with run folders somewhere below it
+    runs: PathBuf,
+    /// Where the archive lies or is to lie
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+/// Runs the program; its exit code.
+///
+/// # Errors
+/// If a run cannot be read, or the archive not written.
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let mut experiments: BTreeMap<String, Vec<Record>> = BTreeMap::new();
+    for found in find_runs(&arguments.runs)? {
+        let record = found.map_err(|(folder, reason)| reason.context(folder.path().display().to_string()))?;
+        if record.done {
+            experiments.entry(record.experiment(&arguments.runs)).or_default().push(record);
+        } else {
+            program::tell(format_args!("left out: {}: not done", record.path.display()));
+        }
+    }
+    ensure!(!experiments.is_empty(), "{}: no run below it that is done", arguments.runs.display());
+    for (experiment, new) in experiments {
+        let folder = arguments.out.join(&experiment);
+        let mut all = if archive::is_archive(&folder) { archive::read(&folder)? } else { vec![] };
+        let known: Vec<RunId> = all.iter().map(|record| RunId::of(&record.config)).collect();
+        let (there, added): (Vec<_>, Vec<_>) =
+            new.into_iter().partition(|record| known.contains(&RunId::of(&record.config)));
+        all.extend(added.iter().cloned());
+        let order = |record: &Record| {
+            let RunId { task, space, variant, seed } = RunId::of(&record.config);
+            (task, space, variant, seed)
+        };
+        all.sort_by_key(order);
+        archive::write(&all, &folder)?;
+        keep_policies(&all, &added, &folder)?;
+        let (all, there) = (all.len(), there.len());
+        program::say(format_args!(
+            "{}: {all} runs, {} of them new, {there} known before",
+            folder.display(),
+            added.len()
+        ));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Of every group the policy of the run nearest to the median, among those `added` now and the one kept before.
+fn keep_policies(all: &[Record], added: &[Record], folder: &Path) -> Result<()> {
+    let mut groups: BTreeMap<(String, String), Vec<(&Record, f64)>> = BTreeMap::new();
+    for record in all {
+        let id = RunId::of(&record.config);
+        let energy = RunSummary::of(record, folder)?.number("final_energy_per_action_j");
+        groups.entry((id.task.clone(), id.label())).or_default().push((record, energy));
+    }
+    for ((task, label), runs) in groups {
+        let mut energies: Vec<f64> = runs.iter().map(|(_, energy)| *energy).collect();
+        energies.sort_by(f64::total_cmp);
+        // Of an even number the lower of the two in the middle: a run, not a mean of two.
+        let median = energies[(energies.len() - 1) / 2];
+        let group = folder.join(task).join(label);
+        let place = |record: &Record| group.join(format!("seed_{}", record.config.seed));
+        let new = |record: &Record| added.iter().find(|new| RunId::of(&new.config) == RunId::of(&record.config));
+        let kept = |record: &Record| RunFolder::at(&place(record)).best().is_dir();
+        let available = runs.iter().filter(|(record, _)| new(record).is_some() || kept(record));
+        let nearest = available.min_by(|a, b| (a.1 - median).abs().total_cmp(&(b.1 - median).abs()));
+        let Some((record, _)) = nearest else { continue };
+        for (other, _) in runs.iter().filter(|(other, _)| other.config.seed != record.config.seed && kept(other)) {
+            fs_err::remove_dir_all(place(other))?;
+        }
+        if let Some(new) = new(record).filter(|_| !kept(record)) {
+            archive::keep_policy(new, &place(record))?;
+        }
+    }
+    Ok(())
+}

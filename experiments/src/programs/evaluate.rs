@@ -1,0 +1,179 @@
+//! Plays the fixed evaluation episodes and prints what they cost and earned.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use crate::config::RunId;
+use crate::run::csv_writer::CsvWriter;
+use crate::run::disturbances::{self, Case};
+use crate::run::rollout::evaluate;
+use crate::run::rows::{CaseKey, EvaluationKey};
+use crate::run::seeds::evaluation_seed;
+use crate::run::source::{Player, SourceArgs};
+use anyhow::{Context, Result, ensure};
+use clap::Parser;
+use output::statistics::{deviation, mean, mean_of, quantile, range};
+use output::{file, program};
+use settings::setup;
+use tasks::columns::COLUMNS;
+use tasks::{Env, EnvConfig, Outcome};
+
+/// Evaluate a trained policy, a scripted expert or random actions.
+///
+/// The episodes are the same for every policy and action space; none of them chose a run's best checkpoint
+/// (but in runs whose tables have schema 1).
+#[derive(Parser)]
+#[command(version)]
+pub struct Arguments {
+    #[command(flatten)]
+    source: SourceArgs,
+    /// Episodes to play
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
+    episodes: u32,
+    /// Play the episodes undisturbed and under every disturbance that this TOML file lists
+    #[arg(long, value_name = "FILE")]
+    disturb: Option<PathBuf>,
+    /// Also write a row per episode to this CSV file, which must not exist
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+}
+
+/// Runs the program; its exit code.
+///
+/// # Errors
+/// If a setting is wrong, a run cannot be read, or the table exists or cannot be written.
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let mut player = arguments.source.open()?;
+    // Every environment that there will be, before the first is played.
+    let cases = match &arguments.disturb {
+        Some(path) => disturbances::read(path, player.config.env.task)?
+            .into_iter()
+            .map(|case| {
+                let env = EnvConfig { disturbance: case.disturbance.clone(), ..player.config.env.clone() };
+                let env = Env::new(env, 0).with_context(|| format!("{}: case {:?}", path.display(), case.name))?;
+                Ok((case, env))
+            })
+            .collect::<Result<_>>()?,
+        None => vec![],
+    };
+    if let Some(path) = &arguments.csv {
+        ensure!(!path.exists(), "{}: exists; nothing was overwritten", path.display());
+        file::prepare(path)?;
+    }
+    // It appears when it is complete.
+    let file = arguments.csv.as_deref().map(file::unfinished).transpose()?;
+    let mut table = file.as_ref().map_or_else(|| Ok(CsvWriter::discard()), |file| CsvWriter::append(file.path()))?;
+    introduce(arguments, &player);
+    if arguments.disturb.is_some() {
+        compare(&mut player, cases, arguments.episodes, &mut table)?;
+    } else {
+        let outcomes = play(&mut player, arguments.episodes, |key, outcome| table.write((key, outcome)))?;
+        print(&outcomes);
+    }
+    if let Some((file, path)) = file.zip(arguments.csv.as_ref()) {
+        file::finish_new(file, path)?;
+        program::written(&[path]);
+    }
+    if let Some(run) = &arguments.source.run {
+        program::next("replay", &format!("--run {} --html replay.html", run.display()));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Says who plays, where and how often.
+fn introduce(arguments: &Arguments, player: &Player) {
+    let (source, config) = (&arguments.source, &player.config);
+    let env = &config.env;
+    program::say(format_args!("{:<12}{}", "policy", source.describe()));
+    if source.run.is_some() {
+        program::say(format_args!(
+            "{:<12}{}, after {} of {} actions",
+            "checkpoint",
+            source.checkpoint.name(),
+            player.step,
+            config.steps
+        ));
+    }
+    program::say(format_args!("{:<12}{} with {}, {}", "set-up", env.task.as_str(), env.space, setup::in_words(env)));
+    if let Some(changed) = &player.changed {
+        program::say(format_args!("{:<12}since training: {changed}", "changed"));
+    }
+    let seconds = f64::from(env.horizon) / f64::from(env.controller.policy_hz);
+    let episodes = arguments.episodes;
+    program::say(format_args!(
+        "{:<12}{episodes} of {} actions ({seconds} s), the same starts for every policy",
+        "episodes", env.horizon
+    ));
+}
+
+/// Plays the evaluation episodes; `write` gets a row for each.
+fn play(
+    player: &mut Player,
+    episodes: u32,
+    write: impl FnMut(EvaluationKey, &Outcome) -> Result<()>,
+) -> Result<Vec<Outcome>> {
+    let Player { config, env, policy, step, .. } = player;
+    evaluate(env, policy, (0..episodes).map(evaluation_seed), *step, &RunId::of(config), write)
+}
+
+/// Plays the same episodes under every disturbance, and prints by how much each changes them.
+fn compare(player: &mut Player, cases: Vec<(Case, Env)>, episodes: u32, table: &mut CsvWriter) -> Result<()> {
+    program::say("changes are means over pairs of episodes with the same start, +- their standard error");
+    program::say(format_args!(
+        "  {:<28} {:>7} {:>7} {:>8} {:>18} {:>18} {:>18}",
+        "disturbance", "success", "held", "return", "change of return", "of J per action", "of largest N"
+    ));
+    let mut undisturbed = vec![];
+    let policy = player.policy.clone();
+    for (case, env) in cases {
+        // The same noise in every case: episodes are compared in pairs.
+        player.policy = policy.clone();
+        player.config.env.disturbance = case.disturbance.clone();
+        player.env = env;
+        let key = CaseKey { disturbance: &case.name };
+        let outcomes = play(player, episodes, |row, outcome| table.write((&key, row, outcome)))?;
+        if undisturbed.is_empty() {
+            undisturbed = outcomes.clone();
+        }
+        let known = |outcome: &Outcome, name: &str| outcome.number(name).unwrap_or(f64::NAN);
+        let mean_of_column = |name: &str| mean_of(&outcomes, |o| known(o, name));
+        let change = |name: &str| {
+            let pairs = outcomes.iter().zip(&undisturbed);
+            let changes: Vec<f64> = pairs.map(|(o, u)| known(o, name) - known(u, name)).collect();
+            let error = deviation(&changes) / (changes.len() as f64).sqrt();
+            let error = if changes.len() > 1 { format!(" +- {error:.2}") } else { String::new() };
+            format!("{:+.2}{error}", mean(&changes))
+        };
+        program::say(format_args!(
+            "  {:<28} {:>7.2} {:>7.2} {:>8.1} {:>18} {:>18} {:>18}",
+            case.name,
+            mean_of_column("success"),
+            mean_of_column("success_held"),
+            mean_of_column("return"),
+            change("return"),
+            change("energy_per_action_j"),
+            change("arm_max_contact_force_n"),
+        ));
+    }
+    Ok(())
+}
+
+fn print(outcomes: &[Outcome]) {
+    program::say(format_args!(
+        "  {:<32} {:>10} +- {:<9} {:>10} {:>10}  {:>10} .. highest of the episodes",
+        "", "mean", "deviation", "median", "90 %", "lowest"
+    ));
+    for (column, name) in COLUMNS.iter().filter_map(|column| Some((column.name, column.printed?))) {
+        let values: Vec<f64> = outcomes.iter().filter_map(|outcome| outcome.number(column)).collect();
+        if values.is_empty() {
+            program::say(format_args!("  {name:<32} {:>10}", "none"));
+            continue;
+        }
+        let (mean, spread) = (mean(&values), if values.len() > 1 { deviation(&values) } else { 0.0 });
+        let [low, high] = range(&values);
+        let [median, most] = [0.5, 0.9].map(|share| quantile(&values, share));
+        program::say(format_args!(
+            "  {name:<32} {mean:10.3} +- {spread:<9.3} {median:10.3} {most:10.3}  {low:10.3} .. {high:.3}"
+        ));
+    }
+}

@@ -1,0 +1,332 @@
+//! Shows an episode: an interactive page, PNG, GIF, and forces, stiffness and torques over time as curves and numbers.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use crate::run::seeds::evaluation_seed;
+use crate::run::source::{Player, SourceArgs, Which};
+use anyhow::Result;
+use clap::Parser;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use output::file;
+use output::program::{self, bad};
+use physics::camera::Image;
+use show::picture::{GifWriter, write_png};
+use show::plot;
+use show::{Playback, View, page, sheet};
+use tasks::{Env, EnvConfig, Step};
+
+/// Draw an episode of a trained policy, a scripted expert or random actions.
+///
+/// Pictures show the simulated collision shapes; they need neither GPU nor display. Files that exist
+/// are replaced.
+#[derive(Parser)]
+#[command(version)]
+pub struct Arguments {
+    #[command(flatten)]
+    source: SourceArgs,
+    /// Which of the evaluation episodes: its start. What is drawn at random on the way (--random, --sample) is not what `evaluate` drew
+    #[arg(long, default_value_t = 0)]
+    episode: u32,
+    /// The episode as a page for a browser: turn it, play it, scrub it, with all curves
+    #[arg(long, value_name = "FILE.html")]
+    html: Option<PathBuf>,
+    /// A second episode from the same reset, on the right of page and animation: of another run, or of the
+    /// same script in another action space
+    #[arg(long, value_name = "DIR|SPACE")]
+    beside: Option<String>,
+    /// A paragraph above the page's scenes, after the one that says who plays (repeatable)
+    #[arg(long, value_name = "TEXT", requires = "html")]
+    note: Vec<String>,
+    /// Last picture of the episode
+    #[arg(long, value_name = "FILE.png")]
+    png: Option<PathBuf>,
+    /// Twelve moments of the episode in one picture
+    #[arg(long, value_name = "FILE.png")]
+    sheet: Option<PathBuf>,
+    /// The episode as an animation
+    #[arg(long, value_name = "FILE.gif")]
+    gif: Option<PathBuf>,
+    /// Forces, stiffness, torques over time: FILE.svg and FILE.png
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+    /// The same curves as numbers, with observation and action: a row per action
+    #[arg(long, value_name = "FILE.csv")]
+    csv: Option<PathBuf>,
+    /// Where PNG and GIF look from
+    #[arg(long, default_value = "task", value_parser = view_parser())]
+    view: View,
+    /// Actions from the start that are shown (default: the whole episode)
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    actions: Option<u32>,
+    /// Actions between pictures of the animation
+    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..))]
+    every: u32,
+    /// How many times faster than real time the animation runs
+    #[arg(long, value_name = "TIMES", default_value_t = 1.0, requires = "gif", value_parser = speed)]
+    speed: f64,
+    /// Width of the pictures; the height is three quarters of it
+    #[arg(long, default_value_t = 480, value_parser = clap::value_parser!(u16).range(16..=8192))]
+    width: u16,
+}
+
+/// The views by name.
+const VIEWS: [(&str, View, &str); 4] = [
+    ("task", View::Task, "The task's own"),
+    ("front", View::Front, "From in front of the robot"),
+    ("side", View::Side, "From the robot's right"),
+    ("top", View::Top, "From above, the robot at the top"),
+];
+
+fn view_parser() -> impl TypedValueParser<Value = View> {
+    PossibleValuesParser::new(VIEWS.map(|(name, _, help)| PossibleValue::new(name).help(help)))
+        .map(|given| VIEWS.into_iter().find(|(name, ..)| *name == given).expect("one of the possible values").1)
+}
+
+/// A number above zero.
+fn speed(text: &str) -> Result<f64, String> {
+    let times = text.parse().ok().filter(|times: &f64| times.is_finite() && *times > 0.0);
+    times.ok_or_else(|| "not a number above 0".into())
+}
+
+/// Runs the program; its exit code.
+///
+/// # Errors
+/// If a setting is wrong, a run cannot be read, or a file not be written.
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let Arguments { html, png, sheet, gif, plot, csv, .. } = arguments;
+    if [html, png, sheet, gif, plot, csv].iter().all(|file| file.is_none()) {
+        return Err(bad("nothing to show: name at least one of --html, --png, --sheet, --gif, --plot, --csv".into()));
+    }
+    for path in [html, png, sheet, gif, plot, csv].into_iter().flatten() {
+        file::prepare(path)?;
+    }
+    let plot = plot.as_ref().map(|path| without_picture_extension(path));
+    let plots = plot.iter().flat_map(|stem| plot::files(stem));
+    let mut written: Vec<PathBuf> = [html, png, sheet, gif, csv].into_iter().flatten().cloned().chain(plots).collect();
+    written.sort();
+    let mut places = written.iter().map(|path| file::place(path)).collect::<Result<Vec<_>>>()?;
+    places.sort();
+    if let Some(twice) = places.windows(2).find(|pair| pair[0] == pair[1]) {
+        return Err(bad(format!("{}: two of the options would write it", twice[0].display())));
+    }
+    if arguments.beside.is_some() && html.is_none() && gif.is_none() {
+        return Err(bad(
+            "--beside goes with --html or --gif: neither the pictures nor the curves show a second episode".into(),
+        ));
+    }
+    let beside = arguments.beside.as_ref().map(|what| arguments.source.beside(what)).transpose()?;
+    if let Some(other) = &beside {
+        let (here, there) = (arguments.source.open()?.config.env, other.open()?.config.env);
+        if let Some(what) = sets_apart(&here, &there) {
+            return Err(bad(format!("--beside plays {what}: the two would not start alike, or not keep in time")));
+        }
+    }
+    let mut beside_it = vec![];
+    let beside = beside.as_ref().map(|other| {
+        play(arguments, other, |env, _, playback| {
+            if gif.is_some() && arguments.is_filmed(playback) {
+                beside_it.push(arguments.labelled(env, playback));
+            }
+            Ok(())
+        })
+    });
+    let beside = beside.transpose()?;
+    let mut pictures = Pictures { arguments, tiles: vec![], beside: beside_it, film: None };
+    let playback = play(arguments, &arguments.source, |env, step, playback| pictures.add(env, step, playback))?;
+    pictures.finish()?;
+    if let Some(stem) = &plot {
+        plot::write_with_png(&playback.title, &playback.traces.panels(), stem)?;
+    }
+    if let Some(path) = &arguments.csv {
+        playback.write_csv(path)?;
+    }
+    let episodes: Vec<Playback> = std::iter::once(playback).chain(beside).collect();
+    episodes.iter().for_each(tell);
+    if let Some(path) = &arguments.html {
+        let notes: Vec<String> = std::iter::once(played(&arguments.source)).chain(arguments.note.clone()).collect();
+        page::write(path, &episodes, &notes)?;
+    }
+    program::written(&written);
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What keeps a second episode from being shown beside the first: task, arm and start are to be the same, and the time that an action
+/// takes.
+fn sets_apart(here: &EnvConfig, there: &EnvConfig) -> Option<String> {
+    let (task, other_task) = (here.task.as_str(), there.task.as_str());
+    let rates = [here, there].map(|env| env.controller.policy_hz);
+    if task != other_task {
+        Some(format!("{other_task}, not {task}"))
+    } else if rates[0] != rates[1] {
+        Some(format!("{} actions a second, not {}", rates[1], rates[0]))
+    } else if here.robot != there.robot {
+        Some("another arm (env.robot)".into())
+    } else if here.initial_noise != there.initial_noise {
+        Some(format!("env.initial_noise = {}, not {}", there.initial_noise, here.initial_noise))
+    } else {
+        None
+    }
+}
+
+/// What happened.
+fn tell(playback: &Playback) {
+    let Playback { title, who, detail, story, .. } = playback;
+    program::say(format_args!("{title}, {who}: {detail}. {story}"));
+}
+
+/// Who chooses the actions, in a sentence.
+fn played(source: &SourceArgs) -> String {
+    let which = match source.checkpoint {
+        Which::Best => "kept from the best evaluation of its training",
+        Which::Last => "as its training left it",
+    };
+    match source.run {
+        Some(_) if source.sample => {
+            format!("Played: actions sampled from the policy {which}, with the noise that it explores with.")
+        }
+        Some(_) => format!(
+            "Played: mean actions of the policy {which}, without the noise that it explores with while it learns."
+        ),
+        None if source.expert => "Played: the task's script, which learned nothing.".into(),
+        None => "Played: uniformly random actions.".into(),
+    }
+}
+
+/// FILE.svg means FILE; of "seed_0.5" the dot belongs to the name.
+fn without_picture_extension(path: &Path) -> PathBuf {
+    let is_picture = path.extension().is_some_and(|extension| extension == "svg" || extension == "png");
+    if is_picture { path.with_extension("") } else { path.into() }
+}
+
+/// Plays the episode of `source`.
+fn play(
+    arguments: &Arguments,
+    source: &SourceArgs,
+    on_step: impl FnMut(&Env, &Step, &Playback) -> Result<()>,
+) -> Result<Playback> {
+    let Player { mut env, mut policy, .. } = source.open()?;
+    let seed = evaluation_seed(arguments.episode);
+    let actions = arguments.actions.unwrap_or(env.config().horizon);
+    Playback::play(&mut env, |env| policy.act(env), seed, actions, &source.describe(), on_step)
+}
+
+impl Arguments {
+    /// Whether the animation shows the present moment.
+    fn is_filmed(&self, playback: &Playback) -> bool {
+        (playback.traces.actions() - 1).is_multiple_of(self.every)
+    }
+
+    /// Width and height of a picture.
+    fn size(&self) -> (usize, usize) {
+        (usize::from(self.width), usize::from(self.width) * 3 / 4)
+    }
+
+    /// The present moment, to stand beside another space's.
+    fn labelled(&self, env: &Env, playback: &Playback) -> Image {
+        let (width, height) = self.size();
+        playback.labelled_picture(env, self.view, width, height, self.speed)
+    }
+}
+
+/// The ray-cast pictures that were asked for.
+struct Pictures<'a> {
+    arguments: &'a Arguments,
+    tiles: Vec<Image>,
+    /// The second episode's part of the animation.
+    beside: Vec<Image>,
+    film: Option<Film>,
+}
+
+/// An animation that grows.
+struct Film {
+    writer: GifWriter,
+    frames: usize,
+    /// The first episode's last picture, which stays while the second goes on.
+    last: Image,
+}
+
+impl Pictures<'_> {
+    /// Draws the present moment if anybody wants it.
+    fn add(&mut self, env: &Env, step: &Step, playback: &Playback) -> Result<()> {
+        let Arguments { png, sheet, gif, view, every, speed, .. } = self.arguments;
+        let (width, height) = self.arguments.size();
+        let picture = || playback.picture(env, step, *view, width, height);
+        let (actions, last) =
+            (playback.traces.actions(), self.arguments.actions.unwrap_or(u32::MAX).min(env.config().horizon));
+        if let Some(path) = gif.as_ref().filter(|_| self.arguments.is_filmed(playback)) {
+            let alone = self.beside.is_empty();
+            let last = if alone { picture() } else { self.arguments.labelled(env, playback) };
+            let frames = self.film.as_ref().map_or(0, |film| film.frames);
+            let frame = pair(&last, &self.beside, frames);
+            let rate = speed * playback.rate / f64::from(*every);
+            let mut writer = match self.film.take() {
+                Some(film) => film.writer,
+                None => GifWriter::create(path, frame.width, frame.height, rate)?,
+            };
+            writer.push(&frame)?;
+            self.film = Some(Film { writer, frames: frames + 1, last });
+        }
+        if sheet.is_some() && (sheet::shows(actions, last) || step.terminated || step.truncated) {
+            self.tiles.push(picture());
+        }
+        if let Some(path) = png.as_ref().filter(|_| step.terminated || step.truncated || actions == last) {
+            write_png(&picture(), path)?;
+        }
+        Ok(())
+    }
+
+    fn finish(self) -> Result<()> {
+        if let Some(mut film) = self.film {
+            for frame in film.frames..self.beside.len() {
+                film.writer.push(&pair(&film.last, &self.beside, frame))?;
+            }
+            film.writer.finish()?;
+        }
+        if let Some((path, sheet)) = self.arguments.sheet.as_ref().zip(sheet::compose(&self.tiles)) {
+            write_png(&sheet, path)?;
+        }
+        Ok(())
+    }
+}
+
+/// The picture of a frame with the second episode's beside it, if there is one: of two that end at different times the last stays.
+fn pair(here: &Image, beside: &[Image], frame: usize) -> Image {
+    let there = beside.get(frame).or(beside.last());
+    let both: Vec<Image> = std::iter::once(here).chain(there).cloned().collect();
+    sheet::compose(&both).expect("at least one")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_picture_of_an_episode_stays_while_the_other_goes_on() {
+        let grey = |grey| Image { width: 2, height: 1, rgb: vec![grey; 6] };
+        assert_eq!(pair(&grey(7), &[], 3), grey(7));
+        for (frame, right) in [(0, 1), (1, 2), (5, 2)] {
+            let both = pair(&grey(7), &[grey(1), grey(2)], frame);
+            assert_eq!((both.rgb[0], both.rgb[both.rgb.len() - 1]), (7, right));
+        }
+    }
+
+    #[test]
+    fn episodes_that_start_alike_and_keep_in_time_are_shown_side_by_side() {
+        let here = EnvConfig::default();
+        let with = |change: fn(&mut EnvConfig)| {
+            let mut there = here.clone();
+            change(&mut there);
+            sets_apart(&here, &there)
+        };
+        assert_eq!(with(|env| env.space = "osc".parse().unwrap()), None);
+        for (apart, words) in [
+            (with(|env| env.task = tasks::TaskName::WIPE), "wipe, not lift"),
+            (with(|env| env.controller.policy_hz = 10), "10 actions a second, not 20"),
+            (with(|env| env.initial_noise = 0.1), "0.1, not 0.02"),
+            (with(|env| env.robot = physics::robots::RobotName::Identified), "env.robot"),
+        ] {
+            assert!(apart.as_ref().is_some_and(|apart| apart.contains(words)), "{apart:?}");
+        }
+    }
+}

@@ -1,0 +1,291 @@
+//! Run folders to tables and pictures.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use crate::config::cli;
+use crate::report::comparable::comparable;
+use crate::report::comparison::{ComparisonRow, comparison};
+use crate::report::curves;
+use crate::report::disturbed::{DisturbedRow, disturbed};
+use crate::report::energy_ratio::energy_ratios;
+use crate::report::groups::{Group, Section, groups, sections, summary};
+use crate::report::markdown;
+use crate::report::record::Record;
+use crate::report::scatter;
+use crate::report::summary::{RunSummary, find_runs};
+use crate::report::text;
+use crate::report::tournament::TournamentRow;
+use crate::report::verdicts::{NO_RUNS, VerdictRow, judge};
+use anyhow::{Result, ensure};
+use clap::Parser;
+use output::{file, program};
+use serde::Serialize;
+use show::plot;
+
+/// Summarise all runs below a folder.
+///
+/// Writes runs.csv (a row per run), summary.csv (each metric over seeds), comparison.csv (every space against aforce),
+/// tournament.csv (what each run reached after 3, 6, 12 and 24 minutes of CPU time, where its tables tell that time),
+/// robustness.csv (what disturbances cost, where `evaluate --disturb` left a disturbed.csv in the folders of runs),
+/// and, in the folder of each experiment, tables_TASK.md (the paper's table, beside what others published), curves_TASK
+/// (learning curves with every seed) and energy_return (a dot per run); and NAME from every NAME.j2 in these folders: text
+/// that people wrote, with figures from the tables. Where the folder has an energy_ratio.toml, energy_ratio.csv and a plot of
+/// it are the ratios of energy that it asks for. Runs are compared within the folder that holds their tasks: an
+/// experiment. A sweep that is still going on is reported as far as it has come. A finished run that cannot be read is left
+/// out and named, and the exit code is 3.
+#[derive(Parser)]
+#[command(version)]
+pub struct Arguments {
+    /// Folder with run folders somewhere below it
+    runs: PathBuf,
+    /// Where to write (default: the same folder)
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// What was expected before the runs: writes verdicts.csv (repeatable; each file is corrected by itself)
+    #[arg(long, value_name = "FILE")]
+    hypotheses: Vec<PathBuf>,
+    /// Only fill in the texts (NAME.j2) of this folder and those below it, but for folders that have a report of their own
+    #[arg(long, conflicts_with_all = ["hypotheses"])]
+    pages: bool,
+}
+
+/// Runs the program; its exit code.
+///
+/// # Errors
+/// If a file is wrong, no run is there, or a table cannot be written.
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let root = &arguments.runs;
+    let out = arguments.out.as_ref().unwrap_or(root);
+    if arguments.pages {
+        return pages(root, out);
+    }
+    let mut found = find(root)?;
+    comparable(&found.runs, &found.rows)?;
+    let groups = groups(&found.rows);
+    let comparison = comparison(&groups);
+    let (robustness, all_read) = robustness(&groups, &found);
+    found.all_read &= all_read;
+    let verdicts = verdicts(&arguments.hypotheses, out, &found.rows)?;
+    let wanted_ratios = root.join("energy_ratio.toml");
+    let (ratios, forest) =
+        if wanted_ratios.exists() { energy_ratios(&wanted_ratios, &found.rows)? } else { <_>::default() };
+    let timed = found.runs.iter().zip(&found.rows).map(|(run, row)| TournamentRow::of(run, row));
+    let timed: Vec<_> = timed.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect();
+
+    let mut report = Report::new(out)?;
+    report.table("runs.csv", &found.rows)?;
+    report.table("summary.csv", &summary(&groups))?;
+    report.table("comparison.csv", &comparison)?;
+    report.table("tournament.csv", &timed)?;
+    report.table("robustness.csv", &robustness)?;
+    report.table("verdicts.csv", &verdicts)?;
+    report.table("energy_ratio.csv", &ratios)?;
+    if !ratios.is_empty() {
+        let picture = out.join("energy_ratio");
+        plot::write_forest(&forest, &picture)?;
+        report.written.push(picture.with_extension("svg"));
+    }
+    let sections = sections(&groups);
+    report.experiments(&found, &groups, &sections, &comparison)?;
+    for template in text::find_templates(root)? {
+        let filled = out.join(template.strip_prefix(root)?).with_extension("");
+        report.text(&template, filled, &found.rows, &comparison)?;
+    }
+    program::say(format_args!("{} runs in {} tables of a task", found.rows.len(), sections.len()));
+    program::written(&report.written);
+    Ok(if found.all_read { ExitCode::SUCCESS } else { ExitCode::from(cli::SOME_FAILED) })
+}
+
+/// The runs below a folder, each with its numbers.
+struct Found {
+    runs: Vec<Record>,
+    rows: Vec<RunSummary>,
+    /// Whether every run that is done could be read.
+    all_read: bool,
+}
+
+/// Those that can be read; the others are named.
+fn find(root: &Path) -> Result<Found> {
+    let all = find_runs(root)?;
+    ensure!(!all.is_empty(), "{}: no run folder below it that is not a search's (search.csv)", root.display());
+    let mut found = Found { runs: vec![], rows: vec![], all_read: true };
+    for run in all {
+        let read = run.map_err(|(folder, reason)| (folder.path().to_path_buf(), folder.done().exists(), reason));
+        let summed_up = read.and_then(|run| match RunSummary::of(&run, root) {
+            Ok(row) => Ok((run, row)),
+            Err(reason) => Err((run.path, run.done, reason)),
+        });
+        match summed_up {
+            Ok((run, row)) => {
+                if !run.done {
+                    program::tell(format_args!("{}: not done, {} steps so far", run.path.display(), row.env_steps));
+                }
+                found.rows.push(row);
+                found.runs.push(run);
+            }
+            Err((path, done, reason)) => {
+                program::tell(format_args!("left out: {}: {reason:#}", path.display()));
+                found.all_read &= !done;
+            }
+        }
+    }
+    ensure!(!found.rows.is_empty(), "{}: no run has been evaluated yet", root.display());
+    Ok(found)
+}
+
+/// What disturbances cost every group, and whether every table of them could be read.
+fn robustness(groups: &[Group], found: &Found) -> (Vec<DisturbedRow>, bool) {
+    let (mut rows, mut all_read) = (vec![], true);
+    for group in groups {
+        match disturbed(group, &found.runs, &found.rows) {
+            Ok(of_group) => rows.extend(of_group),
+            Err(reason) => {
+                program::tell(format_args!("left out: {reason:#}"));
+                all_read = false;
+            }
+        }
+    }
+    (rows, all_read)
+}
+
+/// The verdicts on the hypotheses in `files`; those without runs are named.
+fn verdicts(files: &[PathBuf], out: &Path, rows: &[RunSummary]) -> Result<Vec<VerdictRow>> {
+    let table = out.join("verdicts.csv");
+    ensure!(
+        !files.is_empty() || !table.exists(),
+        "{}: would speak of earlier runs: name with --hypotheses what it was made from, or remove it; nothing was written",
+        table.display()
+    );
+    let places = files.iter().map(|path| file::place(path)).collect::<Result<Vec<_>>>()?;
+    for (at, file) in places.iter().enumerate() {
+        ensure!(!places[..at].contains(file), "{}: its hypotheses are named twice", file.display());
+    }
+    let verdicts = files.iter().map(|file| judge(file, rows)).collect::<Result<Vec<_>>>()?.concat();
+    for row in verdicts.iter().filter(|row| row.verdict == NO_RUNS) {
+        let (name, task, space, against) = (&row.hypothesis, &row.task, &row.space, &row.against);
+        program::tell(format_args!("no runs yet of {name:?}: {} {task}, {space} against {against}", row.experiment));
+    }
+    Ok(verdicts)
+}
+
+/// The tables of a report.
+const TABLES: [&str; 7] = [
+    "runs.csv",
+    "summary.csv",
+    "comparison.csv",
+    "tournament.csv",
+    "robustness.csv",
+    "verdicts.csv",
+    "energy_ratio.csv",
+];
+
+/// Where a report is written, and what was.
+struct Report<'a> {
+    out: &'a Path,
+    written: Vec<PathBuf>,
+}
+
+impl<'a> Report<'a> {
+    /// In the folder `out`, which holds no table of somebody else's under one of our names.
+    fn new(out: &'a Path) -> Result<Self> {
+        fs_err::create_dir_all(out)?;
+        TABLES.iter().try_for_each(|name| is_ours(&out.join(name)))?;
+        Ok(Report { out, written: vec![] })
+    }
+
+    /// A table without rows is none: an earlier one would speak of other runs.
+    fn table(&mut self, name: &str, rows: &[impl Serialize]) -> Result<()> {
+        let table = self.out.join(name);
+        match rows {
+            [] if table.exists() => fs_err::remove_file(table)?,
+            [] => {}
+            rows => {
+                file::write_table(&table, rows)?;
+                self.written.push(table);
+            }
+        }
+        Ok(())
+    }
+
+    /// The tables and pictures of every experiment.
+    fn experiments(
+        &mut self,
+        found: &Found,
+        groups: &[Group],
+        sections: &[Section],
+        comparison: &[ComparisonRow],
+    ) -> Result<()> {
+        for section in sections {
+            let of_section: Vec<_> =
+                found.runs.iter().zip(&found.rows).filter(|(_, row)| Section::of(row) == *section).collect();
+            tell_commits(section, of_section.iter().map(|(_, row)| row.commit.as_str()).collect());
+            let out = self.out.join(section.experiment);
+            fs_err::create_dir_all(&out)?;
+            let curves = out.join(format!("curves_{}", section.task));
+            plot::write(&section.name(), &curves::of_runs(&of_section)?, &curves)?;
+            let tables = out.join(format!("tables_{}.md", section.task));
+            file::replace(&tables, markdown::tables(*section, groups, comparison).as_bytes())?;
+            self.written.extend([tables, curves.with_extension("svg")]);
+        }
+        for experiment in sections.iter().map(|section| section.experiment).collect::<BTreeSet<_>>() {
+            let panels = scatter::energy_and_return(experiment, sections, groups);
+            let dots = self.out.join(experiment).join("energy_return");
+            plot::write(experiment, &panels, &dots)?;
+            self.written.push(dots.with_extension("svg"));
+        }
+        Ok(())
+    }
+
+    /// The text `filled` from its template.
+    fn text(
+        &mut self,
+        template: &Path,
+        filled: PathBuf,
+        rows: &[RunSummary],
+        comparison: &[ComparisonRow],
+    ) -> Result<()> {
+        file::prepare(&filled)?;
+        file::replace(&filled, text::fill(template, &filled, rows, comparison)?.as_bytes())?;
+        self.written.push(filled);
+        Ok(())
+    }
+}
+
+/// Says so if the runs of a table are of several commits.
+fn tell_commits(section: &Section, commits: BTreeSet<&str>) {
+    if commits.len() > 1 {
+        let list = commits.into_iter().collect::<Vec<_>>().join(", ");
+        program::tell(format_args!(
+            "{} {}: runs of programs of several commits: {list}",
+            section.experiment, section.task
+        ));
+    }
+}
+
+/// Texts whose tables are there already.
+fn pages(root: &Path, out: &Path) -> Result<ExitCode> {
+    let mut report = Report { out, written: vec![] };
+    for template in text::find_templates(root)? {
+        let has_report =
+            |folder: &Path| folder != root && folder.join("runs.csv").exists() && folder.join("summary.csv").exists();
+        let between = template.ancestors().skip(1).take_while(|folder| folder.starts_with(root));
+        if !between.into_iter().any(has_report) {
+            let filled = out.join(template.strip_prefix(root)?).with_extension("");
+            report.text(&template, filled, &[], &[])?;
+        }
+    }
+    ensure!(!report.written.is_empty(), "{}: no NAME.j2 there or below", root.display());
+    program::written(&report.written);
+    Ok(ExitCode::SUCCESS)
+}
+
+/// An earlier report is replaced, somebody else's table is not.
+fn is_ours(table: &Path) -> Result<()> {
+    let text = if table.exists() { fs_err::read_to_string(table)? } else { String::new() };
+    let columns: Vec<&str> = text.lines().next().unwrap_or_default().split(',').collect();
+    let ours = text.is_empty() || columns.contains(&"task") && columns.contains(&"space");
+    ensure!(ours, "{}: not a table of ours; nothing was overwritten: give another folder with --out", table.display());
+    Ok(())
+}

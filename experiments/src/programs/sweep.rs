@@ -1,0 +1,216 @@
+//! Many runs from one file: `sweep experiments/configs/study/table-1.toml`.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use crate::config::sweep::{self, Sweep};
+use crate::config::{RunConfig, RunId, cli};
+use crate::report::search::{self, Candidate};
+use crate::report::train_and_draw::train_and_draw;
+use crate::run::folder::{Busy, RunFolder, State};
+use crate::run::pool::{self, Ended, Job};
+use crate::run::stop::Stop;
+use crate::run::train::RunOptions;
+use anyhow::{Context, Result};
+use clap::Parser;
+use output::file;
+use output::program::{self, bad};
+
+/// Train every run of a sweep, several at a time, each a process with one thread.
+///
+/// Runs that are done are skipped, runs that were stopped or killed go on where they saved themselves, a run that fails
+/// hides no other: it is named at the end, and the exit code is 3. Ctrl-C or SIGTERM lets running ones save themselves
+/// and exits with 75. The same command continues. Runs at which another process is at work are left to it; the exit code
+/// is 75 then.
+///
+/// A file with `halving` is a search: after each of those numbers of actions the better half of the candidates of each task
+/// and action space goes on; one whose run fails is the last. Their ranks are written to search.csv.
+#[derive(Parser)]
+#[command(version)]
+pub struct Arguments {
+    /// TOML file with groups of tasks, spaces, seeds and settings that vary
+    file: PathBuf,
+    /// Folder of the experiment (default: runs/ and the sweep's name, which is the file's unless it says another)
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print the runs and train nothing
+    #[arg(long, conflicts_with = "index")]
+    list: bool,
+    /// Train only this run of the list, in this process: what a scheduler calls; 75 if another process is at work on it
+    #[arg(long, value_name = "N")]
+    index: Option<usize>,
+    /// With --index: train so many actions instead of those of the file, as a search does that halves its candidates
+    #[arg(long, value_name = "N", requires = "index", value_parser = cli::parse_steps)]
+    steps: Option<u64>,
+    /// With --index: the hash of the run that is meant, of the sweep that asks for it
+    #[arg(long, value_name = "HASH", requires = "index", hide = true)]
+    expect: Option<String>,
+    /// Runs at the same time (default: one per processor core)
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    jobs: Option<u16>,
+    /// Write TensorBoard's event files into the run folders as well
+    #[arg(long)]
+    tensorboard: bool,
+}
+
+/// Runs the program; its exit code.
+///
+/// # Errors
+/// If the file is no sweep, or the folder cannot be written. A run that fails is told by the exit code.
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let Sweep { name, mut runs, halving } = sweep::read(&arguments.file)?;
+    let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(name));
+    if arguments.list {
+        if !halving.is_empty() {
+            program::tell(format_args!("a search: half of the candidates end after {halving:?} actions"));
+        }
+        return list(&runs, &out);
+    }
+    if arguments.index.is_some() && arguments.steps.is_none() && !halving.is_empty() {
+        return Err(bad(format!(
+            "{}: a search: --index needs --steps, the actions of a round",
+            arguments.file.display()
+        )));
+    }
+    // What is wrong for all runs is told once.
+    fs_err::create_dir_all(&out)?;
+    if let Some(steps) = arguments.steps {
+        runs.iter_mut().for_each(|run| run.steps = steps);
+    }
+    if let Some(index) = arguments.index {
+        return train_one(arguments, &runs, index, &out);
+    }
+
+    for run in &runs {
+        let stored = RunConfig::resolve(Some(&RunFolder::below(&out, run).config()), &[]);
+        if let Some(steps) = stored.ok().map(|stored| stored.steps).filter(|&steps| steps > run.steps) {
+            program::say(format_args!("{}: was begun for {steps} actions, not {}", RunId::of(run), run.steps));
+        }
+    }
+    let mut runs: Vec<(usize, RunConfig)> = runs.into_iter().enumerate().collect();
+    if halving.is_empty() {
+        let ending = train_all(arguments, &runs, &out)?;
+        if ending == ExitCode::SUCCESS {
+            program::next("report", &out.display().to_string());
+        }
+        return Ok(ending);
+    }
+    // From its beginning on: `report` leaves out what lies beside it.
+    let table = out.join("search.csv");
+    if !table.exists() {
+        file::write_table(&table, &[] as &[Candidate])?;
+    }
+    let steps = runs[0].1.steps;
+    let all = runs.clone();
+    let (mut ranked, mut ending) = (vec![], ExitCode::SUCCESS);
+    for round in halving.into_iter().chain([steps]) {
+        let shorter: Vec<_> = runs.iter().cloned().map(|(at, run)| (at, RunConfig { steps: round, ..run })).collect();
+        program::say(format_args!("until {round} actions:"));
+        let ended = train_all(arguments, &shorter, &out)?;
+        if ended == ExitCode::from(cli::SOME_FAILED) {
+            ending = ended; // A candidate whose run fails is ranked last, and the others go on.
+        } else if ended != ExitCode::SUCCESS {
+            return Ok(ended);
+        }
+        let of_round = search::rank(&configs(&runs), &configs(&all), &out, round)?;
+        runs.retain(|(_, run)| search::goes_on(run, &of_round));
+        ranked.extend(of_round);
+        file::write_table(&table, &ranked)?;
+    }
+    program::say(format_args!("candidates, ranked: {}", table.display()));
+    Ok(ending)
+}
+
+fn configs(runs: &[(usize, RunConfig)]) -> Vec<&RunConfig> {
+    runs.iter().map(|(_, run)| run).collect()
+}
+
+fn train_one(arguments: &Arguments, runs: &[RunConfig], index: usize, out: &Path) -> Result<ExitCode> {
+    let last = runs.len() - 1;
+    let run = runs.get(index).ok_or_else(|| bad(format!("--index {index}: the list goes from 0 to {last}")))?;
+    if arguments.expect.as_ref().is_some_and(|meant| *meant != run.hash()) {
+        return Err(bad(format!(
+            "{}: was changed while the sweep was at work, run {index} is now {}: start the sweep again",
+            arguments.file.display(),
+            RunId::of(run)
+        )));
+    }
+    let folder = RunFolder::below(out, run);
+    if folder.state(run) == State::Done || folder.has_come_past(run) {
+        program::say(format_args!("{}: done before", folder.path().display()));
+        return Ok(ExitCode::SUCCESS);
+    }
+    let options = RunOptions { resume: true, tensorboard: arguments.tensorboard, quiet: false };
+    match train_and_draw(run, out, options) {
+        // No failure: it is left to that process, as in a sweep of many.
+        Err(error) if error.is::<Busy>() => {
+            program::tell(error);
+            Ok(ExitCode::from(cli::STOPPED))
+        }
+        other => other,
+    }
+}
+
+/// Trains what is not done yet, several at a time; the exit code of a sweep that ends with it.
+fn train_all(arguments: &Arguments, runs: &[(usize, RunConfig)], out: &Path) -> Result<ExitCode> {
+    let path = std::env::current_exe().context("the path of this program")?;
+    let jobs = runs.iter().map(|(index, run)| (*index, run, RunFolder::below(out, run)));
+    let (mut done, mut elsewhere) = (0, 0);
+    let jobs = jobs.filter(|(_, run, folder)| match folder.state(run) {
+        state if state == State::Done || folder.has_come_past(run) => {
+            done += 1;
+            false
+        }
+        State::Running => {
+            elsewhere += 1;
+            false
+        }
+        _ => true,
+    });
+    let jobs = jobs.map(|(index, run, folder)| {
+        let mut command = program::again("sweep", &path);
+        command.arg(&arguments.file).arg("--out").arg(out);
+        command.args(["--index", &index.to_string(), "--steps", &run.steps.to_string(), "--expect", &run.hash()]);
+        if arguments.tensorboard {
+            command.arg("--tensorboard");
+        }
+        Job { name: RunId::of(run).to_string(), command, log: folder.path().join("log.txt") }
+    });
+    let jobs: Vec<Job> = jobs.collect();
+    let busy = if elsewhere == 0 { String::new() } else { format!(", {elsewhere} at work in other processes") };
+    program::say(format_args!("{} runs, {done} done before{busy}, in {}", runs.len(), out.display()));
+    let parallel =
+        arguments.jobs.map_or_else(|| std::thread::available_parallelism().map_or(1, Into::into), usize::from);
+    let stop = Stop::on_signals()?;
+    let ended = pool::run(jobs, parallel, &stop);
+
+    // A run that gets the signal before it has set up its handler is killed by it, and has no exit code. It was stopped, not failed.
+    let stopped = |job: &Ended| job.code == Some(cli::STOPPED.into()) || job.code.is_none() && stop.requested();
+    let failed: Vec<&Ended> = ended.iter().filter(|job| job.code != Some(0) && !stopped(job)).collect();
+    for job in &failed {
+        program::tell(format_args!("failed: {}: {} ({})", job.name, job.words, job.log.display()));
+    }
+    // Runs are missing for another reason than failure, so the sweep has to be taken on: it or one of its runs was stopped, or another
+    // process is still at work on some of them.
+    Ok(if stop.requested() || elsewhere > 0 || ended.iter().any(stopped) {
+        ExitCode::from(cli::STOPPED)
+    } else if !failed.is_empty() {
+        ExitCode::from(cli::SOME_FAILED)
+    } else {
+        ExitCode::SUCCESS
+    })
+}
+
+fn list(runs: &[RunConfig], out: &Path) -> Result<ExitCode> {
+    let ids: Vec<RunId> = runs.iter().map(RunId::of).collect();
+    let width = ids.iter().map(|id| id.label().len()).max().unwrap_or(0).max("space".len());
+    let mut text = format!("{:>5} {:<5} {:<width$} {:>5} {:<8} folder\n", "index", "task", "space", "seed", "state");
+    for ((index, run), id) in runs.iter().enumerate().zip(&ids) {
+        let folder = RunFolder::below(out, run);
+        let state = format!("{:?}", folder.state(run)).to_lowercase();
+        let (task, label, seed, folder) = (&id.task, id.label(), id.seed, folder.path().display());
+        text += &format!("{index:>5} {task:<5} {label:<width$} {seed:>5} {state:<8} {folder}\n");
+    }
+    program::print(text)?;
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,63 @@
+//! Trains one policy: `train --task lift --space aforce --seed 1`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use crate::config::cli::RunArgs;
+use crate::report::train_and_draw::train_and_draw;
+use crate::run::folder::RunFolder;
+use crate::run::train::RunOptions;
+use anyhow::Result;
+use clap::Parser;
+use output::program;
+use tasks::{Description, Env};
+
+/// Train a policy with SAC.
+///
+/// Writes OUT/TASK/SPACE/seed_N: config.toml, manifest.json, episodes.csv, eval.csv,
+/// progress.csv, curves, checkpoints. Ctrl-C, SIGTERM or SIGHUP saves at the end of the running
+/// episode and exits with 75; --resume goes on from there to the same bytes of
+/// episodes.csv and eval.csv.
+#[derive(Parser)]
+#[command(version)]
+pub struct Arguments {
+    #[command(flatten)]
+    run: RunArgs,
+    /// Folder of the experiment
+    #[arg(long, default_value = "runs/train", value_name = "DIR")]
+    out: PathBuf,
+    #[command(flatten)]
+    options: RunOptions,
+    /// Print what an action and an observation consist of, the action space's record and what follows from it; train nothing
+    #[arg(long)]
+    describe: bool,
+    /// Print the description as JSON
+    #[arg(long, requires = "describe")]
+    json: bool,
+}
+
+/// Runs the program; its exit code.
+///
+/// # Errors
+/// If a setting is wrong, or the folder cannot be written.
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let config = arguments.run.resolve()?;
+    if arguments.describe {
+        let description = Description::of(&Env::new(config.env, 0)?);
+        if arguments.json {
+            program::print(format_args!("{}\n", serde_json::to_string_pretty(&description)?))?;
+        } else {
+            program::print(description.in_words())?;
+        }
+        return Ok(ExitCode::SUCCESS);
+    }
+    let ending = train_and_draw(&config, &arguments.out, arguments.options)?;
+    if ending == ExitCode::SUCCESS && !arguments.options.quiet {
+        let folder = RunFolder::below(&arguments.out, &config);
+        let run = folder.path().display();
+        program::written(&[folder.curves().with_extension("svg"), folder.eval(), folder.best()]);
+        program::next("evaluate", &format!("--run {run}"));
+        program::next("replay", &format!("--run {run} --html {run}/replay.html"));
+    }
+    Ok(ending)
+}
