@@ -79,6 +79,14 @@ impl Task for Door {
         out.put("handle_qpos", scene.handle_angle(simulation), "rad", 0.5, 1.0);
     }
 
+    /// How fast hinge and handle turn, and whether both fingers press on the lever.
+    fn observe_privileged(&self, simulation: &Simulation, _: &Measurement, out: &mut Observer) {
+        let [hinge, handle] = self.scene().speeds(simulation);
+        out.put("hinge_qvel", hinge, "rad/s", 0.0, 5.0);
+        out.put("handle_qvel", handle, "rad/s", 0.0, 1.0);
+        out.put("handle_grasped", f64::from(self.scene().is_grasped(simulation)), "0 or 1", 0.0, 1.0);
+    }
+
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: Option<f64>) -> Reward {
         let (scene, penalty) = (self.scene(), self.penalty_scale * penalty.unwrap_or(0.0));
         let success = scene.opening(simulation) > OPEN;

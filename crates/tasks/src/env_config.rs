@@ -77,6 +77,7 @@ impl EnvConfig {
         within("env.force_penalty.weight", weight, 0.0..=1e3)?;
         within("env.motion_price", self.motion_price, 0.0..=1e3)?;
         self.protection.validate().map_err(|error| error.below("env"))?;
+        self.observation.validate().map_err(|error| error.below("env"))?;
         self.disturbance.validate(self.task).map_err(|error| error.below("env"))?;
         // A faster one would look like another, or like a constant.
         let push_hz = self.disturbance.push_hz.map_or(0.0, |draw| draw.ends()[1]);

@@ -71,6 +71,13 @@ impl Task for Lift {
         out.position("gripper_to_cube_pos", y.pose.translation.vector - position, [0.0; 3], 10.0);
     }
 
+    /// How the cube moves, and whether both fingers press on it.
+    fn observe_privileged(&self, simulation: &Simulation, _: &Measurement, out: &mut Observer) {
+        let velocity = self.scene().cube_velocity(simulation);
+        out.axes("cube_vel", &velocity, ["m/s, world", "rad/s, world"], [0.0; 2], [5.0, 1.0]);
+        out.put("cube_grasped", f64::from(self.scene().is_grasped(simulation)), "0 or 1", 0.0, 1.0);
+    }
+
     /// The force penalty is not taken off: the paper has it in Door and Wipe only.
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, _penalty: Option<f64>) -> Reward {
         let cube = self.scene().cube_pose(simulation).translation.vector;

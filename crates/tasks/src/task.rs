@@ -35,6 +35,10 @@ pub trait Task: Send {
     /// Puts the object part of an observation: the same entries in the same order every time.
     fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Observer);
 
+    /// Puts what a critic may know of the task and a policy does not see: the same entries in the same order every time. A task
+    /// without any leaves it out.
+    fn observe_privileged(&self, _simulation: &Simulation, _y: &Measurement, _out: &mut Observer) {}
+
     /// Reward of one action; called once after each, and after its [`observe`](Self::observe), as in robosuite: what a reward
     /// changes in the task is observed one action later. `penalty` is the action's force penalty (at least 0), which a task
     /// takes off in its own scale or ignores; `None` if the force stayed within its limit. Its terms have the same names in the

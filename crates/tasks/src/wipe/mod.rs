@@ -166,6 +166,15 @@ impl Task for Wipe {
         self.view.observe(markers, *raised, &y.pose.translation.vector, out);
     }
 
+    /// How high the tool is above the table as it stands, whether it lies flat on it, how much is wiped.
+    fn observe_privileged(&self, simulation: &Simulation, y: &Measurement, out: &mut Observer) {
+        let Running { scene, markers, raised, .. } = self.running();
+        let height = y.pose.translation.z - self.table().0 - raised;
+        out.put("height_above_table", height, "m", 0.0, 20.0);
+        out.put("tool_flat", f64::from(scene.is_flat(simulation)), "0 or 1", 0.0, 1.0);
+        out.put("wiped_share", markers.wiped_share(), "1", 0.5, 2.0);
+    }
+
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: Option<f64>) -> Reward {
         let at_limit = |(&q, &[low, high]): (&f64, &[f64; 2])| q < low + JOINT_MARGIN || q > high - JOINT_MARGIN;
         let touch = Touch {
