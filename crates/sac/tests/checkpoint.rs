@@ -23,8 +23,8 @@ fn start() -> (Sac, Replay) {
 }
 
 fn start_with(config: &Config) -> (Sac, Replay) {
-    let mut sac = Sac::new(config, OBSERVATIONS, ACTIONS, 11).unwrap();
-    let mut replay = Replay::new(config, OBSERVATIONS, ACTIONS);
+    let mut sac = Sac::new(config, (OBSERVATIONS, ACTIONS), 11).unwrap();
+    let mut replay = Replay::new(config, (OBSERVATIONS, ACTIONS));
     // Leaves a ring that has come round.
     (0..200).for_each(|k| step(&mut sac, &mut replay, k));
     (sac, replay)
@@ -89,7 +89,7 @@ fn same_bytes(config: &Config, at: usize) {
     Checkpoint::save(&folder.path().join("last"), &sac, Some(&replay), caller.clone()).unwrap();
     go_on(&mut sac, &mut replay, at..300);
 
-    let loaded = Checkpoint::load(&folder.path().join("last"), config, OBSERVATIONS, ACTIONS).unwrap();
+    let loaded = Checkpoint::load(&folder.path().join("last"), config, (OBSERVATIONS, ACTIONS)).unwrap();
     assert_eq!(loaded.caller, caller);
     let (mut sac_2, mut replay_2) = (loaded.sac, loaded.replay.unwrap());
     assert_eq!((sac_2.updates(), sac_2.config()), (at as u64 - 200, config));
@@ -110,7 +110,7 @@ fn a_checkpoint_plays_the_learners_policy() {
     let (mut sac, mut replay) = start();
     go_on(&mut sac, &mut replay, 200..210);
     Checkpoint::save(folder.path(), &sac, None, json!({ "task": "door" })).unwrap();
-    assert!(Checkpoint::load(folder.path(), &config(), OBSERVATIONS, ACTIONS).unwrap().replay.is_none());
+    assert!(Checkpoint::load(folder.path(), &config(), (OBSERVATIONS, ACTIONS)).unwrap().replay.is_none());
     let (mut actor, caller) = Actor::load(folder.path(), OBSERVATIONS, ACTIONS, 1).unwrap();
     assert_eq!(caller, json!({ "task": "door" }));
     let (mut a, mut b) = ([0.0; ACTIONS], [0.0; ACTIONS]);
@@ -147,7 +147,7 @@ fn a_missing_damaged_or_foreign_checkpoint_is_refused_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("last");
     let message = |observations| {
-        let message = Checkpoint::load(&path, &config(), observations, ACTIONS).unwrap_err().to_string();
+        let message = Checkpoint::load(&path, &config(), (observations, ACTIONS)).unwrap_err().to_string();
         assert!(!message.contains('\n'), "{message}");
         message
     };
@@ -200,7 +200,7 @@ fn a_checkpoint_goes_on_with_the_settings_it_was_saved_with() {
     let folder = tempfile::tempdir().unwrap();
     let (sac, replay) = start();
     Checkpoint::save(folder.path(), &sac, Some(&replay), Value::Null).unwrap();
-    let load = |config: &Config| Checkpoint::load(folder.path(), config, OBSERVATIONS, ACTIONS);
+    let load = |config: &Config| Checkpoint::load(folder.path(), config, (OBSERVATIONS, ACTIONS));
     let refused = |config: &Config| load(config).unwrap_err().to_string();
     let other = Config { gamma: 0.5, ..config() };
     assert!(refused(&other).ends_with("(gamma: there 0.97, here 0.5)"), "{}", refused(&other));
@@ -277,15 +277,15 @@ fn a_save_that_was_killed_leaves_a_whole_checkpoint() {
     go_on(&mut sac, &mut replay, 200..210);
     Checkpoint::save(&folder.path().join(".last.new"), &sac, Some(&replay), json!("new")).unwrap();
     // Killed before the renames: the old one counts.
-    assert_eq!(Checkpoint::load(&path, &config(), OBSERVATIONS, ACTIONS).unwrap().caller, json!("old"));
+    assert_eq!(Checkpoint::load(&path, &config(), (OBSERVATIONS, ACTIONS)).unwrap().caller, json!("old"));
     // Killed between them.
     fs::rename(&path, folder.path().join(".last.old")).unwrap();
     assert!(Checkpoint::exists(&path));
-    assert_eq!(Checkpoint::load(&path, &config(), OBSERVATIONS, ACTIONS).unwrap().caller, json!("old"));
+    assert_eq!(Checkpoint::load(&path, &config(), (OBSERVATIONS, ACTIONS)).unwrap().caller, json!("old"));
     assert_eq!(Actor::load(&path, OBSERVATIONS, ACTIONS, 0).unwrap().1, json!("old"));
     assert!(!path.exists(), "who reads must not come in the way of a run that is between its renames");
     // And the next save cleans up.
     Checkpoint::save(&path, &sac, Some(&replay), json!("newer")).unwrap();
-    assert_eq!(Checkpoint::load(&path, &config(), OBSERVATIONS, ACTIONS).unwrap().caller, json!("newer"));
+    assert_eq!(Checkpoint::load(&path, &config(), (OBSERVATIONS, ACTIONS)).unwrap().caller, json!("newer"));
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "no leftovers");
 }

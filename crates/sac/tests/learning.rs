@@ -59,8 +59,8 @@ impl Point {
 
 fn learn_point(steps: u64, seed: u64) -> Sac {
     let config = small();
-    let mut sac = Sac::new(&config, 2, 1, seed).unwrap();
-    let mut replay = Replay::new(&config, 2, 1);
+    let mut sac = Sac::new(&config, (2, 1), seed).unwrap();
+    let mut replay = Replay::new(&config, (2, 1));
     let mut point = Point { x: 0.0, v: 0.0, t: 0, rng: ChaCha8Rng::seed_from_u64(seed) };
     point.reset();
     for step in 1..=steps {
@@ -102,8 +102,8 @@ fn a_point_is_brought_to_the_origin() {
 #[test]
 fn the_action_asked_for_is_given() {
     let config = Config { random_steps: 200, ..small() };
-    let mut sac = Sac::new(&config, 2, 2, 3).unwrap();
-    let mut replay = Replay::new(&config, 2, 2);
+    let mut sac = Sac::new(&config, (2, 2), 3).unwrap();
+    let mut replay = Replay::new(&config, (2, 2));
     let mut rng = ChaCha8Rng::seed_from_u64(4);
     let mut observe = || [rng.random_range(-0.8..0.8f32), rng.random_range(-0.8..0.8f32)];
     let mut action = [0.0; 2];
@@ -150,7 +150,7 @@ fn the_same_seed_gives_the_same_bits_and_another_seed_does_not() {
 #[test]
 fn nudges_are_of_sampled_actions_in_their_share_of_the_episodes() {
     let nudged = |share: f64, mode: Act| {
-        let mut sac = Sac::new(&Config { nudges: share, ..small() }, 2, 3, 1).unwrap();
+        let mut sac = Sac::new(&Config { nudges: share, ..small() }, (2, 3), 1).unwrap();
         let (mut action, mut at_an_end) = ([0.0f32; 3], 0);
         for _ in 0..20 {
             sac.begin_episode();
