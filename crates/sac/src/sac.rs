@@ -141,6 +141,11 @@ impl Sac {
         &self.config
     }
 
+    /// Lengths of what is observed and done.
+    pub fn sizes(&self) -> Sizes {
+        self.sizes
+    }
+
     /// Updates made so far.
     pub fn updates(&self) -> u64 {
         self.updates

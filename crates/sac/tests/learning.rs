@@ -2,7 +2,7 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use sac::{Act, Config, Replay, Sac, Transition};
+use sac::{Act, Config, Replay, Sac, Sizes, Transition};
 
 fn small() -> Config {
     Config {
@@ -165,4 +165,37 @@ fn nudges_are_of_sampled_actions_in_their_share_of_the_episodes() {
     assert!((0.35..0.5).contains(&nudged(1.0, Act::Sample)));
     assert!((0.1..0.35).contains(&nudged(0.5, Act::Sample)));
     assert_eq!((nudged(0.0, Act::Sample), nudged(1.0, Act::Mean)), (0.0, 0.0));
+}
+
+/// A part of the reward that nobody sees is noise to the critics; if they see what it hangs on, little of their loss is left.
+#[test]
+fn critics_use_what_only_they_see() {
+    let loss = |privileged: usize| {
+        let config = Config { random_steps: 200, ..small() };
+        let sizes = Sizes { observation: 1, privileged, action: 1 };
+        let mut sac = Sac::new(&config, sizes, 3).unwrap();
+        let mut replay = Replay::new(&config, sizes);
+        let mut rng = ChaCha8Rng::seed_from_u64(4);
+        let (mut action, mut last) = ([0.0], vec![]);
+        for step in 1..=1500 {
+            let seen = [rng.random_range(-0.8..0.8f32), rng.random_range(-1.0..1.0f32)];
+            sac.act(&seen[..1], &mut action, if step <= config.random_steps { Act::Random } else { Act::Sample });
+            let transition = Transition {
+                observation: &seen[..1 + privileged],
+                action: &action,
+                reward: 2.0 * seen[1] - (action[0] - seen[0]).powi(2),
+                next_observation: &seen[..1 + privileged],
+                terminated: true,
+                truncated: false,
+            };
+            replay.push(&transition).unwrap();
+            for _ in 0..config.updates_after(step) {
+                last.push(sac.update(&replay).critic_loss);
+            }
+        }
+        last[last.len() - 100..].iter().sum::<f32>() / 100.0
+    };
+    let (seeing, blind) = (loss(1), loss(0));
+    // Two critics, and the variance of the hidden part is 4/3.
+    assert!(blind > 2.0 && seeing < 0.1 * blind, "{seeing} {blind}");
 }
