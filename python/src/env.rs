@@ -30,14 +30,17 @@ impl Env {
         Episodes::new(env_config(task, config, keywords)?, scaled).map(|episodes| Self(Exclusive::new(episodes)))
     }
 
-    fn reset<'py>(&self, py: Python<'py>, seed: Option<u64>) -> PyResult<Bound<'py, PyArray1<f32>>> {
-        let observation = self.0.with(|episodes| {
-            Ok(py.detach(|| {
-                episodes.reset(seed);
-                episodes.observation()
-            }))
-        })?;
-        Ok(PyArray1::from_vec(py, observation))
+    fn reset<'py>(
+        &self,
+        py: Python<'py>,
+        seed: Option<u64>,
+    ) -> PyResult<(Bound<'py, PyArray1<f32>>, Bound<'py, PyDict>)> {
+        self.0.with(|episodes| {
+            py.detach(|| episodes.reset(seed));
+            let info = PyDict::new(py);
+            add_privileged(&info, episodes)?;
+            Ok((PyArray1::from_vec(py, episodes.observation()), info))
+        })
     }
 
     fn step<'py>(&self, py: Python<'py>, action: &Bound<'py, PyAny>) -> PyResult<Stepped<'py>> {
@@ -46,6 +49,7 @@ impl Env {
             let action = arrays::action(action, &[episodes.env.action_dim()])?;
             let (step, observation) = py.detach(|| (episodes.step(&action), episodes.observation()));
             let info = info(py, &step)?;
+            add_privileged(&info, episodes)?;
             let observation = PyArray1::from_vec(py, observation);
             Ok((observation, step.reward, step.terminated, step.truncated, info))
         })
@@ -104,6 +108,15 @@ impl Env {
     fn close(&self) -> PyResult<()> {
         self.0.close()
     }
+}
+
+/// Adds what a critic sees, where it sees something.
+fn add_privileged(info: &Bound<'_, PyDict>, episodes: &Episodes) -> PyResult<()> {
+    let privileged = episodes.privileged();
+    if privileged.is_empty() {
+        return Ok(());
+    }
+    info.set_item("critic", PyArray1::from_vec(info.py(), privileged))
 }
 
 /// What an action led to besides observation and reward.

@@ -14,6 +14,7 @@ import aforce
 
 OPTIONS = [
     {"observation": {"markers": "ends", "controller": True}},
+    {"observation": {"force": True, "critic": ["contact", "task"]}},
     {"disturbance": {"friction": [0.5, 2.0], "position_noise_rad": 0.001}},
     {"setup": "small-steps", "horizon": 7, "ends_on_success": True, "motion_price": 0.01},
     {"robot": "identified", "controller": {"policy_hz": 10}},
@@ -257,3 +258,26 @@ def test_wild_starts_do_not_panic():
         for seed in range(5):
             env.reset(seed=seed)
             env.step(env.action_space.sample())
+
+
+@pytest.mark.parametrize("scaled", [False, True])
+def test_a_critic_is_told_what_the_policy_is_not(scaled):
+    plain = make("Door", scaled=scaled)
+    options = {"observation": {"critic": ["disturbance", "contact"], "force": True}, "disturbance": {"hinge_spring": [0, 2]}}
+    env = make("Door", scaled=scaled, **options)
+    names = [number["name"] for number in env.unwrapped.describe()["critic"]]
+    assert names[:2] == ["disturbance_hinge_spring", "contact_x"]
+    assert "critic" not in plain.reset(seed=1)[1] and "critic" not in plain.unwrapped.describe()
+    observation, info = env.reset(seed=1)
+    assert observation.shape[0] == plain.observation_space.shape[0] + 6 and not observation[-6:].any()
+    springs = []
+    for seed in range(10):
+        critic = env.reset(seed=seed)[1]["critic"]
+        assert critic.dtype == np.float32 and critic.shape == (len(names),)
+        springs.append(critic[0])
+        assert env.step(env.action_space.sample())[-1]["critic"][0] == springs[-1], "the same throughout the episode"
+    assert len(set(springs)) == 10
+    low, high = (-1, 1) if scaled else (0, 2)
+    assert low <= min(springs) < (low + high) / 2 < max(springs) <= high
+    with pytest.raises(ValueError, match="unknown variant `nonsense`, expected one of `contact`"):
+        make(observation={"critic": ["nonsense"]})

@@ -63,7 +63,9 @@ class Env(gym.Env[Floats, Floats], EzPickle):
     terminated if the simulation diverges or, with `stops=True`, where a real arm would have stopped itself. `info`: is_success,
     stopped (a real arm would have stopped itself during this action), energy (J, of this action), force and hand_force (N,
     largest sustained of the whole arm, and beyond the wrist), joint_speed (of the joint nearest to its limit, as a share of that),
-    penalty, motion_cost (reward lost to the price of motion), reward_terms, which, less motion_cost, add up to the reward.
+    penalty, motion_cost (reward lost to the price of motion), reward_terms, which, less motion_cost, add up to the reward. With
+    `observation={"critic": [..]}` also critic, from `reset` on: what a critic may see and the policy may not, scaled as an
+    observation is; `describe()["critic"]` names its numbers.
     """
 
     observation_space: Box
@@ -101,7 +103,7 @@ class Env(gym.Env[Floats, Floats], EzPickle):
         checked_options(options)
         seed = checked_seed(seed)
         super().reset(seed=seed)
-        return self._native.reset(seed), {}
+        return self._native.reset(seed)
 
     def step(self, action: ArrayLike) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
         return self._native.step(action)
