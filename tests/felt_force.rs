@@ -171,11 +171,8 @@ fn a_critic_sees_what_was_drawn_and_the_policy_does_not() {
 fn every_entry_shows_something_in_every_task() {
     use Privileged::{Contact, Controller, Force, Task};
     for task in TaskName::ALL {
-        let mut env = Env::new(
-            with_critic(task, vec![Contact, Controller, Force, Task], Disturbance::default()),
-            1,
-        )
-        .unwrap();
+        let mut env =
+            Env::new(with_critic(task, vec![Contact, Controller, Force, Task], Disturbance::default()), 1).unwrap();
         let first = env.privileged().len();
         assert!(first > 8 + 19 + 6, "{task:?}");
         let plain = Env::new(with_critic(task, vec![], Disturbance::default()), 1).unwrap();

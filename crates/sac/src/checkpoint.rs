@@ -154,9 +154,7 @@ impl Checkpoint {
         }
         sac.log_temperature = optimizer.values(&temperature, "")?[0];
 
-        let replay = replay_file::exists(folder)
-            .then(|| replay_file::read(folder, config, sizes))
-            .transpose()?;
+        let replay = replay_file::exists(folder).then(|| replay_file::read(folder, config, sizes)).transpose()?;
         Ok(Self { sac, replay, caller: state.caller })
     }
 }

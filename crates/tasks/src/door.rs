@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use aforce::{Measurement, Pose, Vector3};
-use nalgebra::{Translation3, UnitQuaternion, UnitVector3};
+use nalgebra::{Translation3, UnitQuaternion};
 use physics::camera::Camera;
 use physics::scenes::door::{self, MIDDLE};
 use physics::{Plant, Simulation};
@@ -60,11 +60,6 @@ impl Task for Door {
 
     fn has_gripper(&self) -> bool {
         true
-    }
-
-    /// The handle is pressed down.
-    fn contact_axis(&self) -> UnitVector3<f64> {
-        Vector3::z_axis()
     }
 
     fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Observer) {

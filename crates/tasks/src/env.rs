@@ -1,6 +1,6 @@
 //! The environment: the one loop from an action to torques, and back to a reward.
 
-use aforce::{ActionEntry, ConfigError, Controller, JointVector, Measurement};
+use aforce::{ActionEntry, ConfigError, Controller, JointVector, Measurement, Vector3};
 use physics::robots::Robot;
 use physics::{Plant, Simulation};
 use rand::{Rng, SeedableRng};
@@ -116,7 +116,7 @@ impl Env {
     /// As [`Env::with_task`].
     pub fn with_robot(robot: Robot, mut task: Box<dyn Task>, config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
         config.validate()?;
-        let controller = Controller::new(&config.space, &config.controller, &robot.arm, task.contact_axis())?;
+        let controller = Controller::new(&config.space, &config.controller, &robot.arm, Vector3::z_axis())?;
         let drawn = config.disturbance.draw(0);
         let deviation = config.disturbance.highest_table();
         let plant = Plant { robot, dt: config.controller.dt(), config: config.simulation, deviation };
@@ -171,6 +171,7 @@ impl Env {
         self.y = self.drawn.sense(&self.simulation);
         self.estimator = self.config.sensing.estimator(seed, self.plant.robot.damping(), &self.y);
         self.controller.reset(&self.y);
+        self.controller.set_contact_axis(self.task.contact_normal(&self.simulation, &self.y));
         self.drawn.begin(&self.y.bias, self.plant.dt);
         self.elapsed = 0;
         self.held = 0.0;
@@ -233,6 +234,7 @@ impl Env {
         let (motion, grip) = action.split_at(self.config.space.dim());
         let grip = grip.first().copied().unwrap_or(0.0);
 
+        self.controller.set_contact_axis(self.task.contact_normal(&self.simulation, &self.y));
         self.controller.set_goal(motion, &self.y);
         let mut interval = Interval::default();
         let mut diverged = false;
@@ -419,7 +421,7 @@ impl Env {
             &self.controller,
             &self.config.controller,
             &self.y,
-            self.task.contact_axis(),
+            self.task.contact_normal(&self.simulation, &self.y),
         );
         if self.task.has_gripper() {
             action.push(waypoint.grip);

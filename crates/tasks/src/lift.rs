@@ -1,7 +1,7 @@
 //! Lift: raise a cube until its centre is 4 cm above the table (robosuite 1.4 `Lift`).
 
 use aforce::{Measurement, Pose, Vector3};
-use nalgebra::{Translation3, UnitQuaternion, UnitVector3};
+use nalgebra::{Translation3, UnitQuaternion};
 use physics::camera::Camera;
 use physics::scenes::lift::{self, TABLE_HEIGHT};
 use physics::{Plant, Simulation};
@@ -57,10 +57,6 @@ impl Task for Lift {
 
     fn has_gripper(&self) -> bool {
         true
-    }
-
-    fn contact_axis(&self) -> UnitVector3<f64> {
-        Vector3::z_axis()
     }
 
     fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Observer) {

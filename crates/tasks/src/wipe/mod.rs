@@ -6,7 +6,7 @@ mod markers;
 mod normalisation;
 
 use aforce::{JointVector, Measurement, Pose, Vector3};
-use nalgebra::{Translation3, UnitVector3};
+use nalgebra::Translation3;
 use physics::camera::{Camera, Decal};
 use physics::robots::{JOINTS, Robot};
 use physics::scenes::wipe::{self, TABLE_FRICTION, TABLE_HEIGHT};
@@ -155,10 +155,6 @@ impl Task for Wipe {
 
     fn has_gripper(&self) -> bool {
         false
-    }
-
-    fn contact_axis(&self) -> UnitVector3<f64> {
-        Vector3::z_axis()
     }
 
     fn observe(&self, _: &Simulation, y: &Measurement, out: &mut Observer) {
