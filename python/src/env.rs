@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use numpy::ndarray::Array3;
-use numpy::{IntoPyArray, PyArray1, PyArray3};
+use numpy::{Element, IntoPyArray, PyArray1, PyArray3};
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use show::page;
-use tasks::Step;
+use tasks::{Pixels, Step};
 
 use crate::arrays;
 use crate::episodes::{Episodes, NUMBERS};
@@ -52,6 +52,21 @@ impl Env {
             add_privileged(&info, episodes)?;
             let observation = PyArray1::from_vec(py, observation);
             Ok((observation, step.reward, step.terminated, step.truncated, info))
+        })
+    }
+
+    /// What the observed camera sees now, rows, columns and numbers of a pixel; None where there is none.
+    fn pixels<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        self.0.with(|episodes| {
+            episodes.seed()?;
+            let Some(camera) = episodes.env.config().observation.camera else { return Ok(None) };
+            let shape = |channels| (camera.height as usize, camera.width as usize, channels);
+            let pixels = py.detach(|| episodes.env.pixels());
+            Ok(match pixels {
+                None => None,
+                Some(Pixels::Depth(depths)) => Some(array(py, shape(1), depths)?),
+                Some(Pixels::Rgb(rgb)) => Some(array(py, shape(3), rgb)?),
+            })
         })
     }
 
@@ -108,6 +123,14 @@ impl Env {
     fn close(&self) -> PyResult<()> {
         self.0.close()
     }
+}
+
+fn array<'py, T: Element>(
+    py: Python<'py>,
+    shape: (usize, usize, usize),
+    pixels: Vec<T>,
+) -> PyResult<Bound<'py, PyAny>> {
+    Ok(Array3::from_shape_vec(shape, pixels).map_err(value_error)?.into_pyarray(py).into_any())
 }
 
 /// Adds what a critic sees, where it sees something.

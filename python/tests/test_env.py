@@ -5,6 +5,7 @@ import pickle
 import threading
 import warnings
 
+import gymnasium as gym
 import numpy as np
 import pytest
 from common import TASKS, make
@@ -15,6 +16,8 @@ import aforce
 OPTIONS = [
     {"observation": {"markers": "ends", "controller": True}},
     {"observation": {"force": True, "critic": ["contact", "task"]}},
+    {"observation": {"camera": {"width": 40, "height": 36, "kind": "rgb"}}},
+    {"observation": {"camera": {"width": 20, "height": 10, "from": "hand"}}},
     {"disturbance": {"friction": [0.5, 2.0], "position_noise_rad": 0.001}},
     {"setup": "small-steps", "horizon": 7, "ends_on_success": True, "motion_price": 0.01},
     {"robot": "identified", "controller": {"policy_hz": 10}},
@@ -281,3 +284,22 @@ def test_a_critic_is_told_what_the_policy_is_not(scaled):
     assert low <= min(springs) < (low + high) / 2 < max(springs) <= high
     with pytest.raises(ValueError, match="unknown variant `nonsense`, expected one of `contact`"):
         make(observation={"critic": ["nonsense"]})
+
+
+def test_a_camera_is_observed_beside_the_numbers():
+    plain, _ = make().reset(seed=1)
+    env = make(observation={"camera": {"width": 60, "height": 40}})
+    observation, _ = env.reset(seed=1)
+    assert np.array_equal(observation["state"], plain)
+    depth = observation["pixels"]
+    assert depth.shape == (40, 60, 1) and depth.dtype == np.float32
+    # The camera is some 1.1 m from the middle of the picture; the floor lies behind the table.
+    assert 0.5 < depth[20, 30, 0] < 1.5 and 0.3 < depth.min() and depth.max() <= 5.0
+    moved, *_ = env.step(env.action_space.sample())
+    assert not np.array_equal(moved["pixels"], depth)
+    hand = make(observation={"camera": {"kind": "rgb", "from": "hand"}}).reset(seed=1)[0]["pixels"]
+    assert hand.shape == (84, 84, 3) and hand.dtype == np.uint8 and hand.std() > 5
+    with pytest.raises(ValueError, match="unknown variant `dept`, expected `depth` or `rgb`"):
+        make(observation={"camera": {"kind": "dept"}})
+    with pytest.raises(ValueError, match="observation.camera is not for this vector"):
+        gym.make_vec("aforce/Lift-v0", num_envs=2, observation={"camera": {}})

@@ -26,6 +26,7 @@ pub mod scenes;
 mod simulation;
 mod solid;
 mod stop;
+mod view;
 pub mod wiping_tool;
 
 pub use contact::{ContactReading, LinkReading};
@@ -33,3 +34,4 @@ pub use deviation::Deviation;
 pub use engine::Surfaces;
 pub use simulation::{Diverged, Plant, Simulation, SimulationConfig};
 pub use solid::Solid;
+pub use view::View;

@@ -9,6 +9,7 @@ use crate::component::Component;
 use crate::env::Env;
 use crate::env_config::EnvConfig;
 use crate::observation::CLIP;
+use crate::pixels::PixelForm;
 
 /// What an environment consists of.
 #[derive(Debug, Clone, Serialize)]
@@ -20,6 +21,9 @@ pub struct Description {
     /// The numbers that a critic sees besides.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub critic: Vec<Component>,
+    /// The form of the pictures beside those numbers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pixels: Option<PixelForm>,
     /// Largest magnitude of a scaled number of an observation.
     pub scaled_limit: f32,
     /// What adds up to a reward.
@@ -49,6 +53,7 @@ impl Description {
             action: env.action_entries(),
             observation: env.observation_components().to_vec(),
             critic: env.privileged_components().to_vec(),
+            pixels: env.config().observation.camera.map(|camera| camera.form()),
             scaled_limit: CLIP,
             reward_terms: env.reward_terms().collect(),
             derived: derived(env),
@@ -68,6 +73,9 @@ impl Description {
         if !self.critic.is_empty() {
             text += &format!("what only a critic sees ({} numbers):\n", self.critic.len());
             text += &listed(&self.critic);
+        }
+        if let Some(PixelForm { shape: [rows, columns, channels], high, unit }) = self.pixels {
+            text += &format!("pixels ({rows} rows of {columns}, {channels} numbers each), 0 to {high} {unit}\n");
         }
         text += &format!("its options: {}\n", self.env.observation.in_words());
         text +=

@@ -17,6 +17,7 @@ use crate::interval::Interval;
 use crate::normal::standard_normal;
 use crate::observation::observe_robot;
 use crate::observer::Observer;
+use crate::pixels::Pixels;
 use crate::privileged::{Privileged, observe_contact};
 use crate::reward_terms::RewardTerms;
 use crate::sample::Sample;
@@ -361,6 +362,11 @@ impl Env {
     /// Names and scales of [`Env::privileged`]'s components, in order.
     pub fn privileged_components(&self) -> &[Component] {
         self.privileged.components()
+    }
+
+    /// What the observed camera sees now, in an environment that has one; drawn at every call.
+    pub fn pixels(&self) -> Option<Pixels> {
+        self.config.observation.camera.map(|camera| camera.take(self))
     }
 
     /// What the terms of [`Step::reward_terms`] are for, in order.

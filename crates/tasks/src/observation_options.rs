@@ -3,6 +3,7 @@
 use aforce::ConfigError;
 use serde::{Deserialize, Serialize};
 
+use crate::pixels::ObservedCamera;
 use crate::privileged::Privileged;
 use crate::wipe::MarkerView;
 
@@ -20,17 +21,21 @@ pub struct ObservationOptions {
     /// What a critic sees besides.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub critic: Vec<Privileged>,
+    /// The camera whose pictures are observed beside the numbers, for learners in Python: `train` has no network for them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub camera: Option<ObservedCamera>,
 }
 
 impl ObservationOptions {
     /// Checks every value.
     ///
     /// # Errors
-    /// If the critic's list names something twice, or something that the policy sees.
+    /// If the critic's list names something twice, or something that the policy sees; if a picture is too large.
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
         let seen = [(self.controller, Privileged::Controller), (self.force, Privileged::Force)];
         let seen: Vec<Privileged> = seen.into_iter().filter_map(|(is_seen, entry)| is_seen.then_some(entry)).collect();
-        Privileged::validate(&self.critic, &seen)
+        Privileged::validate(&self.critic, &seen)?;
+        self.camera.map_or(Ok(()), |camera| camera.validate())
     }
 
     /// What is chosen, and what else could be.

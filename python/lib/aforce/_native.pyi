@@ -148,6 +148,9 @@ class Env:
     def step(self, action: ArrayLike) -> tuple[_Floats, float, bool, bool, dict[str, Any]]:
         """Observation, reward, terminated, truncated, info."""
 
+    def pixels(self) -> NDArray[Any] | None:
+        """What the observed camera sees now; shape (height, width, 1 or 3); None where there is none."""
+
     def expert_action(self) -> _Floats:
         """What the task's script would do now."""
 

@@ -52,6 +52,8 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
         threads = len(os.sched_getaffinity(0)) if threads is None else threads
         self._native = Native(num_envs, threads, named, config, settings, bool(scaled))
         description = json.loads(self._native.describe())
+        if "pixels" in description:
+            raise ValueError("observation.camera is not for this vector; allowed: Gymnasium's own, of single environments")
         self.single_observation_space, self.single_action_space = spaces_of(description, scaled)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
