@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
 """Hold the learner of crates/sac against PyTorch: SAC by autograd and torch.optim.Adam, written from the papers and not from the Rust code.
 
-    python3 scripts/pytorch_reference.py             # records crates/sac/reference/pytorch.safetensors, which `cargo test -p sac` reads
+    python3 scripts/pytorch_reference.py             # records crates/sac/reference/pytorch*.safetensors, which `cargo test -p sac` reads
     python3 scripts/pytorch_reference.py --time      # times this learner, ours (criterion), and this one again, one thread each
 
 Needs `pip install torch==2.11.0 numpy safetensors` in a virtual environment; without a GPU. Times mean something only if nothing else runs.
 
-The record holds three updates of a small learner on fixed weights, batches and noise: inputs under `NAME@0` (weights) and `batch.NAME@T`,
+There are two records: in one the critics see what the actor sees, in the other they see PRIVILEGED numbers more, which stand behind the
+actor's in an observation. A record holds three updates of a small learner on fixed weights, batches and noise: inputs under `NAME@0` (weights) and `batch.NAME@T`,
 all that update T leaves under `NAME@T` (T = 1, 2, 3). It is computed in f64 and rounded to f32: what the Rust learner is off by is its own
-rounding. The script prints how far PyTorch in f32 is off. The record also holds the mean actions that PyTorch gives for the checkpoint in
+rounding. The script prints how far PyTorch in f32 is off. The first record also holds the mean actions that PyTorch gives for the checkpoint in
 crates/sac/reference/checkpoint, which Rust wrote (see crates/sac/src/pytorch.rs). A second run writes the same bytes.
 """
 
@@ -32,8 +33,8 @@ from torch.distributions import Normal, TanhTransform
 from torch.nn.functional import mse_loss
 
 ROOT = Path(__file__).resolve().parent.parent
-RECORD = ROOT / "crates" / "sac" / "reference" / "pytorch.safetensors"
-CHECKPOINT = ROOT / "crates" / "sac" / "reference" / "checkpoint"
+REFERENCE = ROOT / "crates" / "sac" / "reference"
+CHECKPOINT = REFERENCE / "checkpoint"
 
 # Named as in `sac::Config`, which the Rust test reads from the record. No two rates are equal, so that none can stand in for another.
 CONFIG = {
@@ -51,7 +52,7 @@ CONFIG = {
     "log_std_min": -4.0,
     "log_std_max": 1.5,
 }
-OBSERVATIONS, ACTIONS, UPDATES = 5, 3, 3
+OBSERVATIONS, PRIVILEGED, ACTIONS, UPDATES = 5, 4, 3, 3
 
 
 def mlp(*sizes):
@@ -63,10 +64,10 @@ class Learner:
     """SAC. One update moves the critics, the actor, the temperature and the targets, in this order. It weighs entropy by the temperature
     from before the update, samples next and present actions from the actor from before the update, and lets the updated critics judge."""
 
-    def __init__(self, config, observations, actions, **adam):
-        self.config = config
+    def __init__(self, config, observations, actions, privileged=0, **adam):
+        self.config, self.observations = config, observations
         self.actor = mlp(observations, *config["hidden"], 2 * actions)
-        self.critics = nn.ModuleList(mlp(observations + actions, *config["hidden"], 1) for _ in range(2))
+        self.critics = nn.ModuleList(mlp(observations + privileged + actions, *config["hidden"], 1) for _ in range(2))
         self.targets = copy.deepcopy(self.critics)
         self.log_temperature = nn.Parameter(torch.tensor([math.log(config["initial_temperature"])]))
         self.updates = 0
@@ -79,8 +80,9 @@ class Learner:
         self.temperature_adam = optimizer("temperature", [self.log_temperature])
 
     def policy(self, observation, noise):
-        """A tanh-squashed Gaussian: the action that `noise` stands for, and its log-probability."""
-        mean, raw = self.actor(observation).chunk(2, dim=-1)
+        """A tanh-squashed Gaussian: the action that `noise` stands for, and its log-probability. Of an observation the actor sees the
+        first part."""
+        mean, raw = self.actor(observation[:, : self.observations]).chunk(2, dim=-1)
         low, high = self.config["log_std_min"], self.config["log_std_max"]
         log_std = low + 0.5 * (high - low) * (torch.tanh(raw) + 1)
         gaussian, squash = Normal(mean, log_std.exp(), validate_args=False), TanhTransform()
@@ -158,15 +160,15 @@ class Learner:
                 p.copy_(state[f"{name}.target"])
 
 
-def draw_batches():
+def draw_batches(privileged):
     """Rows as an n-step memory hands them out: a discount of gamma^k after k rewards, and 0 after a termination."""
     rng = numpy.random.default_rng(1)
     n, batches = CONFIG["batch_size"], []
     for _ in range(UPDATES):
         batch = {
-            "observation": rng.normal(size=(n, OBSERVATIONS)),
+            "observation": rng.normal(size=(n, OBSERVATIONS + privileged)),
             "action": rng.uniform(-1, 1, size=(n, ACTIONS)),
-            "next_observation": rng.normal(size=(n, OBSERVATIONS)),
+            "next_observation": rng.normal(size=(n, OBSERVATIONS + privileged)),
             "reward": rng.normal(size=n),
             "discount": CONFIG["gamma"] ** numpy.array([3, 3, 3, 1, 2, 3, 3, 3]) * (numpy.arange(n) != 5),
             "next_noise": rng.normal(size=(n, ACTIONS)),
@@ -176,10 +178,10 @@ def draw_batches():
     return batches
 
 
-def learn(start, batches, dtype):
+def learn(start, batches, privileged, dtype):
     """What each update leaves, under `NAME@T`, computed in `dtype`."""
     torch.set_default_dtype(dtype)
-    learner, record = Learner(CONFIG, OBSERVATIONS, ACTIONS), {}
+    learner, record = Learner(CONFIG, OBSERVATIONS, ACTIONS, privileged), {}
     learner.load(start)
     for t, batch in enumerate(batches, 1):
         gradients = {}
@@ -205,13 +207,13 @@ def checkpoint_actions():
     return observations, actions
 
 
-def write_record():
+def write_record(file, privileged=0):
     torch.manual_seed(1)
-    start = Learner(CONFIG, OBSERVATIONS, ACTIONS).state()
+    start = Learner(CONFIG, OBSERVATIONS, ACTIONS, privileged).state()
     # Targets of their own, as in the middle of a run.
     start |= {name: w + 0.05 * torch.randn_like(w) for name, w in start.items() if name.endswith(".target")}
-    batches = draw_batches()
-    exact, single = (learn(start, batches, dtype) for dtype in (torch.float64, torch.float32))
+    batches = draw_batches(privileged)
+    exact, single = (learn(start, batches, privileged, dtype) for dtype in (torch.float64, torch.float32))
 
     off = {}
     for name, values in exact.items():
@@ -224,7 +226,8 @@ def write_record():
     record = {f"{name}@0": values for name, values in start.items() if name != "log_temperature"}
     record |= {f"batch.{name}@{t}": values for t, batch in enumerate(batches, 1) for name, values in batch.items()}
     record |= {name: values.float() for name, values in exact.items()}
-    record["checkpoint.observations"], record["checkpoint.mean_actions"] = checkpoint_actions()
+    if not privileged:
+        record["checkpoint.observations"], record["checkpoint.mean_actions"] = checkpoint_actions()
     about = {
         "command": "python3 scripts/pytorch_reference.py",
         "python": platform.python_version(),
@@ -233,10 +236,13 @@ def write_record():
         "safetensors": safetensors.__version__,
         "config": CONFIG,
     }
-    RECORD.parent.mkdir(exist_ok=True)
+    if privileged:
+        about["privileged"] = privileged
+    path = REFERENCE / file
+    path.parent.mkdir(exist_ok=True)
     metadata = {"about": json.dumps(about)}  # one entry: the order of several changes from run to run
-    RECORD.write_bytes(save({name: values.contiguous() for name, values in record.items()}, metadata))
-    print(f"wrote {RECORD.relative_to(ROOT)}, {RECORD.stat().st_size} bytes")
+    path.write_bytes(save({name: values.contiguous() for name, values in record.items()}, metadata))
+    print(f"wrote {path.relative_to(ROOT)}, {path.stat().st_size} bytes")
 
 
 def time_updates(seconds=10.0):
@@ -266,7 +272,8 @@ def main():
     arguments = parser.parse_args()
     torch.set_num_threads(1)
     if not arguments.time:
-        return write_record()
+        write_record("pytorch.safetensors")
+        return write_record("pytorch_asymmetric.safetensors", PRIVILEGED)
     time_updates(arguments.seconds)
     subprocess.run(["cargo", "bench", "-p", "sac", "--bench", "update", "--", "desktop, batch 256"], cwd=ROOT, check=True)
     time_updates(arguments.seconds)

@@ -180,7 +180,7 @@ fn tables_that_people_edit() {
 /// A learner of a few weights, with a memory.
 fn checkpoint(folder: &Path) -> Config {
     let config = Config { hidden: vec![4], batch_size: 4, replay_capacity: 30, ..Config::default() };
-    let (sac, mut replay) = (Sac::new(&config, 3, 2, 1).unwrap(), Replay::new(&config, 3, 2));
+    let (sac, mut replay) = (Sac::new(&config, (3, 2), 1).unwrap(), Replay::new(&config, (3, 2)));
     for k in 0..40 {
         let x = [k as f32, 1.0, 0.5];
         let action = [0.1, 0.2];
@@ -213,11 +213,11 @@ fn checkpoints_that_disks_damage() {
                 let (size, file) = (files.iter().map(size).sum(), folder.path().join(name));
                 let whole = fs::read(&file).unwrap();
                 fuzz(name, &file, std::slice::from_ref(&whole), inputs() / files.len() as u64, size, || {
-                    drop(Checkpoint::load(folder.path(), &config, 3, 2));
+                    drop(Checkpoint::load(folder.path(), &config, (3, 2)));
                     drop(Actor::load(folder.path(), 3, 2, 1));
                 });
                 fs::write(file, whole).unwrap();
-                Checkpoint::load(folder.path(), &config, 3, 2).unwrap();
+                Checkpoint::load(folder.path(), &config, (3, 2)).unwrap();
             });
         }
     });

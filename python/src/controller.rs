@@ -159,10 +159,8 @@ impl Controller {
             arm.torque_rate_max = joints(limits, "torque_rate_limits")?;
         }
         let axis = contact_axis.map_or(Ok(vec![0.0, 0.0, 1.0]), |axis| numbers(axis, "contact_axis", &[3]))?;
-        let axis = UnitVector3::try_new(Vector3::from_vec(axis), 1e-9)
-            .filter(|axis| axis.iter().all(|entry| entry.is_finite()))
-            .ok_or_else(|| value_error("contact_axis has no direction"))?;
-        let controller = aforce::Controller::new(&env.space, &env.controller, &arm, axis).map_err(value_error)?;
+        let controller =
+            aforce::Controller::new(&env.space, &env.controller, &arm, direction(axis)?).map_err(value_error)?;
         Ok(Self(Exclusive::new(Law { controller, config: env.controller, ready: false })))
     }
 
@@ -180,6 +178,15 @@ impl Controller {
         self.law(|law| {
             let action = arrays::action(action, &[law.controller.space().dim()])?;
             law.controller.set_goal(&action, &measurement.0);
+            Ok(())
+        })
+    }
+
+    /// Turns the direction, world axes, in which the environment pushes on the tool.
+    fn set_contact_axis(&self, axis: &Bound<'_, PyAny>) -> PyResult<()> {
+        let axis = direction(numbers(axis, "contact_axis", &[3])?)?;
+        self.0.with(|law| {
+            law.controller.set_contact_axis(axis);
             Ok(())
         })
     }
@@ -283,6 +290,12 @@ impl Controller {
     fn read<'py>(&self, py: Python<'py>, of: impl FnOnce(&aforce::Controller) -> Vec<f64>) -> Numbers<'py> {
         self.0.with(|law| Ok(PyArray1::from_vec(py, of(&law.controller))))
     }
+}
+
+fn direction(axis: Vec<f64>) -> PyResult<UnitVector3<f64>> {
+    UnitVector3::try_new(Vector3::from_vec(axis), 1e-9)
+        .filter(|axis| axis.iter().all(|entry| entry.is_finite()))
+        .ok_or_else(|| value_error("contact_axis has no direction"))
 }
 
 fn seven(pose: &Pose) -> Vec<f64> {

@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use numpy::ndarray::Array3;
-use numpy::{IntoPyArray, PyArray1, PyArray3};
+use numpy::{Element, IntoPyArray, PyArray1, PyArray3};
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use show::page;
-use tasks::Step;
+use tasks::{Pixels, Step};
 
 use crate::arrays;
 use crate::episodes::{Episodes, NUMBERS};
@@ -30,14 +30,17 @@ impl Env {
         Episodes::new(env_config(task, config, keywords)?, scaled).map(|episodes| Self(Exclusive::new(episodes)))
     }
 
-    fn reset<'py>(&self, py: Python<'py>, seed: Option<u64>) -> PyResult<Bound<'py, PyArray1<f32>>> {
-        let observation = self.0.with(|episodes| {
-            Ok(py.detach(|| {
-                episodes.reset(seed);
-                episodes.observation()
-            }))
-        })?;
-        Ok(PyArray1::from_vec(py, observation))
+    fn reset<'py>(
+        &self,
+        py: Python<'py>,
+        seed: Option<u64>,
+    ) -> PyResult<(Bound<'py, PyArray1<f32>>, Bound<'py, PyDict>)> {
+        self.0.with(|episodes| {
+            py.detach(|| episodes.reset(seed));
+            let info = PyDict::new(py);
+            add_privileged(&info, episodes)?;
+            Ok((PyArray1::from_vec(py, episodes.observation()), info))
+        })
     }
 
     fn step<'py>(&self, py: Python<'py>, action: &Bound<'py, PyAny>) -> PyResult<Stepped<'py>> {
@@ -46,8 +49,24 @@ impl Env {
             let action = arrays::action(action, &[episodes.env.action_dim()])?;
             let (step, observation) = py.detach(|| (episodes.step(&action), episodes.observation()));
             let info = info(py, &step)?;
+            add_privileged(&info, episodes)?;
             let observation = PyArray1::from_vec(py, observation);
             Ok((observation, step.reward, step.terminated, step.truncated, info))
+        })
+    }
+
+    /// What the observed camera sees now, rows, columns and numbers of a pixel; None where there is none.
+    fn pixels<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        self.0.with(|episodes| {
+            episodes.seed()?;
+            let Some(camera) = episodes.env.config().observation.camera else { return Ok(None) };
+            let shape = |channels| (camera.height as usize, camera.width as usize, channels);
+            let pixels = py.detach(|| episodes.env.pixels());
+            Ok(match pixels {
+                None => None,
+                Some(Pixels::Depth(depths)) => Some(array(py, shape(1), depths)?),
+                Some(Pixels::Rgb(rgb)) => Some(array(py, shape(3), rgb)?),
+            })
         })
     }
 
@@ -104,6 +123,23 @@ impl Env {
     fn close(&self) -> PyResult<()> {
         self.0.close()
     }
+}
+
+fn array<'py, T: Element>(
+    py: Python<'py>,
+    shape: (usize, usize, usize),
+    pixels: Vec<T>,
+) -> PyResult<Bound<'py, PyAny>> {
+    Ok(Array3::from_shape_vec(shape, pixels).map_err(value_error)?.into_pyarray(py).into_any())
+}
+
+/// Adds what a critic sees, where it sees something.
+fn add_privileged(info: &Bound<'_, PyDict>, episodes: &Episodes) -> PyResult<()> {
+    let privileged = episodes.privileged();
+    if privileged.is_empty() {
+        return Ok(());
+    }
+    info.set_item("critic", PyArray1::from_vec(info.py(), privileged))
 }
 
 /// What an action led to besides observation and reward.

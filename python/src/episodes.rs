@@ -6,7 +6,7 @@ use rand::rngs::SysRng;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use show::Playback;
-use tasks::{Description, Env, EnvConfig, Step};
+use tasks::{Component, Description, Env, EnvConfig, Step};
 
 use crate::value_error;
 
@@ -97,10 +97,19 @@ impl Episodes {
 
     /// What a policy sees now.
     pub fn observation(&self) -> Vec<f32> {
-        let mut observation = self.env.observation().to_vec();
+        self.scaled(self.env.observation(), self.env.observation_components())
+    }
+
+    /// What a critic sees besides; empty unless `observation.critic` says so.
+    pub fn privileged(&self) -> Vec<f32> {
+        self.scaled(self.env.privileged(), self.env.privileged_components())
+    }
+
+    fn scaled(&self, values: &[f32], components: &[Component]) -> Vec<f32> {
+        let mut values = values.to_vec();
         if self.scaled {
-            tasks::scale(self.env.observation_components(), &mut observation);
+            tasks::scale(components, &mut values);
         }
-        observation
+        values
     }
 }

@@ -41,10 +41,19 @@ impl Fleet {
         });
     }
 
-    fn observations<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
-        let rows: Vec<f32> = self.members.iter().flat_map(|(episodes, _)| episodes.observation()).collect();
+    fn rows<'py>(&self, py: Python<'py>, of: impl Fn(&Episodes) -> Vec<f32>) -> Bound<'py, PyArray2<f32>> {
+        let rows: Vec<f32> = self.members.iter().flat_map(|(episodes, _)| of(episodes)).collect();
         let shape = (self.members.len(), rows.len() / self.members.len());
         Array2::from_shape_vec(shape, rows).expect("rows of one length").into_pyarray(py)
+    }
+
+    /// Info with what critics see, where they see something.
+    fn info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let info = PyDict::new(py);
+        if !self.members[0].0.env.privileged_components().is_empty() {
+            info.set_item("critic", self.rows(py, Episodes::privileged))?;
+        }
+        Ok(info)
     }
 
     /// A number of every member's latest step, 0 of those that were reset.
@@ -90,13 +99,13 @@ impl Vector {
         Ok(Self(Exclusive::new(Fleet { members, threads: threads.min(count) })))
     }
 
-    /// Starts an episode in each environment that `which` names, and returns all observations.
+    /// Starts an episode in each environment that `which` names, and returns all observations and info.
     fn reset<'py>(
         &self,
         py: Python<'py>,
         seeds: Vec<Option<u64>>,
         which: Vec<bool>,
-    ) -> PyResult<Bound<'py, PyArray2<f32>>> {
+    ) -> PyResult<(Bound<'py, PyArray2<f32>>, Bound<'py, PyDict>)> {
         self.0.with(|fleet| {
             py.detach(|| {
                 fleet.each(|index, episodes| {
@@ -106,7 +115,7 @@ impl Vector {
                     None
                 });
             });
-            Ok(fleet.observations(py))
+            Ok((fleet.rows(py, Episodes::observation), fleet.info(py)?))
         })
     }
 
@@ -128,7 +137,7 @@ impl Vector {
                     }
                 });
             });
-            let info = PyDict::new(py);
+            let info = fleet.info(py)?;
             info.set_item("is_success", fleet.column(py, |step| step.success))?;
             info.set_item("stopped", fleet.column(py, |step| step.interval.stop.is_some()))?;
             for (name, of) in NUMBERS {
@@ -140,7 +149,7 @@ impl Vector {
             }
             info.set_item("reward_terms", terms)?;
             Ok((
-                fleet.observations(py),
+                fleet.rows(py, Episodes::observation),
                 fleet.column(py, |step| step.reward),
                 fleet.column(py, |step| step.terminated),
                 fleet.column(py, |step| step.truncated),

@@ -71,6 +71,19 @@ def test_a_measurement_that_is_not_finite_is_a_fault_and_the_arm_is_held():
         assert law.faults == faults
 
 
+def test_the_contact_axis_turns():
+    law = aforce.Controller("low-force")
+    with pytest.raises(ValueError, match="contact_axis has no direction"):
+        law.set_contact_axis([0, 0, 0])
+    sideways = measurement(wrench=[10, 0, 0, 0, 0, 0])
+    law.reset(sideways)
+    for axis, engagement in (([0, 0, 1], 0.0), ([1, 0, 0], 1.0)):
+        law.set_contact_axis(axis)
+        for _ in range(100):
+            law.update(sideways)
+        assert law.engagement == engagement
+
+
 @pytest.mark.parametrize(
     "words, arguments",
     [

@@ -5,6 +5,7 @@ import pickle
 import threading
 import warnings
 
+import gymnasium as gym
 import numpy as np
 import pytest
 from common import TASKS, make
@@ -14,6 +15,9 @@ import aforce
 
 OPTIONS = [
     {"observation": {"markers": "ends", "controller": True}},
+    {"observation": {"force": True, "critic": ["contact", "task"]}},
+    {"observation": {"camera": {"width": 40, "height": 36, "kind": "rgb"}}},
+    {"observation": {"camera": {"width": 20, "height": 10, "from": "hand"}}},
     {"disturbance": {"friction": [0.5, 2.0], "position_noise_rad": 0.001}},
     {"setup": "small-steps", "horizon": 7, "ends_on_success": True, "motion_price": 0.01},
     {"robot": "identified", "controller": {"policy_hz": 10}},
@@ -257,3 +261,45 @@ def test_wild_starts_do_not_panic():
         for seed in range(5):
             env.reset(seed=seed)
             env.step(env.action_space.sample())
+
+
+@pytest.mark.parametrize("scaled", [False, True])
+def test_a_critic_is_told_what_the_policy_is_not(scaled):
+    plain = make("Door", scaled=scaled)
+    options = {"observation": {"critic": ["disturbance", "contact"], "force": True}, "disturbance": {"hinge_spring": [0, 2]}}
+    env = make("Door", scaled=scaled, **options)
+    names = [number["name"] for number in env.unwrapped.describe()["critic"]]
+    assert names[:2] == ["disturbance_hinge_spring", "contact_x"]
+    assert "critic" not in plain.reset(seed=1)[1] and "critic" not in plain.unwrapped.describe()
+    observation, info = env.reset(seed=1)
+    assert observation.shape[0] == plain.observation_space.shape[0] + 6 and not observation[-6:].any()
+    springs = []
+    for seed in range(10):
+        critic = env.reset(seed=seed)[1]["critic"]
+        assert critic.dtype == np.float32 and critic.shape == (len(names),)
+        springs.append(critic[0])
+        assert env.step(env.action_space.sample())[-1]["critic"][0] == springs[-1], "the same throughout the episode"
+    assert len(set(springs)) == 10
+    low, high = (-1, 1) if scaled else (0, 2)
+    assert low <= min(springs) < (low + high) / 2 < max(springs) <= high
+    with pytest.raises(ValueError, match="unknown variant `nonsense`, expected one of `contact`"):
+        make(observation={"critic": ["nonsense"]})
+
+
+def test_a_camera_is_observed_beside_the_numbers():
+    plain, _ = make().reset(seed=1)
+    env = make(observation={"camera": {"width": 60, "height": 40}})
+    observation, _ = env.reset(seed=1)
+    assert np.array_equal(observation["state"], plain)
+    depth = observation["pixels"]
+    assert depth.shape == (40, 60, 1) and depth.dtype == np.float32
+    # The camera is some 1.1 m from the middle of the picture; the floor lies behind the table.
+    assert 0.5 < depth[20, 30, 0] < 1.5 and 0.3 < depth.min() and depth.max() <= 5.0
+    moved, *_ = env.step(env.action_space.sample())
+    assert not np.array_equal(moved["pixels"], depth)
+    hand = make(observation={"camera": {"kind": "rgb", "from": "hand"}}).reset(seed=1)[0]["pixels"]
+    assert hand.shape == (84, 84, 3) and hand.dtype == np.uint8 and hand.std() > 5
+    with pytest.raises(ValueError, match="unknown variant `dept`, expected `depth` or `rgb`"):
+        make(observation={"camera": {"kind": "dept"}})
+    with pytest.raises(ValueError, match="observation.camera is not for this vector"):
+        gym.make_vec("aforce/Lift-v0", num_envs=2, observation={"camera": {}})

@@ -28,19 +28,24 @@ def same(a, b):
 
 def reset_alike(ours, theirs, mask):
     """Whether some environments begin the same episodes in both vectors."""
-    observations = [envs.reset(options={"reset_mask": mask})[0] for envs in (ours, theirs)]
-    return np.array_equal(*observations)
+    (a, our_info), (b, their_info) = (envs.reset(options={"reset_mask": mask}) for envs in (ours, theirs))
+    same(our_info, their_info)
+    return np.array_equal(a, b)
 
 
+@pytest.mark.parametrize("critic", [[], ["contact", "task"]], ids=["plain", "critic"])
 @pytest.mark.parametrize("threads", [1, 2, 5])
 @pytest.mark.parametrize("mode", list(AutoresetMode))
-def test_it_does_what_gymnasiums_own_vector_does(mode, threads):
-    ours = vector(scaled=True, horizon=3, autoreset_mode=mode, threads=threads)
-    theirs = SyncVectorEnv([lambda: make(scaled=True, horizon=3)] * 3, autoreset_mode=mode)
+def test_it_does_what_gymnasiums_own_vector_does(mode, threads, critic):
+    options = {"scaled": True, "horizon": 3, "observation": {"critic": critic}}
+    ours = vector(autoreset_mode=mode, threads=threads, **options)
+    theirs = SyncVectorEnv([lambda: make(**options)] * 3, autoreset_mode=mode)
     assert ours.metadata["autoreset_mode"] == mode
     assert (ours.observation_space, ours.action_space) == (theirs.observation_space, theirs.action_space)
     ours.action_space.seed(1)
-    assert np.array_equal(ours.reset(seed=5)[0], theirs.reset(seed=5)[0])
+    (a, our_info), (b, their_info) = ours.reset(seed=5), theirs.reset(seed=5)
+    assert np.array_equal(a, b) and ("critic" in our_info) == bool(critic)
+    same(our_info, their_info)
     ends = []
     for step in range(12):
         if step == 1:  # From here on environment 1 ends after the others.

@@ -2,6 +2,7 @@
 
 use aforce::Vector3;
 
+use crate::view::View;
 use crate::{Simulation, Surfaces};
 
 /// A pinhole camera.
@@ -75,27 +76,29 @@ impl Camera {
         [forward, right, right.cross(&forward)]
     }
 
+    /// What it sees, upright.
+    pub fn view(&self) -> View {
+        View { eye: self.eye.into(), axes: self.axes(), field_of_view: self.field_of_view }
+    }
+
     /// Draws what the camera sees; where decals overlap, the last one.
     pub fn render(&self, simulation: &Simulation, decals: &[Decal], width: usize, height: usize) -> Image {
-        let eye = Vector3::from(self.eye);
-        let [forward, right, up] = self.axes();
-        let scale = libm::tan(self.field_of_view / 2.0);
-        let light = Vector3::from(LIGHT).normalize();
-        let surfaces = simulation.surfaces();
-        let mut rgb = Vec::with_capacity(3 * width * height);
-        for row in 0..height {
-            for column in 0..width {
-                let x = (2.0 * (column as f64 + 0.5) - width as f64) / height as f64 * scale;
-                let y = (1.0 - 2.0 * (row as f64 + 0.5) / height as f64) * scale;
-                let direction = (forward + right * x + up * y).normalize();
-                rgb.extend(shade(&surfaces, decals, &eye, &direction, &light));
-            }
-        }
-        Image { width, height, rgb }
+        self.view().colors(simulation, decals, width, height)
     }
 }
 
-fn shade(surfaces: &Surfaces, decals: &[Decal], eye: &Vector3, direction: &Vector3, light: &Vector3) -> [u8; 3] {
+/// Unit vector towards the sun.
+pub(crate) fn sun() -> Vector3 {
+    Vector3::from(LIGHT).normalize()
+}
+
+pub(crate) fn shade(
+    surfaces: &Surfaces,
+    decals: &[Decal],
+    eye: &Vector3,
+    direction: &Vector3,
+    light: &Vector3,
+) -> [u8; 3] {
     let Some((distance, normal, color)) = surfaces.cast(eye, direction) else {
         return SKY;
     };

@@ -29,6 +29,7 @@ pub mod scenes;
 mod simulation;
 mod solid;
 mod stop;
+mod view;
 pub mod wiping_tool;
 
 pub use check::SceneError;
@@ -37,3 +38,4 @@ pub use deviation::{Change, Deviation};
 pub use engine::Surfaces;
 pub use simulation::{Diverged, Overlap, Plant, Simulation, SimulationConfig};
 pub use solid::Solid;
+pub use view::View;

@@ -14,8 +14,8 @@ fn main() {
     let count = std::env::args().skip(1).find(|argument| argument != "--bench");
     let actions: usize = count.map_or(500_000, |count| count.parse().expect("the argument is a number of actions"));
     let config = Preset::SWIFT.settings();
-    let sac = Sac::new(&config, OBSERVATIONS, ACTIONS, 1).unwrap();
-    let mut replay = Replay::new(&config, OBSERVATIONS, ACTIONS);
+    let sac = Sac::new(&config, (OBSERVATIONS, ACTIONS), 1).unwrap();
+    let mut replay = Replay::new(&config, (OBSERVATIONS, ACTIONS));
     let folder = tempfile::tempdir_in(".").unwrap();
     let before = written();
     for k in 1..=actions {

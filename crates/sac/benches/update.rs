@@ -38,7 +38,7 @@ impl Setup {
     fn new(name: &'static str, config: &Config) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let mut numbers = |n| (0..n).map(|_| rng.random_range(-1.0..1.0)).collect::<Vec<f32>>();
-        let mut replay = Replay::new(config, OBSERVATIONS, ACTIONS);
+        let mut replay = Replay::new(config, (OBSERVATIONS, ACTIONS));
         let mut observation = numbers(OBSERVATIONS);
         for k in 0..20_000 {
             let next_observation = numbers(OBSERVATIONS);
@@ -53,7 +53,7 @@ impl Setup {
             replay.push(&transition).unwrap();
             observation = next_observation;
         }
-        let mut sac = Sac::new(config, OBSERVATIONS, ACTIONS, 1).unwrap();
+        let mut sac = Sac::new(config, (OBSERVATIONS, ACTIONS), 1).unwrap();
         (0..20).for_each(|_| assert!(sac.update(&replay).is_finite()));
         let products = products(config).map(|products| products.into_iter().map(tensors).collect());
         Self { name, sac, replay, products, least: [f64::INFINITY; 3] }

@@ -23,7 +23,7 @@ use crate::buffer::Buffer;
 use crate::network::{self, Entry, Networks};
 use crate::synced_file;
 use crate::tensor_file::{Tensors, write_tensors};
-use crate::{Actor, Config, Error, Replay, Sac, replay_file};
+use crate::{Actor, Config, Error, Replay, Sac, Sizes, replay_file};
 
 /// Version of the layout above.
 const FORMAT: u32 = 1;
@@ -52,6 +52,9 @@ pub struct Checkpoint {
 struct State {
     format: u32,
     observation_dim: usize,
+    /// Numbers that only the critics see.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    privileged_dim: usize,
     action_dim: usize,
     updates: u64,
     config: Value,
@@ -109,16 +112,24 @@ impl Checkpoint {
     ///
     /// [`Error::Io`] or [`Error::Checkpoint`], in one line that names the file and says what is wrong: missing, damaged, made for
     /// other sizes, or with other settings.
-    pub fn load(folder: &Path, config: &Config, observation_dim: usize, action_dim: usize) -> Result<Self, Error> {
-        whole(folder, |folder| Self::read(folder, config, observation_dim, action_dim))
+    pub fn load(folder: &Path, config: &Config, sizes: impl Into<Sizes>) -> Result<Self, Error> {
+        let sizes = sizes.into();
+        whole(folder, |folder| Self::read(folder, config, sizes))
     }
 
-    fn read(folder: &Path, config: &Config, observation_dim: usize, action_dim: usize) -> Result<Self, Error> {
-        let state = read_state(folder, observation_dim, action_dim)?;
+    fn read(folder: &Path, config: &Config, sizes: Sizes) -> Result<Self, Error> {
+        let state = read_state(folder, sizes.observation, sizes.action)?;
+        if state.privileged_dim != sizes.privileged {
+            let problem = format!(
+                "made for critics that see {} numbers more than the actor, not {}: another critic?",
+                state.privileged_dim, sizes.privileged
+            );
+            return Err(Error::checkpoint(&folder.join(STATE), problem));
+        }
         same_settings(&state.config, config).map_err(|problem| Error::checkpoint(&folder.join(STATE), problem))?;
         config.kernels.insist()?;
         let policy = read_policy(folder, &state, config)?;
-        let mut sac = Sac::zeros(config, observation_dim, action_dim);
+        let mut sac = Sac::zeros(config, sizes);
         (sac.average, sac.updates) = (policy, state.updates);
         (sac.actor.rng, sac.batch_rng, sac.noise_rng) = (state.acting_rng, state.batch_rng, state.noise_rng);
 
@@ -143,9 +154,7 @@ impl Checkpoint {
         }
         sac.log_temperature = optimizer.values(&temperature, "")?[0];
 
-        let replay = replay_file::exists(folder)
-            .then(|| replay_file::read(folder, config, observation_dim, action_dim))
-            .transpose()?;
+        let replay = replay_file::exists(folder).then(|| replay_file::read(folder, config, sizes)).transpose()?;
         Ok(Self { sac, replay, caller: state.caller })
     }
 }
@@ -193,8 +202,9 @@ fn write(folder: &Path, before: &Path, sac: &Sac, replay: Option<&Replay>, calle
     }
     let state = State {
         format: FORMAT,
-        observation_dim: sac.actor.observation_dim(),
-        action_dim: sac.actor.action_dim(),
+        observation_dim: sac.sizes.observation,
+        privileged_dim: sac.sizes.privileged,
+        action_dim: sac.sizes.action,
         updates: sac.updates,
         config: serde_json::to_value(&sac.config).expect("plain data"),
         acting_rng: sac.actor.rng.clone(),
@@ -205,6 +215,10 @@ fn write(folder: &Path, before: &Path, sac: &Sac, replay: Option<&Replay>, calle
     };
     let text = serde_json::to_string_pretty(&state).expect("plain data");
     synced_file::write(&folder.join(STATE), text.as_bytes())
+}
+
+fn is_zero(number: &usize) -> bool {
+    *number == 0
 }
 
 fn read_state(folder: &Path, observation_dim: usize, action_dim: usize) -> Result<State, Error> {

@@ -63,7 +63,8 @@ pub struct Config {
     /// Updates per environment step after that; 0.5 is one every second step. More learns more from each step until the critics
     /// overestimate.
     pub updates_per_step: f64,
-    /// Transitions kept; the oldest make room. One takes 4 (observation + action + 5) bytes.
+    /// Transitions kept; the oldest make room. One takes 4 (observation + action + 5) bytes, an
+    /// observation being all that the critics see.
     pub replay_capacity: usize,
     /// Episodes that a script plays before the run, and of which half of every batch is drawn; 0 for none. Played by the caller
     /// ([`Sac::update_with_prior`](crate::Sac::update_with_prior)).

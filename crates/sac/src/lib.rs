@@ -7,8 +7,8 @@
 //! use sac::{Act, Config, Replay, Sac, Transition};
 //!
 //! let config = Config { hidden: vec![32, 32], batch_size: 32, random_steps: 100, ..Config::default() };
-//! let mut sac = Sac::new(&config, 1, 1, 7)?;
-//! let mut replay = Replay::new(&config, 1, 1);
+//! let mut sac = Sac::new(&config, (1, 1), 7)?;
+//! let mut replay = Replay::new(&config, (1, 1));
 //! let mut action = [0.0];
 //! for step in 1..=200 {
 //!     sac.begin_episode();
@@ -57,6 +57,7 @@ mod replay;
 mod replay_file;
 mod sac;
 mod simd;
+mod sizes;
 mod synced_file;
 mod tensor_file;
 
@@ -70,3 +71,4 @@ pub use n_step::Transition;
 pub use preset::Preset;
 pub use replay::Replay;
 pub use sac::Sac;
+pub use sizes::Sizes;

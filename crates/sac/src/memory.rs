@@ -2,13 +2,13 @@
 
 use tch::Tensor;
 
-use crate::Config;
 use crate::actor::Actor;
 use crate::buffer::Matrix;
 use crate::gaussian::Samples;
 use crate::network::Networks;
 use crate::pass::Pass;
 use crate::replay::Batch;
+use crate::{Config, Sizes};
 
 /// What one update works on; holds nothing from one update to the next.
 #[derive(Debug)]
@@ -18,7 +18,7 @@ pub(crate) struct Memory {
     pub next: Drawn,
     /// The policy's actions for the present observations.
     pub present: Drawn,
-    /// `(batch, observation + action)`: what was seen and done.
+    /// `(batch, whole observation + action)`: what was seen and done.
     pub done: Matrix,
     /// `(batch, action)`.
     pub action_gradient: Matrix,
@@ -31,6 +31,7 @@ pub(crate) struct Memory {
 /// The policy's actions for a batch of observations.
 #[derive(Debug)]
 pub(crate) struct Drawn {
+    /// Numbers that the critics see besides an action.
     observation_dim: usize,
     /// Standard normal, `(batch, action)`.
     pub noise: Vec<f32>,
@@ -38,25 +39,25 @@ pub(crate) struct Drawn {
     pub samples: Samples,
     /// log pi, `(batch)`.
     pub log_prob: Vec<f32>,
-    /// The observations with the policy's actions, `(batch, observation + action)`: what the critics are asked.
+    /// The observations with the policy's actions, `(batch, whole observation + action)`: what the critics are asked.
     pub input: Matrix,
-    /// `(batch, observation)`.
+    /// `(batch, observation)`: the actor's part.
     pub observations: Tensor,
     pub pass: Pass,
 }
 
 impl Memory {
-    pub fn new(config: &Config, actor: &Actor, critics: &Networks) -> Self {
+    pub fn new(config: &Config, sizes: Sizes, actor: &Actor, critics: &Networks) -> Self {
         let n = config.batch_size;
-        let (observations, actions) = (actor.observation_dim(), actor.action_dim());
+        let (observations, actions) = (sizes.whole_observation(), sizes.action);
         let critic_pass = |back| {
             let pass = Pass::new(critics, n, back);
             if config.layer_norm { pass.normalised(critics) } else { pass }
         };
         Self {
             batch: Batch::zeros(n, observations, actions),
-            next: Drawn::new(actor, n, false),
-            present: Drawn::new(actor, n, true),
+            next: Drawn::new(actor, sizes, n, false),
+            present: Drawn::new(actor, sizes, n, true),
             done: Matrix::zeros(n, observations + actions),
             action_gradient: Matrix::zeros(n, actions),
             actor_gradient: actor.network.clone(),
@@ -68,21 +69,21 @@ impl Memory {
 }
 
 impl Drawn {
-    fn new(actor: &Actor, rows: usize, back: bool) -> Self {
-        let (observation_dim, actions) = (actor.observation_dim(), actor.action_dim());
+    fn new(actor: &Actor, sizes: Sizes, rows: usize, back: bool) -> Self {
+        let (observation_dim, actions) = (sizes.whole_observation(), sizes.action);
         let input = Matrix::zeros(rows, observation_dim + actions);
         Self {
             observation_dim,
             noise: vec![0.0; rows * actions],
             samples: Samples::zeros(rows * actions),
             log_prob: vec![0.0; rows],
-            observations: input.columns(0..observation_dim),
+            observations: input.columns(0..sizes.observation),
             input,
             pass: Pass::new(&actor.network, rows, back),
         }
     }
 
-    /// a ~ pi(.|s) and log pi(a|s) for the observations in `rows`, `(batch, observation + action)`, from the noise.
+    /// a ~ pi(.|s) and log pi(a|s) for the observations in `rows`, `(batch, whole observation + action)`, from the noise.
     pub fn draw(&mut self, actor: &Actor, rows: &[f32]) {
         self.input.copy_from_slice(rows);
         self.pass.forward(&actor.network, &self.observations);

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 /// One environment step, as the environment reports it.
 #[derive(Debug, Clone, Copy)]
 pub struct Transition<'a> {
-    /// Observation before the action.
+    /// Observation before the action: what the actor sees, then what only the critics see ([`Sizes`](crate::Sizes)).
     pub observation: &'a [f32],
     /// Action, each entry in [-1, 1].
     pub action: &'a [f32],

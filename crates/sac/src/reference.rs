@@ -6,7 +6,7 @@ use tch::{Kind, Tensor};
 
 use crate::layer_norm;
 use crate::network::Networks;
-use crate::{Config, Replay, Sac, Transition};
+use crate::{Config, Replay, Sac, Sizes, Transition};
 
 /// `networks` as a function of one vector of parameters that gradients can be asked for.
 struct Differentiable<'a> {
@@ -65,9 +65,10 @@ fn squashed_gaussian(config: &Config, output: &Tensor, noise: &Tensor) -> (Tenso
 }
 
 /// A learner in the middle of a run, on random data: temperature, targets and moments are all away from their first values.
-fn learner(config: &Config, observations: usize, actions: usize) -> (Sac, Replay) {
+fn learner(config: &Config, sizes: Sizes) -> (Sac, Replay) {
+    let (observations, actions) = (sizes.whole_observation(), sizes.action);
     let mut rng = ChaCha8Rng::seed_from_u64(3);
-    let mut replay = Replay::new(config, observations, actions);
+    let mut replay = Replay::new(config, sizes);
     for k in 0..300 {
         let mut numbers = |n| (0..n).map(|_| rng.random_range(-1.0..1.0)).collect::<Vec<f32>>();
         replay
@@ -81,7 +82,7 @@ fn learner(config: &Config, observations: usize, actions: usize) -> (Sac, Replay
             })
             .unwrap();
     }
-    let mut sac = Sac::new(config, observations, actions, 5).unwrap();
+    let mut sac = Sac::new(config, sizes, 5).unwrap();
     for _ in 0..20 {
         sac.update(&replay);
     }
@@ -103,30 +104,36 @@ fn relative_error(a: &[f32], b: &[f32]) -> f64 {
 fn every_derivative_agrees_with_autograd() {
     let plain = Config { batch_size: 64, target_period: 1, ..Config::default() };
     let normal = Config { layer_norm: true, ..plain.clone() };
-    for (hidden, observations, actions, config) in [
-        (vec![32], 3, 1, plain.clone()),
-        (vec![64, 48], 11, 4, plain.clone()),
-        (vec![16, 24, 8], 5, 7, plain),
-        (vec![64, 48], 11, 4, normal.clone()),
-        (vec![19, 24, 8], 5, 7, normal),
+    for (hidden, observations, privileged, actions, config) in [
+        (vec![32], 3, 0, 1, plain.clone()),
+        (vec![64, 48], 11, 0, 4, plain.clone()),
+        (vec![16, 24, 8], 5, 0, 7, plain.clone()),
+        (vec![64, 48], 11, 0, 4, normal.clone()),
+        (vec![19, 24, 8], 5, 0, 7, normal.clone()),
+        (vec![32, 16], 5, 3, 2, plain),
+        (vec![19, 24], 4, 9, 3, normal),
     ] {
         let config = Config { hidden, ..config };
-        let (mut sac, replay) = learner(&config, observations, actions);
+        let sizes = Sizes { observation: observations, privileged, action: actions };
+        let seen = sizes.whole_observation();
+        let (mut sac, replay) = learner(&config, sizes);
         let (actor, critics, targets) = (sac.actor.network.clone(), sac.critics.clone(), sac.targets.clone());
         let alpha = f64::from(sac.temperature());
         let losses = sac.update(&replay);
 
-        let (m, of_actor) = (&sac.memory, losses.actor.unwrap());
+        let (m, actors) = (&sac.memory, losses.actor.unwrap());
         let (next_noise, noise) = (tensor(&m.next.noise, actions), tensor(&m.present.noise, actions));
-        let present = tensor(&m.batch.input, observations + actions);
-        let observation = present.narrow(1, 0, observations as i64);
-        let next_observation = tensor(&m.batch.next_input, observations + actions).narrow(1, 0, observations as i64);
+        // The actor sees the first part of what the critics see.
+        let of_actor = |seen: &Tensor| seen.narrow(1, 0, observations as i64);
+        let present = tensor(&m.batch.input, seen + actions);
+        let observation = present.narrow(1, 0, seen as i64);
+        let next_observation = tensor(&m.batch.next_input, seen + actions).narrow(1, 0, seen as i64);
         let (reward, discount) = (Tensor::from_slice(&m.batch.reward), Tensor::from_slice(&m.batch.discount));
 
         // Critics: mean (Q_k(s, a) - y)^2, summed over k.
         let actor = Differentiable::new(&actor, false);
         let (next_action, next_log_prob) =
-            squashed_gaussian(&config, &actor.forward("actor", &next_observation), &next_noise);
+            squashed_gaussian(&config, &actor.forward("actor", &of_actor(&next_observation)), &next_noise);
         let next_input = Tensor::cat(&[next_observation, next_action], 1);
         let [next_1, next_2] = Differentiable::new(&targets, config.layer_norm).twins(&next_input);
         let next_value = next_1.minimum(&next_2) - alpha * next_log_prob;
@@ -139,13 +146,13 @@ fn every_derivative_agrees_with_autograd() {
         assert!(error < 1e-5, "critics {:?}: {error}", config.hidden);
 
         // Actor: mean (alpha log pi - Q), with the critics after their step.
-        let (action, log_prob) = squashed_gaussian(&config, &actor.forward("actor", &observation), &noise);
+        let (action, log_prob) = squashed_gaussian(&config, &actor.forward("actor", &of_actor(&observation)), &noise);
         let new_critics = Differentiable::new(&sac.critics, config.layer_norm);
         let [q_1, q_2] = new_critics.twins(&Tensor::cat(&[observation, action], 1));
         let q = q_1.minimum(&q_2);
         let loss = (alpha * &log_prob - &q).mean(Kind::Float);
-        approx::assert_relative_eq!(of_actor.loss, f32::try_from(&loss).unwrap(), epsilon = 1e-5);
-        approx::assert_relative_eq!(of_actor.q_mean, f32::try_from(q.mean(Kind::Float)).unwrap(), epsilon = 1e-6);
+        approx::assert_relative_eq!(actors.loss, f32::try_from(&loss).unwrap(), epsilon = 1e-5);
+        approx::assert_relative_eq!(actors.q_mean, f32::try_from(q.mean(Kind::Float)).unwrap(), epsilon = 1e-6);
         let error = relative_error(&m.actor_gradient.values, &actor.gradient(&loss));
         assert!(error < 1e-5, "actor {:?}: {error}", config.hidden);
 
@@ -155,6 +162,6 @@ fn every_derivative_agrees_with_autograd() {
             approx::assert_relative_eq!(*new, 0.995 * old + 0.005 * critic, epsilon = 1e-6);
         }
         // Temperature: up exactly when the entropy is below its target.
-        assert_eq!(f64::from(losses.temperature) > alpha, of_actor.entropy < -(actions as f32));
+        assert_eq!(f64::from(losses.temperature) > alpha, actors.entropy < -(actions as f32));
     }
 }

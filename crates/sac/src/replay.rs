@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::log::Log;
 use crate::n_step::{NStep, Transition};
-use crate::{Config, Error};
+use crate::{Config, Error, Sizes};
 
 /// The last [`Config::replay_capacity`] transitions, in f32.
 ///
@@ -15,6 +15,7 @@ use crate::{Config, Error};
 /// [`Config::n_step`]); 0 after a termination. An observation is kept once: the one after a step is mostly the one before the next step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Replay {
+    /// Of what the critics see.
     pub(crate) observation_dim: usize,
     pub(crate) action_dim: usize,
     pub(crate) capacity: usize,
@@ -52,7 +53,9 @@ impl Batch {
 
 impl Replay {
     /// An empty memory.
-    pub fn new(config: &Config, observation_dim: usize, action_dim: usize) -> Self {
+    pub fn new(config: &Config, sizes: impl Into<Sizes>) -> Self {
+        let sizes = sizes.into();
+        let (observation_dim, action_dim) = (sizes.whole_observation(), sizes.action);
         Self {
             observation_dim,
             action_dim,
@@ -166,7 +169,7 @@ mod tests {
 
     fn replay(capacity: usize) -> Replay {
         let config = Config { replay_capacity: capacity, batch_size: 1, n_step: 1, gamma: 0.5, ..Config::default() };
-        Replay::new(&config, 2, 1)
+        Replay::new(&config, (2, 1))
     }
 
     fn push(replay: &mut Replay, k: f32) {
@@ -230,7 +233,7 @@ mod tests {
     fn draws_what_a_ring_of_whole_rows_draws() {
         for (capacity, n) in [(50, 1), (20_000, 3), (1_000_000, 3)] {
             let config = Config { replay_capacity: capacity, n_step: n, ..Config::default() };
-            let mut replay = Replay::new(&config, 2, 1);
+            let mut replay = Replay::new(&config, (2, 1));
             let n_step = NStep::new(n, config.gamma);
             let mut ring = Ring { rows: vec![], oldest: 0, capacity, n_step, observations: vec![] };
             steps(50_000, |step| {

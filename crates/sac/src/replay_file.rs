@@ -12,7 +12,7 @@ use fs_err as fs;
 
 use crate::log::{SEGMENT, Segment, bytes};
 use crate::n_step::Pending;
-use crate::{Config, Error, Replay, synced_file};
+use crate::{Config, Error, Replay, Sizes, synced_file};
 
 const FILE: &str = "replay.bin";
 const MAGIC: &[u8; 8] = b"SACRPLY2";
@@ -112,13 +112,13 @@ pub(crate) fn write(folder: &Path, before: &Path, replay: &Replay) -> Result<(),
 }
 
 /// Reads what [`write()`] wrote.
-pub(crate) fn read(folder: &Path, config: &Config, observation_dim: usize, action_dim: usize) -> Result<Replay, Error> {
+pub(crate) fn read(folder: &Path, config: &Config, sizes: impl Into<Sizes>) -> Result<Replay, Error> {
     let path = folder.join(FILE);
     let content = fs::read(&path)?;
     whole(&content).map_err(|problem| Error::checkpoint(&path, problem))?;
     let (head, mut rest) = Head::read(&content)?;
-    let mut replay = Replay::new(config, observation_dim, action_dim);
-    let expected = [observation_dim, action_dim, replay.capacity];
+    let mut replay = Replay::new(config, sizes);
+    let expected = [replay.observation_dim, replay.action_dim, replay.capacity];
     if head.sizes != expected {
         let words = |[observations, actions, capacity]: [usize; 3]| {
             format!("{observations} observations, {actions} actions and room for {capacity} transitions")
@@ -137,7 +137,7 @@ pub(crate) fn read(folder: &Path, config: &Config, observation_dim: usize, actio
     }
     for _ in 0..head.pending {
         let [observation] = counts(&mut rest)?;
-        let (action, numbers) = (floats(&mut rest, action_dim)?, floats(&mut rest, 2)?);
+        let (action, numbers) = (floats(&mut rest, replay.action_dim)?, floats(&mut rest, 2)?);
         let (reward, discount) = (numbers[0], numbers[1]);
         replay.n_step.pending.push_back(Pending { observation, action, reward, discount });
     }
@@ -224,7 +224,7 @@ mod tests {
     #[test]
     fn what_is_on_disk_is_not_written_again_and_what_is_forgotten_goes() {
         let root = tempfile::tempdir().unwrap();
-        let mut replay = Replay::new(&config(), 2, 1);
+        let mut replay = Replay::new(&config(), (2, 1));
         play(&mut replay, 0..35_000);
         let first = save(root.path(), "none", &replay);
         play(&mut replay, 35_000..90_000);
@@ -243,7 +243,7 @@ mod tests {
         };
         // 35 000 are two segments and a bit; of 90 000, five and a bit, the first 50 000 are not needed: three segments.
         assert_eq!((names(&first), names(&second)), (numbered(0..2), numbered(3..5)));
-        assert_eq!(read(&second, &config(), 2, 1).unwrap(), replay);
+        assert_eq!(read(&second, &config(), (2, 1)).unwrap(), replay);
 
         play(&mut replay, 90_000..91_000);
         let third = save(root.path(), second.file_name().unwrap().to_str().unwrap(), &replay);
@@ -253,7 +253,7 @@ mod tests {
         }
         // A checkpoint goes, and the next keeps what it shared with it.
         fs::remove_dir_all(&second).unwrap();
-        let mut loaded = read(&third, &config(), 2, 1).unwrap();
+        let mut loaded = read(&third, &config(), (2, 1)).unwrap();
         assert_eq!(loaded, replay);
         play(&mut replay, 91_000..99_000);
         play(&mut loaded, 91_000..99_000);
@@ -263,15 +263,15 @@ mod tests {
     #[test]
     fn a_segment_that_is_another_is_neither_shared_nor_read() {
         let root = tempfile::tempdir().unwrap();
-        let [mut replay, mut other] = [(); 2].map(|()| Replay::new(&config(), 2, 1));
+        let [mut replay, mut other] = [(); 2].map(|()| Replay::new(&config(), (2, 1)));
         play(&mut replay, 0..20_000);
         play(&mut other, 700..21_400);
         let folder = save(root.path(), "none", &other);
         let folder = save(root.path(), folder.file_name().unwrap().to_str().unwrap(), &replay);
-        assert_eq!(read(&folder, &config(), 2, 1).unwrap(), replay);
+        assert_eq!(read(&folder, &config(), (2, 1)).unwrap(), replay);
 
         let name = "replay_observations_000000.bin";
-        let refused = || read(&folder, &config(), 2, 1).unwrap_err().to_string();
+        let refused = || read(&folder, &config(), (2, 1)).unwrap_err().to_string();
         let whole = fs::read(folder.join(name)).unwrap();
         let mut flipped = whole.clone();
         flipped[70_000] ^= 1;

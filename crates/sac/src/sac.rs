@@ -14,17 +14,18 @@ use crate::nudge::Nudges;
 use crate::pink::Pink;
 use crate::replay::Replay;
 use crate::simd::wide;
-use crate::{Config, Error};
+use crate::{Config, Error, Sizes};
 
 /// The learner: an actor and its running mean, twin critics, their targets, a temperature, and the optimisers' state.
 #[derive(Debug)]
 pub struct Sac {
     pub(crate) config: Config,
+    pub(crate) sizes: Sizes,
     /// Learns, and explores.
     pub(crate) actor: Actor,
     /// Running mean of the actor's parameters: what is evaluated.
     pub(crate) average: Networks,
-    /// `[observation | action] -> value`, twice.
+    /// `[observation | what only they see | action] -> value`, twice.
     pub(crate) critics: Networks,
     pub(crate) targets: Networks,
     /// log alpha: alpha stays positive whatever the step.
@@ -58,7 +59,7 @@ impl Sac {
     /// # Errors
     ///
     /// [`Error::Config`] if a setting is out of range, or if this process multiplies with other kernels already.
-    pub fn new(config: &Config, observation_dim: usize, action_dim: usize, seed: u64) -> Result<Self, Error> {
+    pub fn new(config: &Config, sizes: impl Into<Sizes>, seed: u64) -> Result<Self, Error> {
         config.validate()?;
         config.kernels.insist()?;
         let stream = |stream: Stream| {
@@ -66,7 +67,7 @@ impl Sac {
             rng.set_stream(stream as u64);
             rng
         };
-        let mut sac = Self::zeros(config, observation_dim, action_dim);
+        let mut sac = Self::zeros(config, sizes.into());
         let mut rng = stream(Stream::Initialisation);
         sac.actor.network.initialise(&mut rng);
         sac.average.values.copy_from_slice(&sac.actor.network.values);
@@ -79,12 +80,12 @@ impl Sac {
     }
 
     /// A learner of the right sizes whose weights and generators are yet to be set.
-    pub(crate) fn zeros(config: &Config, observation_dim: usize, action_dim: usize) -> Self {
+    pub(crate) fn zeros(config: &Config, sizes: Sizes) -> Self {
         let rng = ChaCha8Rng::seed_from_u64(0);
-        let network = Networks::zeros(Actor::NAMES, &Actor::sizes(config, observation_dim, action_dim));
+        let network = Networks::zeros(Actor::NAMES, &Actor::sizes(config, sizes.observation, sizes.action));
         let actor = Actor::new(config, network, rng.clone());
-        let sizes = [&[observation_dim + action_dim], config.hidden.as_slice(), &[1]].concat();
-        let critics = Networks::zeros(&["critic_1", "critic_2"], &sizes);
+        let layers = [&[sizes.whole_observation() + sizes.action], config.hidden.as_slice(), &[1]].concat();
+        let critics = Networks::zeros(&["critic_1", "critic_2"], &layers);
         Self {
             log_temperature: libm::log(config.initial_temperature) as f32,
             actor_adam: Adam::new(actor.network.values.len()),
@@ -95,7 +96,8 @@ impl Sac {
             noise_rng: rng,
             pink: None,
             nudges: None,
-            memory: Memory::new(config, &actor, &critics),
+            memory: Memory::new(config, sizes, &actor, &critics),
+            sizes,
             targets: critics.clone(),
             average: actor.network.clone(),
             config: config.clone(),
@@ -113,7 +115,7 @@ impl Sac {
         self.nudges = in_this_one(self.config.nudges, rng).then(Nudges::default);
     }
 
-    /// Writes the action for `observation`, each entry in [-1, 1], into `action`.
+    /// Writes the action for `observation`, the actor's part of it, each entry in [-1, 1], into `action`.
     ///
     /// # Panics
     ///
@@ -137,6 +139,11 @@ impl Sac {
     /// The settings.
     pub fn config(&self) -> &Config {
         &self.config
+    }
+
+    /// Lengths of what is observed and done.
+    pub fn sizes(&self) -> Sizes {
+        self.sizes
     }
 
     /// Updates made so far.
@@ -172,8 +179,8 @@ impl Sac {
     fn learn_from(&mut self, memories: &[&Replay]) -> Losses {
         let n = self.config.batch_size;
         for (k, replay) in memories.iter().enumerate() {
-            assert_eq!(replay.observation_dim, self.actor.observation_dim(), "observations in the replay memory");
-            assert_eq!(replay.action_dim, self.actor.action_dim(), "actions in the replay memory");
+            assert_eq!(replay.observation_dim, self.sizes.whole_observation(), "observations in the replay memory");
+            assert_eq!(replay.action_dim, self.sizes.action, "actions in the replay memory");
             let places = k * n / memories.len()..(k + 1) * n / memories.len();
             replay.sample(places, &mut self.batch_rng, &mut self.memory.batch);
         }
@@ -242,7 +249,7 @@ impl Sac {
         present.draw(&self.actor, &batch.input);
         critic_pass.forward(&self.critics, &present.input.view);
 
-        let (observations, actions) = (self.actor.observation_dim(), self.actor.action_dim());
+        let (observations, actions) = (self.sizes.whole_observation(), self.sizes.action);
         let share = 1.0 / self.config.batch_size as f32;
         let mut q_mean = 0.0;
         let (values, gradient) = critic_pass.result_and_gradient();

@@ -3,11 +3,14 @@
 use std::fs;
 use std::path::Path;
 
-use sac::{Act, Actor, Checkpoint, Config, Replay, Sac, Transition};
+use sac::{Act, Actor, Checkpoint, Config, Replay, Sac, Sizes, Transition};
 use serde_json::{Value, json};
 
 const OBSERVATIONS: usize = 5;
 const ACTIONS: usize = 2;
+const PLAIN: Sizes = Sizes { observation: OBSERVATIONS, privileged: 0, action: ACTIONS };
+/// Two of the numbers are for the critics alone.
+const ASYMMETRIC: Sizes = Sizes { observation: OBSERVATIONS - 2, privileged: 2, action: ACTIONS };
 
 fn config() -> Config {
     Config { hidden: vec![32, 16], batch_size: 16, target_period: 2, replay_capacity: 150, ..Config::default() }
@@ -19,12 +22,12 @@ fn options() -> Config {
 }
 
 fn start() -> (Sac, Replay) {
-    start_with(&config())
+    start_with(&config(), PLAIN)
 }
 
-fn start_with(config: &Config) -> (Sac, Replay) {
-    let mut sac = Sac::new(config, OBSERVATIONS, ACTIONS, 11).unwrap();
-    let mut replay = Replay::new(config, OBSERVATIONS, ACTIONS);
+fn start_with(config: &Config, sizes: Sizes) -> (Sac, Replay) {
+    let mut sac = Sac::new(config, sizes, 11).unwrap();
+    let mut replay = Replay::new(config, sizes);
     // Leaves a ring that has come round.
     (0..200).for_each(|k| step(&mut sac, &mut replay, k));
     (sac, replay)
@@ -36,7 +39,7 @@ fn step(sac: &mut Sac, replay: &mut Replay, k: usize) {
     }
     let observe = |k: usize| std::array::from_fn::<f32, OBSERVATIONS, _>(|i| ((7 * k + i) as f32).sin());
     let mut action = [0.0; ACTIONS];
-    sac.act(&observe(k), &mut action, Act::Sample);
+    sac.act(&observe(k)[..sac.sizes().observation], &mut action, Act::Sample);
     let transition = Transition {
         observation: &observe(k),
         action: &action,
@@ -70,26 +73,27 @@ fn bytes(folder: &Path, sac: &Sac, replay: &Replay) -> Vec<(String, Vec<u8>)> {
 
 #[test]
 fn a_continued_run_gives_the_bytes_of_an_unbroken_one() {
-    same_bytes(&config(), 240);
-    same_bytes(&options(), 240);
+    same_bytes(&config(), PLAIN, 240);
+    same_bytes(&options(), PLAIN, 240);
+    same_bytes(&options(), ASYMMETRIC, 240);
 }
 
 /// Without pink noise and nudges all that is left of an episode are the steps that wait for their rewards, and those are saved.
 #[test]
 fn with_white_noise_a_run_may_be_saved_within_an_episode() {
-    same_bytes(&config(), 251);
+    same_bytes(&config(), PLAIN, 251);
 }
 
 /// Saves after so many steps.
-fn same_bytes(config: &Config, at: usize) {
+fn same_bytes(config: &Config, sizes: Sizes, at: usize) {
     let folder = tempfile::tempdir().unwrap();
-    let (mut sac, mut replay) = start_with(config);
+    let (mut sac, mut replay) = start_with(config, sizes);
     go_on(&mut sac, &mut replay, 200..at);
     let caller = json!({ "step": at, "x": 0.1 + 0.2 });
     Checkpoint::save(&folder.path().join("last"), &sac, Some(&replay), caller.clone()).unwrap();
     go_on(&mut sac, &mut replay, at..300);
 
-    let loaded = Checkpoint::load(&folder.path().join("last"), config, OBSERVATIONS, ACTIONS).unwrap();
+    let loaded = Checkpoint::load(&folder.path().join("last"), config, sizes).unwrap();
     assert_eq!(loaded.caller, caller);
     let (mut sac_2, mut replay_2) = (loaded.sac, loaded.replay.unwrap());
     assert_eq!((sac_2.updates(), sac_2.config()), (at as u64 - 200, config));
@@ -110,7 +114,7 @@ fn a_checkpoint_plays_the_learners_policy() {
     let (mut sac, mut replay) = start();
     go_on(&mut sac, &mut replay, 200..210);
     Checkpoint::save(folder.path(), &sac, None, json!({ "task": "door" })).unwrap();
-    assert!(Checkpoint::load(folder.path(), &config(), OBSERVATIONS, ACTIONS).unwrap().replay.is_none());
+    assert!(Checkpoint::load(folder.path(), &config(), (OBSERVATIONS, ACTIONS)).unwrap().replay.is_none());
     let (mut actor, caller) = Actor::load(folder.path(), OBSERVATIONS, ACTIONS, 1).unwrap();
     assert_eq!(caller, json!({ "task": "door" }));
     let (mut a, mut b) = ([0.0; ACTIONS], [0.0; ACTIONS]);
@@ -147,7 +151,7 @@ fn a_missing_damaged_or_foreign_checkpoint_is_refused_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("last");
     let message = |observations| {
-        let message = Checkpoint::load(&path, &config(), observations, ACTIONS).unwrap_err().to_string();
+        let message = Checkpoint::load(&path, &config(), (observations, ACTIONS)).unwrap_err().to_string();
         assert!(!message.contains('\n'), "{message}");
         message
     };
@@ -200,7 +204,7 @@ fn a_checkpoint_goes_on_with_the_settings_it_was_saved_with() {
     let folder = tempfile::tempdir().unwrap();
     let (sac, replay) = start();
     Checkpoint::save(folder.path(), &sac, Some(&replay), Value::Null).unwrap();
-    let load = |config: &Config| Checkpoint::load(folder.path(), config, OBSERVATIONS, ACTIONS);
+    let load = |config: &Config| Checkpoint::load(folder.path(), config, (OBSERVATIONS, ACTIONS));
     let refused = |config: &Config| load(config).unwrap_err().to_string();
     let other = Config { gamma: 0.5, ..config() };
     assert!(refused(&other).ends_with("(gamma: there 0.97, here 0.5)"), "{}", refused(&other));
@@ -277,15 +281,29 @@ fn a_save_that_was_killed_leaves_a_whole_checkpoint() {
     go_on(&mut sac, &mut replay, 200..210);
     Checkpoint::save(&folder.path().join(".last.new"), &sac, Some(&replay), json!("new")).unwrap();
     // Killed before the renames: the old one counts.
-    assert_eq!(Checkpoint::load(&path, &config(), OBSERVATIONS, ACTIONS).unwrap().caller, json!("old"));
+    assert_eq!(Checkpoint::load(&path, &config(), (OBSERVATIONS, ACTIONS)).unwrap().caller, json!("old"));
     // Killed between them.
     fs::rename(&path, folder.path().join(".last.old")).unwrap();
     assert!(Checkpoint::exists(&path));
-    assert_eq!(Checkpoint::load(&path, &config(), OBSERVATIONS, ACTIONS).unwrap().caller, json!("old"));
+    assert_eq!(Checkpoint::load(&path, &config(), (OBSERVATIONS, ACTIONS)).unwrap().caller, json!("old"));
     assert_eq!(Actor::load(&path, OBSERVATIONS, ACTIONS, 0).unwrap().1, json!("old"));
     assert!(!path.exists(), "who reads must not come in the way of a run that is between its renames");
     // And the next save cleans up.
     Checkpoint::save(&path, &sac, Some(&replay), json!("newer")).unwrap();
-    assert_eq!(Checkpoint::load(&path, &config(), OBSERVATIONS, ACTIONS).unwrap().caller, json!("newer"));
+    assert_eq!(Checkpoint::load(&path, &config(), (OBSERVATIONS, ACTIONS)).unwrap().caller, json!("newer"));
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "no leftovers");
+}
+
+/// The actor of such a run plays without what only its critics saw; to go on, they have to see it again.
+#[test]
+fn critics_that_see_more_are_not_taken_for_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut sac, mut replay) = start_with(&config(), ASYMMETRIC);
+    go_on(&mut sac, &mut replay, 200..220);
+    Checkpoint::save(folder.path(), &sac, Some(&replay), Value::Null).unwrap();
+    let (actor, _) = Actor::load(folder.path(), ASYMMETRIC.observation, ACTIONS, 0).unwrap();
+    assert_eq!(actor.observation_dim(), OBSERVATIONS - 2);
+    let refused = Checkpoint::load(folder.path(), &config(), (ASYMMETRIC.observation, ACTIONS)).unwrap_err();
+    let expected = "state.json: made for critics that see 2 numbers more than the actor, not 0: another critic?";
+    assert!(refused.to_string().ends_with(expected), "{refused}");
 }

@@ -2,7 +2,7 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use sac::{Act, Config, Replay, Sac, Transition};
+use sac::{Act, Config, Replay, Sac, Sizes, Transition};
 
 fn small() -> Config {
     Config {
@@ -59,8 +59,8 @@ impl Point {
 
 fn learn_point(steps: u64, seed: u64) -> Sac {
     let config = small();
-    let mut sac = Sac::new(&config, 2, 1, seed).unwrap();
-    let mut replay = Replay::new(&config, 2, 1);
+    let mut sac = Sac::new(&config, (2, 1), seed).unwrap();
+    let mut replay = Replay::new(&config, (2, 1));
     let mut point = Point { x: 0.0, v: 0.0, t: 0, rng: ChaCha8Rng::seed_from_u64(seed) };
     point.reset();
     for step in 1..=steps {
@@ -102,8 +102,8 @@ fn a_point_is_brought_to_the_origin() {
 #[test]
 fn the_action_asked_for_is_given() {
     let config = Config { random_steps: 200, ..small() };
-    let mut sac = Sac::new(&config, 2, 2, 3).unwrap();
-    let mut replay = Replay::new(&config, 2, 2);
+    let mut sac = Sac::new(&config, (2, 2), 3).unwrap();
+    let mut replay = Replay::new(&config, (2, 2));
     let mut rng = ChaCha8Rng::seed_from_u64(4);
     let mut observe = || [rng.random_range(-0.8..0.8f32), rng.random_range(-0.8..0.8f32)];
     let mut action = [0.0; 2];
@@ -150,7 +150,7 @@ fn the_same_seed_gives_the_same_bits_and_another_seed_does_not() {
 #[test]
 fn nudges_are_of_sampled_actions_in_their_share_of_the_episodes() {
     let nudged = |share: f64, mode: Act| {
-        let mut sac = Sac::new(&Config { nudges: share, ..small() }, 2, 3, 1).unwrap();
+        let mut sac = Sac::new(&Config { nudges: share, ..small() }, (2, 3), 1).unwrap();
         let (mut action, mut at_an_end) = ([0.0f32; 3], 0);
         for _ in 0..20 {
             sac.begin_episode();
@@ -165,4 +165,37 @@ fn nudges_are_of_sampled_actions_in_their_share_of_the_episodes() {
     assert!((0.35..0.5).contains(&nudged(1.0, Act::Sample)));
     assert!((0.1..0.35).contains(&nudged(0.5, Act::Sample)));
     assert_eq!((nudged(0.0, Act::Sample), nudged(1.0, Act::Mean)), (0.0, 0.0));
+}
+
+/// A part of the reward that nobody sees is noise to the critics; if they see what it hangs on, little of their loss is left.
+#[test]
+fn critics_use_what_only_they_see() {
+    let loss = |privileged: usize| {
+        let config = Config { random_steps: 200, ..small() };
+        let sizes = Sizes { observation: 1, privileged, action: 1 };
+        let mut sac = Sac::new(&config, sizes, 3).unwrap();
+        let mut replay = Replay::new(&config, sizes);
+        let mut rng = ChaCha8Rng::seed_from_u64(4);
+        let (mut action, mut last) = ([0.0], vec![]);
+        for step in 1..=1500 {
+            let seen = [rng.random_range(-0.8..0.8f32), rng.random_range(-1.0..1.0f32)];
+            sac.act(&seen[..1], &mut action, if step <= config.random_steps { Act::Random } else { Act::Sample });
+            let transition = Transition {
+                observation: &seen[..1 + privileged],
+                action: &action,
+                reward: 2.0 * seen[1] - (action[0] - seen[0]).powi(2),
+                next_observation: &seen[..1 + privileged],
+                terminated: true,
+                truncated: false,
+            };
+            replay.push(&transition).unwrap();
+            for _ in 0..config.updates_after(step) {
+                last.push(sac.update(&replay).critic_loss);
+            }
+        }
+        last[last.len() - 100..].iter().sum::<f32>() / 100.0
+    };
+    let (seeing, blind) = (loss(1), loss(0));
+    // Two critics, and the variance of the hidden part is 4/3.
+    assert!(blind > 2.0 && seeing < 0.1 * blind, "{seeing} {blind}");
 }

@@ -18,8 +18,8 @@ fn digest(kernels: Kernels) -> String {
     let swift = Preset::SWIFT.settings();
     let config = Config { kernels, batch_size: 32, random_steps: 50, updates_per_step: 1.0, pink_noise: 1.0, ..swift };
     let config = Config { layer_norm: true, ..config };
-    let mut sac = Sac::new(&config, 5, 3, 7).unwrap();
-    let mut replay = Replay::new(&config, 5, 3);
+    let mut sac = Sac::new(&config, (5, 3), 7).unwrap();
+    let mut replay = Replay::new(&config, (5, 3));
     let observe = |k: u64| std::array::from_fn::<f32, 5, _>(|i| ((7 * k + i as u64) % 13) as f32 / 13.0);
     let mut action = [0.0; 3];
     for k in 1..=200 {

@@ -185,7 +185,7 @@ pub fn contact_force(simulation: &Simulation) -> Vector3 {
 /// K (I - engagement n n^T) (N/m, world axes).
 fn acting_stiffness(env: &Env) -> [f64; 3] {
     let (stiffness, engagement) = (env.controller().stiffness(), env.controller().engagement());
-    let n = env.task().contact_axis();
+    let n = env.controller().contact_axis();
     std::array::from_fn(|i| stiffness[i] * (1.0 - engagement * n[i] * n[i]))
 }
 

@@ -50,7 +50,7 @@ impl Traces {
         };
 
         let (controller, interval) = (env.controller(), &step.interval);
-        let normal = contact_force(env.simulation()).dot(&env.task().contact_axis());
+        let normal = contact_force(env.simulation()).dot(&env.controller().contact_axis());
         put("Contact force", "N", "hand, mean", interval.hand.impulse / interval.time.max(f64::MIN_POSITIVE));
         put("Contact force", "N", "hand, largest", interval.hand.max);
         put("Contact force", "N", "whole arm, largest", interval.arm.max);

@@ -1,7 +1,7 @@
 //! A task in one file: the hand reaches a point above a table. `cargo run --release -p tasks --example reach`
 
 use aforce::{Measurement, Pose, Vector3};
-use nalgebra::{Translation3, UnitVector3};
+use nalgebra::Translation3;
 use physics::camera::{Camera, Decal};
 use physics::gripper::{GRIP_SITE, add_gripper};
 use physics::scene::Scene;
@@ -40,10 +40,6 @@ impl Task for Reach {
 
     fn has_gripper(&self) -> bool {
         false // It is there and observed, but no action moves it.
-    }
-
-    fn contact_axis(&self) -> UnitVector3<f64> {
-        Vector3::z_axis()
     }
 
     fn observe(&self, _: &Simulation, y: &Measurement, out: &mut Observer) {

@@ -9,6 +9,7 @@ use crate::component::Component;
 use crate::env::Env;
 use crate::env_config::EnvConfig;
 use crate::observation::CLIP;
+use crate::pixels::PixelForm;
 
 /// What an environment consists of.
 #[derive(Debug, Clone, Serialize)]
@@ -17,6 +18,12 @@ pub struct Description {
     pub action: Vec<ActionEntry>,
     /// The numbers of an observation.
     pub observation: Vec<Component>,
+    /// The numbers that a critic sees besides.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub critic: Vec<Component>,
+    /// The form of the pictures beside those numbers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pixels: Option<PixelForm>,
     /// Largest magnitude of a scaled number of an observation.
     pub scaled_limit: f32,
     /// What adds up to a reward.
@@ -45,6 +52,8 @@ impl Description {
         Self {
             action: env.action_entries(),
             observation: env.observation_components().to_vec(),
+            critic: env.privileged_components().to_vec(),
+            pixels: env.config().observation.camera.map(|camera| camera.form()),
             scaled_limit: CLIP,
             reward_terms: env.reward_terms().collect(),
             derived: derived(env),
@@ -60,8 +69,13 @@ impl Description {
             text.push_str(&line);
         }
         text += &format!("observation ({} numbers), and how a learner scales them:\n", self.observation.len());
-        for c in &self.observation {
-            text += &format!("  {:<28} {:<18} (value - {}) x {}\n", c.name, c.unit, c.centre, c.scale);
+        text += &listed(&self.observation);
+        if !self.critic.is_empty() {
+            text += &format!("what only a critic sees ({} numbers):\n", self.critic.len());
+            text += &listed(&self.critic);
+        }
+        if let Some(PixelForm { shape: [rows, columns, channels], high, unit }) = self.pixels {
+            text += &format!("pixels ({rows} rows of {columns}, {channels} numbers each), 0 to {high} {unit}\n");
         }
         text += &format!("its options: {}\n", self.env.observation.in_words());
         text +=
@@ -86,6 +100,12 @@ impl Description {
         }
         text
     }
+}
+
+/// A line for each component.
+fn listed(components: &[Component]) -> String {
+    let line = |c: &Component| format!("  {:<28} {:<18} (value - {}) x {}\n", c.name, c.unit, c.centre, c.scale);
+    components.iter().map(line).collect()
 }
 
 const RISE: &str = "rise of K under it, from floor to top";

@@ -10,6 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::drawn::Drawn;
+use crate::observer::Observer;
 use crate::task_name::TaskName;
 
 /// A number, or the range from which one is drawn for every episode, each value as likely as any other.
@@ -119,6 +120,14 @@ pub(crate) fn is_of_some_tasks(key: &str) -> bool {
     KINDS.iter().any(|kind| kind.key == key && !kind.everywhere)
 }
 
+/// The unit that a key ends with.
+fn unit(key: &str) -> &'static str {
+    let units =
+        [("_rad_per_s", "rad/s"), ("_rad", "rad"), ("_kg", "kg"), ("_hz", "Hz"), ("_m", "m"), ("_s", "s"), ("_n", "N")];
+    let ending = units.into_iter().find(|(ending, _)| key.ends_with(ending));
+    ending.map_or(if key == "hinge_spring" { "Nm/rad" } else { "1" }, |(_, unit)| unit)
+}
+
 impl Disturbance {
     /// Checks every value, and that `task` has what is disturbed.
     ///
@@ -194,8 +203,7 @@ impl Disturbance {
             let [low, high] = (kind.of)(self).map_or([kind.neutral; 2], Draw::ends);
             (kind.key, low + (high - low) * rng.random::<f64>())
         });
-        let mut drawn =
-            Drawn::new(|key| values.iter().find(|(of, _)| *of == key).expect("a kind of disturbance").1, rng);
+        let mut drawn = Drawn::new(values.into(), rng);
         // From a stream of their own: the others stay what they are.
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(2);
@@ -203,9 +211,28 @@ impl Disturbance {
             let share = rng.random::<f64>();
             if let Some(draw) = self.own.get(own.key) {
                 let [low, high] = draw.ends();
-                drawn.deviation.own.push((own.change, low + (high - low) * share));
+                let value = low + (high - low) * share;
+                drawn.values.push((own.key, value));
+                drawn.deviation.own.push((own.change, value));
             }
         }
         drawn
+    }
+
+    /// Puts what was `drawn` of all that is disturbed: the value of every key, and as vectors the force's bias and the push of the
+    /// coming control sample. A range becomes -1 to 1 to a learner.
+    pub(crate) fn observe(&self, drawn: &Drawn, out: &mut Observer) {
+        for (key, value) in &drawn.values {
+            let kind = KINDS.iter().find(|kind| kind.key == *key);
+            let draw = kind.map_or_else(|| self.own.get(*key).copied(), |kind| (kind.of)(self));
+            let Some([low, high]) = draw.map(Draw::ends) else { continue };
+            let scale = if high > low { 2.0 / (high - low) } else { 1.0 };
+            out.put(format_args!("disturbance_{key}"), *value, unit(key), (low + high) / 2.0, scale);
+            match *key {
+                "force_bias_n" => out.vector("disturbance_force_bias", drawn.bias, "N, world", 1.0 / high.max(1.0)),
+                "push_n" => out.vector("disturbance_push", drawn.pushing(), "N, world", 1.0 / high.max(1.0)),
+                _ => (),
+            }
+        }
     }
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use aforce::{Measurement, Pose, Vector3};
-use nalgebra::{Translation3, UnitQuaternion, UnitVector3};
+use nalgebra::{Translation3, UnitQuaternion};
 use physics::camera::Camera;
 use physics::scenes::door::{self, MIDDLE};
 use physics::{Plant, Simulation};
@@ -68,11 +68,6 @@ impl Task for Door {
         true
     }
 
-    /// The handle is pressed down.
-    fn contact_axis(&self) -> UnitVector3<f64> {
-        Vector3::z_axis()
-    }
-
     fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Observer) {
         let scene = self.scene();
         let (door, handle) = (scene.centre(simulation), scene.handle_pose(simulation).translation.vector);
@@ -83,6 +78,14 @@ impl Task for Door {
         out.position("handle_to_eef_pos", handle - tool, [0.0; 3], 10.0);
         out.put("hinge_qpos", scene.opening(simulation), "rad", 0.15, 5.0);
         out.put("handle_qpos", scene.handle_angle(simulation), "rad", 0.5, 1.0);
+    }
+
+    /// How fast hinge and handle turn, and whether both fingers press on the lever.
+    fn observe_privileged(&self, simulation: &Simulation, _: &Measurement, out: &mut Observer) {
+        let [hinge, handle] = self.scene().speeds(simulation);
+        out.put("hinge_qvel", hinge, "rad/s", 0.0, 5.0);
+        out.put("handle_qvel", handle, "rad/s", 0.0, 1.0);
+        out.put("handle_grasped", f64::from(self.scene().is_grasped(simulation)), "0 or 1", 0.0, 1.0);
     }
 
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: Option<f64>) -> Reward {

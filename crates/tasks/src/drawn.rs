@@ -12,6 +12,8 @@ use crate::normal::standard_normal;
 
 /// The disturbances of one episode.
 pub(crate) struct Drawn {
+    /// Key and value of every kind of disturbance.
+    pub values: Vec<(&'static str, f64)>,
     /// Of the plant.
     pub deviation: Deviation,
     /// Amplitude of the push (N, world).
@@ -24,7 +26,7 @@ pub(crate) struct Drawn {
     /// Standard deviations of joint angle (rad), joint velocity (rad/s) and force (N).
     noise: [f64; 3],
     /// Error of the force that stays (N, world).
-    bias: Vector3,
+    pub bias: Vector3,
     /// Torques that have not acted yet, the oldest first.
     late: VecDeque<JointVector>,
     /// Since the start (s).
@@ -33,8 +35,10 @@ pub(crate) struct Drawn {
 }
 
 impl Drawn {
-    /// `value` is that of a key of [`Disturbance`](crate::Disturbance); what has a direction and a phase draws them from `rng`.
-    pub fn new(value: impl Fn(&str) -> f64, mut rng: ChaCha8Rng) -> Self {
+    /// `values` are those of the keys of [`Disturbance`](crate::Disturbance); what has a direction and a phase draws them from
+    /// `rng`.
+    pub fn new(values: Vec<(&'static str, f64)>, mut rng: ChaCha8Rng) -> Self {
+        let value = |key: &str| values.iter().find(|(of, _)| *of == key).expect("a kind of disturbance").1;
         let mut direction = || Vector3::from_fn(|_, _| standard_normal(&mut rng)).normalize();
         Drawn {
             deviation: Deviation {
@@ -55,6 +59,7 @@ impl Drawn {
             late: VecDeque::new(),
             time: 0.0,
             rng,
+            values,
         }
     }
 
@@ -63,9 +68,14 @@ impl Drawn {
         self.late = VecDeque::from(vec![*holding; (self.delay / dt - 1e-9).ceil() as usize]);
     }
 
-    /// The force (N, world) that pushes the tool point in the coming sample of `dt` seconds.
+    /// The force (N, world) that pushes the tool point in the coming sample.
+    pub fn pushing(&self) -> Vector3 {
+        self.push * libm::sin(self.phase + TAU * self.push_hz * self.time)
+    }
+
+    /// The same, of a sample of `dt` seconds that begins.
     pub fn push(&mut self, dt: f64) -> Vector3 {
-        let push = self.push * libm::sin(self.phase + TAU * self.push_hz * self.time);
+        let push = self.pushing();
         self.time += dt;
         push
     }

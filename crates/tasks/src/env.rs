@@ -1,6 +1,6 @@
 //! The environment: the one loop from an action to torques, and back to a reward.
 
-use aforce::{ActionEntry, ConfigError, Controller, JointVector, Measurement};
+use aforce::{ActionEntry, ConfigError, Controller, JointVector, Measurement, Vector3};
 use physics::robots::Robot;
 use physics::{Plant, Simulation};
 use rand::{Rng, SeedableRng};
@@ -8,13 +8,17 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::component::Component;
 use crate::controller_state::observe_controller;
+use crate::disturbance::Disturbance;
 use crate::drawn::Drawn;
 use crate::env_config::EnvConfig;
 use crate::expert;
+use crate::force_sensor::ForceSensor;
 use crate::interval::Interval;
 use crate::normal::standard_normal;
 use crate::observation::observe_robot;
 use crate::observer::Observer;
+use crate::pixels::Pixels;
+use crate::privileged::{Privileged, observe_contact};
 use crate::reward_terms::RewardTerms;
 use crate::sample::Sample;
 use crate::sensing::Estimator;
@@ -45,7 +49,11 @@ pub struct Env {
     estimator: Option<Estimator>,
     /// What is measured, which noise may set apart from what is.
     y: Measurement,
+    /// Where the policy feels a force.
+    sensor: ForceSensor,
     observer: Observer,
+    /// What a critic sees besides.
+    privileged: Observer,
     /// The terms of the task's reward, each 0.
     nothing_earned: RewardTerms,
     /// Seeds the episodes that are not given a seed.
@@ -121,7 +129,7 @@ impl Env {
     /// As [`Env::with_task`].
     pub fn with_robot(robot: Robot, mut task: Box<dyn Task>, config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
         config.validate()?;
-        let controller = Controller::new(&config.space, &config.controller, &robot.arm, task.contact_axis())?;
+        let controller = Controller::new(&config.space, &config.controller, &robot.arm, Vector3::z_axis())?;
         let drawn = config.disturbance.draw(0, config.task);
         let deviation = config.disturbance.highest_table();
         let table_height = deviation.table_height;
@@ -150,13 +158,16 @@ impl Env {
             drawn,
             estimator: None,
             y,
+            sensor: ForceSensor::default(),
             observer: Observer::default(),
+            privileged: Observer::default(),
             nothing_earned,
             episodes: ChaCha8Rng::seed_from_u64(seed),
             elapsed: 0,
             held: 0.0,
         };
         env.reset(Some(0));
+        env.shows_what_is_asked()?;
         Ok(env)
     }
 
@@ -175,11 +186,34 @@ impl Env {
         self.y = self.drawn.sense(&self.simulation);
         self.estimator = self.config.sensing.estimator(seed, self.plant.robot.damping(), &self.y);
         self.controller.reset(&self.y);
+        self.controller.set_contact_axis(self.task.contact_normal(&self.simulation, &self.y));
         self.drawn.begin(&self.y.bias, self.plant.dt);
         self.elapsed = 0;
         self.held = 0.0;
+        self.sensor.tare(&self.y);
         self.observe();
+        if let Some(estimator) = &self.estimator {
+            // The first measurement is no estimate.
+            self.sensor.tare_too(&self.y, estimator.bias());
+        }
         self.observation()
+    }
+
+    /// That no entry of the critic's list is empty.
+    fn shows_what_is_asked(&self) -> Result<(), ConfigError> {
+        let critic = &self.config.observation.critic;
+        let mut shown = Observer::default();
+        shown.begin();
+        self.task.observe_privileged(&self.simulation, &self.y, &mut shown);
+        let nothing_disturbed = self.config.disturbance == Disturbance::default();
+        let reason = if critic.contains(&Privileged::Disturbance) && nothing_disturbed {
+            "\"disturbance\" shows what env.disturbance has, and it has nothing".into()
+        } else if critic.contains(&Privileged::Task) && shown.values().is_empty() {
+            format!("{} has nothing to show to a critic: leave \"task\" out", self.task.name())
+        } else {
+            return Ok(());
+        };
+        Err(ConfigError::Contradiction { field: "env.observation.critic".into(), reason })
     }
 
     /// Draws joint angles until they are within their ranges and the arm stands in nothing's way.
@@ -215,6 +249,7 @@ impl Env {
         let (motion, grip) = action.split_at(self.config.space.dim());
         let grip = grip.first().copied().unwrap_or(0.0);
 
+        self.controller.set_contact_axis(self.task.contact_normal(&self.simulation, &self.y));
         self.controller.set_goal(motion, &self.y);
         let mut interval = Interval::default();
         let mut diverged = false;
@@ -297,13 +332,19 @@ impl Env {
         if self.config.observation.controller {
             observe_controller(&self.controller, &self.y, &mut self.observer);
         }
-        let (now, first) = (self.observation().len(), self.observation_components().len());
-        assert!(
-            now == first,
-            "task {}: {now} numbers are observed after action {}, {first} were at first; `observe` puts the same ones every time",
-            self.task.name(),
-            self.elapsed
-        );
+        if self.config.observation.force {
+            self.sensor.observe(&self.y, &mut self.observer);
+        }
+        self.observe_privileged();
+        for (observer, whom) in [(&self.observer, "a policy"), (&self.privileged, "a critic")] {
+            let (now, first) = (observer.values().len(), observer.components().len());
+            assert!(
+                now == first,
+                "task {}: {now} numbers are shown to {whom} after action {}, {first} were at first; `observe` puts the same ones every time",
+                self.task.name(),
+                self.elapsed
+            );
+        }
     }
 
     /// Whether the terms of a reward are those of the first one, and numbers.
@@ -322,7 +363,22 @@ impl Env {
         }
     }
 
-    /// The last observation: object part, proprioception, then the controller's state where it is observed; unscaled.
+    fn observe_privileged(&mut self) {
+        let (out, simulation, y) = (&mut self.privileged, &self.simulation, &self.y);
+        out.begin();
+        for entry in &self.config.observation.critic {
+            match entry {
+                Privileged::Contact => observe_contact(simulation, y, out),
+                Privileged::Controller => observe_controller(&self.controller, y, out),
+                Privileged::Disturbance => self.config.disturbance.observe(&self.drawn, out),
+                Privileged::Force => self.sensor.observe(y, out),
+                Privileged::Task => self.task.observe_privileged(simulation, y, out),
+            }
+        }
+    }
+
+    /// The last observation: object part, proprioception, then the controller's state and the measured force where they are
+    /// observed; unscaled.
     pub fn observation(&self) -> &[f32] {
         self.observer.values()
     }
@@ -330,6 +386,22 @@ impl Env {
     /// Names and scales of the observation's components, in order.
     pub fn observation_components(&self) -> &[Component] {
         self.observer.components()
+    }
+
+    /// What a critic sees besides the last observation ([`ObservationOptions::critic`](crate::ObservationOptions::critic)), in the
+    /// order of that list; unscaled. A policy must not see it.
+    pub fn privileged(&self) -> &[f32] {
+        self.privileged.values()
+    }
+
+    /// Names and scales of [`Env::privileged`]'s components, in order.
+    pub fn privileged_components(&self) -> &[Component] {
+        self.privileged.components()
+    }
+
+    /// What the observed camera sees now, in an environment that has one; drawn at every call.
+    pub fn pixels(&self) -> Option<Pixels> {
+        self.config.observation.camera.map(|camera| camera.take(self))
     }
 
     /// What the terms of [`Step::reward_terms`] are for, in order.
@@ -390,7 +462,7 @@ impl Env {
             &self.controller,
             &self.config.controller,
             &self.y,
-            self.task.contact_axis(),
+            self.task.contact_normal(&self.simulation, &self.y),
         );
         if self.task.has_gripper() {
             action.push(waypoint.grip);

@@ -97,6 +97,7 @@ impl EnvConfig {
         within("env.motion_price", self.motion_price, 0.0..=1e3)?;
         self.create_task()?;
         self.protection.validate().map_err(|error| error.below("env"))?;
+        self.observation.validate().map_err(|error| error.below("env"))?;
         self.disturbance.validate(self.task).map_err(|error| error.below("env"))?;
         // A faster one would look like another, or like a constant.
         let push_hz = self.disturbance.push_hz.map_or(0.0, |draw| draw.ends()[1]);

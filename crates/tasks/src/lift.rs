@@ -1,7 +1,7 @@
 //! Lift: raise a cube until its centre is 4 cm above the table (robosuite 1.4 `Lift`).
 
 use aforce::{Measurement, Pose, Vector3};
-use nalgebra::{Translation3, UnitQuaternion, UnitVector3};
+use nalgebra::{Translation3, UnitQuaternion};
 use physics::camera::Camera;
 use physics::scenes::lift::{self, TABLE_HEIGHT};
 use physics::{Plant, Simulation};
@@ -65,16 +65,19 @@ impl Task for Lift {
         true
     }
 
-    fn contact_axis(&self) -> UnitVector3<f64> {
-        Vector3::z_axis()
-    }
-
     fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Observer) {
         let cube = self.scene().cube_pose(simulation);
         let position = cube.translation.vector;
         out.position("cube_pos", position, [0.0, 0.0, TABLE_HEIGHT + 0.02], 10.0);
         out.orientation("cube_quat", &cube.rotation);
         out.position("gripper_to_cube_pos", y.pose.translation.vector - position, [0.0; 3], 10.0);
+    }
+
+    /// How the cube moves, and whether both fingers press on it.
+    fn observe_privileged(&self, simulation: &Simulation, _: &Measurement, out: &mut Observer) {
+        let velocity = self.scene().cube_velocity(simulation);
+        out.axes("cube_vel", &velocity, ["m/s, world", "rad/s, world"], [0.0; 2], [5.0, 1.0]);
+        out.put("cube_grasped", f64::from(self.scene().is_grasped(simulation)), "0 or 1", 0.0, 1.0);
     }
 
     /// The force penalty is not taken off: the paper has it in Door and Wipe only.

@@ -1,23 +1,51 @@
 //! What a policy may see beyond robosuite's observation.
 
+use aforce::ConfigError;
 use serde::{Deserialize, Serialize};
 
+use crate::pixels::ObservedCamera;
+use crate::privileged::Privileged;
 use crate::wipe::MarkerView;
 
 /// Options of the observation, the same for every action space.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ObservationOptions {
     /// How Wipe's markers are seen; other tasks have none.
     pub markers: MarkerView,
     /// Whether the controller's state is seen: goal error, K, F_ff, F_d.
     pub controller: bool,
+    /// Whether the force and the torque at the tool are seen: as the controller measures them, tared when the episode begins.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub force: bool,
+    /// What a critic sees besides.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub critic: Vec<Privileged>,
+    /// The camera whose pictures are observed beside the numbers, for learners in Python: `train` has no network for them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub camera: Option<ObservedCamera>,
 }
 
 impl ObservationOptions {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// If the critic's list names something twice, or something that the policy sees; if a picture is too large.
+    pub(crate) fn validate(&self) -> Result<(), ConfigError> {
+        let seen = [(self.controller, Privileged::Controller), (self.force, Privileged::Force)];
+        let seen: Vec<Privileged> = seen.into_iter().filter_map(|(is_seen, entry)| is_seen.then_some(entry)).collect();
+        Privileged::validate(&self.critic, &seen)?;
+        self.camera.map_or(Ok(()), |camera| camera.validate())
+    }
+
     /// What is chosen, and what else could be.
     pub(crate) fn in_words(&self) -> String {
         let markers = format!("{:?}", self.markers).to_lowercase();
-        format!("markers = {markers} (condensed, ends or all; Wipe's), controller = {} (its state)", self.controller)
+        let Self { controller, force, critic, .. } = self;
+        let critic: Vec<&str> = critic.iter().map(|entry| entry.as_str()).collect();
+        format!(
+            "markers = {markers} (condensed, ends or all; Wipe's), controller = {controller} (its state), force = {force} (measured), \
+             critic = {critic:?} (what it sees besides)"
+        )
     }
 }

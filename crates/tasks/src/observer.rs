@@ -43,6 +43,13 @@ impl Observer {
         }
     }
 
+    /// Puts a vector that is about nothing most of the time: `NAME_x`, `NAME_y`, `NAME_z`.
+    pub(crate) fn vector(&mut self, name: &str, value: Vector3, unit: &'static str, scale: f64) {
+        for (i, axis) in ["x", "y", "z"].into_iter().enumerate() {
+            self.put(format_args!("{name}_{axis}"), value[i], unit, 0.0, scale);
+        }
+    }
+
     /// Puts a six-vector: `NAME_x` to `NAME_z` of translation, `NAME_rx` to `NAME_rz` of rotation, each with the unit, the
     /// centre and the scale of its kind.
     pub(crate) fn axes(

@@ -80,6 +80,11 @@ impl Estimator {
         Estimator { observer: MomentumObserver::new(sensing.cutoff_hz, damping, y), bias, noise, rng }
     }
 
+    /// The error that stays (N, Nm).
+    pub fn bias(&self) -> &Wrench {
+        &self.bias
+    }
+
     /// The wrench on the tool (N, Nm) after `tau` was commanded for `dt` seconds and led to `y`.
     pub fn update(&mut self, tau: &JointVector, y: &Measurement, dt: f64) -> Wrench {
         self.observer.update(tau, y, dt);

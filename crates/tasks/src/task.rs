@@ -1,6 +1,6 @@
 //! What makes a task a task.
 
-use aforce::{Measurement, Pose};
+use aforce::{Measurement, Pose, Vector3};
 use nalgebra::UnitVector3;
 use physics::camera::{Camera, Decal};
 use physics::robots::Robot;
@@ -29,12 +29,18 @@ pub trait Task: Send {
     /// Whether the last entry of an action drives a gripper.
     fn has_gripper(&self) -> bool;
 
-    /// Direction (world, unit) in which a surface pushes on the tool when it is pressed:
-    /// the axis of the force in the `-force` action spaces.
-    fn contact_axis(&self) -> UnitVector3<f64>;
+    /// Direction (world, unit) in which a surface pushes on the tool where it is pressed now: the axis of the force in the `-force`
+    /// action spaces, asked for before every action. Unless a task says otherwise, up.
+    fn contact_normal(&self, _simulation: &Simulation, _y: &Measurement) -> UnitVector3<f64> {
+        Vector3::z_axis()
+    }
 
     /// Puts the object part of an observation: the same entries in the same order every time.
     fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Observer);
+
+    /// Puts what a critic may know of the task and a policy does not see: the same entries in the same order every time. A task
+    /// without any leaves it out.
+    fn observe_privileged(&self, _simulation: &Simulation, _y: &Measurement, _out: &mut Observer) {}
 
     /// Reward of one action; called once after each, and after its [`observe`](Self::observe), as in robosuite: what a reward
     /// changes in the task is observed one action later. `penalty` is the action's force penalty (at least 0), which a task

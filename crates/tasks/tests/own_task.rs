@@ -4,7 +4,6 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Once;
 
 use aforce::{ConfigError, Measurement, Pose, Vector3};
-use nalgebra::UnitVector3;
 use physics::camera::Camera;
 use physics::gripper::{GRIP_SITE, add_gripper};
 use physics::robots::Robot;
@@ -107,10 +106,6 @@ impl Task for Circle {
 
     fn has_gripper(&self) -> bool {
         false
-    }
-
-    fn contact_axis(&self) -> UnitVector3<f64> {
-        Vector3::z_axis()
     }
 
     fn observe(&self, _: &Simulation, _: &Measurement, out: &mut Observer) {

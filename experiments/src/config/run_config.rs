@@ -136,6 +136,11 @@ impl RunConfig {
         let is_number = self.variant.parse::<f64>().is_ok();
         ensure!(!is_number, "variant = {:?}: reads as a number, which tables would round", self.variant);
         self.env.validate()?;
+        let camera = self.env.observation.camera.is_none();
+        ensure!(
+            camera,
+            "env.observation.camera: the learner has no network for pixels; they are for learners in Python"
+        );
         self.learner.validate().map_err(|error| bad(format!("learner.{error}")))?;
         Ok(())
     }

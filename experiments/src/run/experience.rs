@@ -5,11 +5,11 @@ use sac::{Replay, Transition};
 use tasks::{Env, Step};
 
 use crate::config::RunConfig;
-use crate::run::rollout::learner_view;
+use crate::run::rollout::{critics_view, sizes};
 use crate::run::seeds::sub_seed;
 use crate::run::stop::Stop;
 
-/// One step of `env`, kept in `replay`; `observation` becomes the next one.
+/// One step of `env`, kept in `replay`; `observation`, what critics see, becomes the next one.
 pub(super) fn step_and_store(
     env: &mut Env,
     observation: &mut Vec<f32>,
@@ -19,7 +19,7 @@ pub(super) fn step_and_store(
 ) -> Result<Step> {
     let wide: Vec<f64> = action.iter().map(|&a| f64::from(a)).collect();
     let step = env.step(&wide);
-    let next = learner_view(env, scaled);
+    let next = critics_view(env, scaled);
     replay.push(&Transition {
         observation,
         action,
@@ -36,13 +36,13 @@ pub(super) fn step_and_store(
 /// needs them.
 pub(super) fn script(config: &RunConfig, stop: &Stop) -> Result<Replay> {
     let mut env = Env::new(config.env.clone(), sub_seed(config.seed, "prior", 0))?;
-    let mut replay = Replay::new(&config.learner, env.observation_components().len(), env.action_dim());
+    let mut replay = Replay::new(&config.learner, sizes(&env));
     for _ in 0..config.learner.prior_episodes {
         if stop.requested() {
             break;
         }
         env.reset(None);
-        let mut observation = learner_view(&env, config.learner.scaled_observations);
+        let mut observation = critics_view(&env, config.learner.scaled_observations);
         loop {
             let action: Vec<f32> = env.expert_action().iter().map(|&a| a as f32).collect();
             let step =

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use anyhow::Result;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use sac::{Act, Actor};
+use sac::{Act, Actor, Sizes};
 use tasks::{Env, Outcome, play};
 
 use crate::config::RunId;
@@ -67,6 +67,26 @@ pub fn learner_view(env: &Env, scaled: bool) -> Vec<f32> {
         tasks::scale(env.observation_components(), &mut observation);
     }
     observation
+}
+
+/// What its critics see, as the replay memory keeps it: the observation, then what only they see.
+pub fn critics_view(env: &Env, scaled: bool) -> Vec<f32> {
+    let mut seen = learner_view(env, scaled);
+    let policy = seen.len();
+    seen.extend(env.privileged());
+    if scaled {
+        tasks::scale(env.privileged_components(), &mut seen[policy..]);
+    }
+    seen
+}
+
+/// What a learner in `env` deals with.
+pub fn sizes(env: &Env) -> Sizes {
+    Sizes {
+        observation: env.observation_components().len(),
+        privileged: env.privileged_components().len(),
+        action: env.action_dim(),
+    }
 }
 
 /// Plays an episode from each of `starts`; `write` gets a row for it as it ends. Returns the outcomes.

@@ -19,7 +19,7 @@ use crate::run::folder::{RunFolder, State};
 use crate::run::learner_log::LearnerLog;
 use crate::run::manifest::Manifest;
 use crate::run::progress_bar::RunProgress;
-use crate::run::rollout::{Policy, evaluate, learner_view};
+use crate::run::rollout::{Policy, critics_view, evaluate, sizes};
 use crate::run::rows::{SCHEMA, TrainingKey};
 use crate::run::seeds::{sub_seed, training_evaluation_seed};
 use crate::run::stop::Stop;
@@ -178,9 +178,9 @@ impl<'a> Run<'a> {
         let seed = |stream| sub_seed(config.seed, stream, 0);
         let mut env = Env::new(config.env.clone(), seed("train-env"))?;
         let evaluation_env = Env::new(config.env.clone(), 0)?;
-        let (observations, actions) = (env.observation_components().len(), env.action_dim());
+        let sizes = sizes(&env);
         let (sac, replay, counters) = if Checkpoint::exists(&folder.checkpoint()) {
-            let saved = Checkpoint::load(&folder.checkpoint(), &config.learner, observations, actions)?;
+            let saved = Checkpoint::load(&folder.checkpoint(), &config.learner, sizes)?;
             let at = || folder.checkpoint().display().to_string();
             let replay = saved.replay.with_context(|| format!("{}: no replay memory to go on with", at()))?;
             let record: CheckpointRecord = serde_json::from_value(saved.caller.clone()).with_context(at)?;
@@ -200,8 +200,8 @@ impl<'a> Run<'a> {
                 episode_stream: env.episode_stream(),
                 spent: Spent::default(),
             };
-            let sac = Sac::new(&config.learner, observations, actions, seed("learner"))?;
-            (sac, Replay::new(&config.learner, observations, actions), counters)
+            let sac = Sac::new(&config.learner, sizes, seed("learner"))?;
+            (sac, Replay::new(&config.learner, sizes), counters)
         };
         let prior = (config.learner.prior_episodes > 0).then(|| script(config, stop)).transpose()?;
         if prior.is_some() && stop.requested() {
@@ -234,16 +234,18 @@ impl<'a> Run<'a> {
         let config = self.config;
         let scaled = config.learner.scaled_observations;
         let mut action = vec![0.0f32; self.env.action_dim()];
+        // Of what the critics see, the policy sees so many numbers.
+        let seen = self.sac.sizes().observation;
         let mut asked = false;
         while self.counters.step < config.steps {
             let mut episode = Episode::default();
             let began = Instant::now();
             self.env.reset(None);
             self.sac.begin_episode();
-            let mut observation = learner_view(&self.env, scaled);
+            let mut observation = critics_view(&self.env, scaled);
             loop {
                 let act = if self.counters.step < config.learner.random_steps { Act::Random } else { Act::Sample };
-                self.sac.act(&observation, &mut action, act);
+                self.sac.act(&observation[..seen], &mut action, act);
                 let step = step_and_store(&mut self.env, &mut observation, &action, &mut self.replay, scaled)?;
                 self.counters.step += 1;
                 episode.add(step);

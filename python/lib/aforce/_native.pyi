@@ -75,6 +75,10 @@ class Controller:
     def set_goal(self, action: ArrayLike, measurement: Measurement) -> None:
         """A new goal: one action of the space, shape (dim,), entries in [-1, 1] (others are clipped)."""
 
+    def set_contact_axis(self, axis: ArrayLike) -> None:
+        """Turns the contact axis, from the next control sample on and through a reset: the direction, world axes, in which the
+        environment pushes on the tool; shape (3,)."""
+
     def update(self, measurement: Measurement) -> _Numbers:
         """The joint torques of one control sample (Nm), gravity compensation included; shape (7,)."""
 
@@ -138,11 +142,14 @@ class Env:
     """An environment; Gymnasium's interface is `aforce.Env`."""
 
     def __new__(cls, task: str, config: _File | None, keywords: dict[str, Any], scaled: bool) -> Env: ...
-    def reset(self, seed: int | None) -> _Floats:
-        """Starts an episode and returns its first observation."""
+    def reset(self, seed: int | None) -> tuple[_Floats, dict[str, Any]]:
+        """Starts an episode and returns its first observation, and info."""
 
     def step(self, action: ArrayLike) -> tuple[_Floats, float, bool, bool, dict[str, Any]]:
         """Observation, reward, terminated, truncated, info."""
+
+    def pixels(self) -> NDArray[Any] | None:
+        """What the observed camera sees now; shape (height, width, 1 or 3); None where there is none."""
 
     def expert_action(self) -> _Floats:
         """What the task's script would do now."""
@@ -171,8 +178,8 @@ class Vector:
     def __new__(
         cls, count: int, threads: int, task: str, config: _File | None, keywords: dict[str, Any], scaled: bool
     ) -> Vector: ...
-    def reset(self, seeds: Sequence[int | None], which: Sequence[bool]) -> _Floats:
-        """Starts an episode in each environment that `which` names, and returns all observations."""
+    def reset(self, seeds: Sequence[int | None], which: Sequence[bool]) -> tuple[_Floats, dict[str, Any]]:
+        """Starts an episode in each environment that `which` names, and returns all observations and info."""
 
     def step(
         self, actions: ArrayLike, reset: Sequence[bool]

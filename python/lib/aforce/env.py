@@ -15,6 +15,7 @@ from ._native import Env as Native
 File: TypeAlias = str | os.PathLike[str]
 Floats: TypeAlias = NDArray[np.float32]
 Box: TypeAlias = "gym.spaces.Box[np.float32]"  # In quotes, as older releases of Gymnasium have no parameter here.
+Observation: TypeAlias = Any  # Floats, or a dict of them as `state` and of `pixels`.
 
 
 # The longest side of a picture.
@@ -26,6 +27,15 @@ def spaces_of(description: dict[str, Any], scaled: bool) -> tuple[Box, Box]:
     limit = description["scaled_limit"] if scaled else np.inf
     observation = gym.spaces.Box(-limit, limit, (len(description["observation"]),), np.float32)
     return observation, gym.spaces.Box(-1.0, 1.0, (len(description["action"]),), np.float32)
+
+
+def with_pixels(description: dict[str, Any], numbers: Box) -> "gym.spaces.Space[Any]":
+    """The space of observations: of numbers, or where a camera is observed of those as `state` and of its `pixels`."""
+    form = description.get("pixels")
+    if form is None:
+        return numbers
+    dtype = np.uint8 if form["shape"][-1] == 3 else np.float32
+    return gym.spaces.Dict({"state": numbers, "pixels": gym.spaces.Box(0, form["high"], form["shape"], dtype)})
 
 
 def absolute(config: File | None, settings: dict[str, Any]) -> tuple[str | None, dict[str, Any]]:
@@ -48,7 +58,7 @@ def checked_options(options: dict[str, Any] | None) -> None:
         raise ValueError(f"reset has no option {next(iter(options))!r}")
 
 
-class Env(gym.Env[Floats, Floats], EzPickle):
+class Env(gym.Env[Observation, Floats], EzPickle):
     """A robot, a task and an action space; made by `gymnasium.make("aforce/Lift-v0", ...)`, `Door-v0` or `Wipe-v0`.
 
     space        name of `aforce.spaces()`, file, or dict: what an action is; "aforce" if not given
@@ -63,10 +73,14 @@ class Env(gym.Env[Floats, Floats], EzPickle):
     terminated if the simulation diverges or, with `stops=True`, where a real arm would have stopped itself. `info`: is_success,
     stopped (a real arm would have stopped itself during this action), energy (J, of this action), force and hand_force (N,
     largest sustained of the whole arm, and beyond the wrist), joint_speed (of the joint nearest to its limit, as a share of that),
-    penalty, motion_cost (reward lost to the price of motion), reward_terms, which, less motion_cost, add up to the reward.
+    penalty, motion_cost (reward lost to the price of motion), reward_terms, which, less motion_cost, add up to the reward. With
+    `observation={"critic": [..]}` also critic, from `reset` on: what a critic may see and the policy may not, scaled as an
+    observation is; `describe()["critic"]` names its numbers. With `observation={"camera": {"width": 84, "height": 84,
+    "kind": "depth", "from": "task"}}` an observation is a dict: those numbers as `state`, and `pixels`, shape (height, width, 1),
+    float32 metres up to 5, or with `"kind": "rgb"` (height, width, 3), uint8. `"from": "hand"` looks along the tool.
     """
 
-    observation_space: Box
+    observation_space: "gym.spaces.Space[Any]"
     action_space: Box
     metadata = {"render_modes": ["rgb_array"], "render_fps": 20}
 
@@ -93,18 +107,25 @@ class Env(gym.Env[Floats, Floats], EzPickle):
         self._width, self._height = sides
         self._native = Native(named, config, settings, bool(scaled))
         description = self.describe()
-        self.observation_space, self.action_space = spaces_of(description, scaled)
+        numbers, self.action_space = spaces_of(description, scaled)
+        self.observation_space = with_pixels(description, numbers)
+        self._has_pixels = "pixels" in description
         self.metadata = {**self.metadata, "render_fps": description["env"]["controller"]["policy_hz"]}
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Floats, dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
         """Starts an episode: that of `seed`, which also fixes all later episodes that are given none."""
         checked_options(options)
         seed = checked_seed(seed)
         super().reset(seed=seed)
-        return self._native.reset(seed), {}
+        observation, info = self._native.reset(seed)
+        return self._seen(observation), info
 
-    def step(self, action: ArrayLike) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
-        return self._native.step(action)
+    def step(self, action: ArrayLike) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        observation, *rest = self._native.step(action)
+        return self._seen(observation), *rest
+
+    def _seen(self, numbers: Floats) -> Observation:
+        return {"state": numbers, "pixels": self._native.pixels()} if self._has_pixels else numbers
 
     def render(self) -> NDArray[np.uint8] | None:
         return self._native.render(self._width, self._height) if self.render_mode else None

@@ -52,6 +52,8 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
         threads = len(os.sched_getaffinity(0)) if threads is None else threads
         self._native = Native(num_envs, threads, named, config, settings, bool(scaled))
         description = json.loads(self._native.describe())
+        if "pixels" in description:
+            raise ValueError("observation.camera is not for this vector; allowed: Gymnasium's own, of single environments")
         self.single_observation_space, self.single_action_space = spaces_of(description, scaled)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
@@ -79,9 +81,9 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
             seeds = [None if first is None else first + i for i in range(self.num_envs)]
         if len(seeds) != self.num_envs:
             raise ValueError(f"{len(seeds)} seeds for {self.num_envs} environments")
-        observations = self._native.reset([checked_seed(seed) for seed in seeds], mask.tolist())
+        observations, info = self._native.reset([checked_seed(seed) for seed in seeds], mask.tolist())
         self._ended[mask] = False
-        return observations, {}
+        return observations, self._masked(info, mask)
 
     def step(
         self, actions: ArrayLike
@@ -94,6 +96,8 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
             actions = np.where(begins[:, None], 0, actions)
         observations, rewards, terminated, truncated, numbers = self._native.step(actions, begins.tolist())
         self._ended = terminated | truncated
+        # What critics see is there of those too that begin an episode.
+        critic = {name: numbers.pop(name) for name in ("critic",) if name in numbers}
         info = self._masked(numbers, ~begins)
         if self.autoreset_mode == AutoresetMode.SAME_STEP and self._ended.any():
             ended, self._ended = self._ended, np.zeros(self.num_envs, bool)
@@ -102,8 +106,9 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
                 final[i] = observations[i].copy()
             info = self._masked(numbers, ~ended)
             info |= {"final_obs": final, "_final_obs": ended}
-            info |= {"final_info": self._masked(numbers, ended), "_final_info": ended.copy()}
-            observations = self._native.reset([None] * self.num_envs, ended.tolist())
+            info |= {"final_info": self._masked(numbers | critic, ended), "_final_info": ended.copy()}
+            observations, critic = self._native.reset([None] * self.num_envs, ended.tolist())
+        info |= self._masked(critic, np.ones(self.num_envs, bool))
         return observations, rewards, terminated, truncated, info
 
     @classmethod
@@ -112,7 +117,8 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
         info: dict[str, Any] = {}
         for name, values in numbers.items() if mask.any() else ():
             nested = isinstance(values, dict)
-            info[name] = cls._masked(values, mask) if nested else np.where(mask, values, values.dtype.type(0))
+            rows = mask if nested else mask.reshape(-1, *[1] * (values.ndim - 1))
+            info[name] = cls._masked(values, mask) if nested else np.where(rows, values, values.dtype.type(0))
             info[f"_{name}"] = mask.copy()
         return info
 

@@ -1,7 +1,7 @@
 //! A task in one file: grasp the knob of a drawer from above and pull it open.
 
 use aforce::{ConfigError, Measurement, Pose, Vector3};
-use nalgebra::{Translation3, UnitQuaternion, UnitVector3};
+use nalgebra::{Translation3, UnitQuaternion};
 use physics::camera::Camera;
 use physics::gripper::{GRIP_SITE, add_gripper};
 use physics::scene::{Axis, Body, Geom, Inertial, Joint, Role, Scene, Shape, Stop, at};
@@ -122,10 +122,6 @@ impl Task for Drawer {
 
     fn has_gripper(&self) -> bool {
         true
-    }
-
-    fn contact_axis(&self) -> UnitVector3<f64> {
-        Vector3::z_axis()
     }
 
     fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Observer) {

@@ -6,7 +6,7 @@ use crate::host::bounds::Bounds;
 use crate::host::hold::Hold;
 use crate::host::interface::{ArmInterface, ArmState, WrenchSource};
 use crate::host::limits::HostLimits;
-use crate::host::setup::HostSetup;
+use crate::host::setup::{HostSetup, contact_axis};
 use crate::host::status::{Command, Fault, Limited, NotTaken, Status};
 use crate::law::controller::Controller;
 use crate::observer::MomentumObserver;
@@ -121,6 +121,16 @@ impl Host {
         let planned = self.controller.move_to(&goal);
         self.bounds.goal_limited |= !planned;
         self.silence = 0.0;
+        Ok(())
+    }
+
+    /// Turns the contact axis, as [`Controller::set_contact_axis`]: `n` is the direction in world axes, of any length, in which the
+    /// environment pushes on the tool. The bounds of [`HostLimits`] hold for what comes of it.
+    ///
+    /// # Errors
+    /// If `n` has no direction; the axis stays as it was.
+    pub fn set_contact_axis(&mut self, n: [f64; 3]) -> Result<(), ConfigError> {
+        self.controller.set_contact_axis(contact_axis(n)?);
         Ok(())
     }
 

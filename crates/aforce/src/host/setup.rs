@@ -139,13 +139,8 @@ impl HostSetup {
         Ok(())
     }
 
-    /// n as a unit vector.
     fn contact_axis(&self) -> Result<Unit<Vector3>, ConfigError> {
-        let n: Vector3 = self.contact_axis.into();
-        Unit::try_new(n, 1e-6).filter(|n| n.iter().all(|x| x.is_finite())).ok_or_else(|| {
-            let reason = format!("{:?} has no direction", self.contact_axis);
-            ConfigError::Contradiction { field: "contact_axis".into(), reason }
-        })
+        contact_axis(self.contact_axis)
     }
 
     /// A controller for this arm.
@@ -153,6 +148,15 @@ impl HostSetup {
         self.validate()?;
         Controller::new(&self.space, &self.controller, &self.arm, self.contact_axis()?)
     }
+}
+
+/// n as a unit vector.
+pub(crate) fn contact_axis(n: [f64; 3]) -> Result<Unit<Vector3>, ConfigError> {
+    let direction: Option<Unit<Vector3>> = Unit::try_new(n.into(), 1e-6);
+    direction.filter(|n| n.iter().all(|x| x.is_finite())).ok_or_else(|| {
+        let reason = format!("{n:?} has no direction");
+        ConfigError::Contradiction { field: "contact_axis".into(), reason }
+    })
 }
 
 /// A set-up without its space.

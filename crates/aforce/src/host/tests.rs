@@ -206,3 +206,21 @@ fn a_start_is_refused_with_the_two_numbers_that_disagree() {
     host.start(&good, &pose).unwrap();
     assert_eq!(host.set_goal(&[0.0; 7]), Err(NotTaken::Length { found: 7, expected: 6 }));
 }
+
+#[test]
+fn the_contact_axis_turns_and_needs_a_direction() {
+    let mut plant = Plant::new(&HostSetup { limits: endless(), ..setup("low-force") });
+    let sideways = Wrench::new(10.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    let engagement = |plant: &mut Plant| {
+        for _ in 0..100 {
+            plant.step(&sideways);
+        }
+        plant.host.controller().engagement()
+    };
+    assert_eq!(engagement(&mut plant), 0.0, "a force along x is no contact along z");
+    let refused = plant.host.set_contact_axis([0.0; 3]).unwrap_err().to_string();
+    assert_eq!(refused, "contact_axis: [0.0, 0.0, 0.0] has no direction");
+    assert_eq!(plant.host.controller().contact_axis(), Vector3::z());
+    plant.host.set_contact_axis([2.0, 0.0, 0.0]).unwrap();
+    assert_eq!((engagement(&mut plant), plant.host.controller().contact_axis()), (1.0, Vector3::x()));
+}

@@ -46,7 +46,7 @@ pub struct Controller {
 
 impl Controller {
     /// A controller for `space`. `contact_axis` is n: the direction, in world axes, in which the environment pushes on
-    /// the tool (+z for a table below); only spaces with force use it. Of `arm` the torques keep to the limits, and
+    /// the tool (+z for a table below), until [`set_contact_axis`](Self::set_contact_axis) turns it; only spaces with force use it. Of `arm` the torques keep to the limits, and
     /// jerk-limited set-points to a share of what its tool may do. Call [`reset`](Self::reset) before use.
     ///
     /// # Errors
@@ -112,6 +112,13 @@ impl Controller {
     pub fn set_goal(&mut self, action: &[f64], y: &Measurement) {
         let goal = self.interpret(action, y);
         self.move_to(&goal);
+    }
+
+    /// Turns n, the direction in world axes in which the environment pushes on the tool: the normal of the surface where the tool
+    /// touches it, for whoever knows it. F_d and F_cmd are numbers along n and turn with it, and so does the share of stiffness and
+    /// F_ff that force control has taken. Holds from the next sample on, and through a reset.
+    pub fn set_contact_axis(&mut self, n: UnitVector3<f64>) {
+        self.force.set_direction(n.into_inner());
     }
 
     /// The goal that an action asks for, not yet taken. Stiffness, psi and force, if commanded, take effect.

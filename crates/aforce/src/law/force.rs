@@ -136,8 +136,8 @@ pub struct ForceControl {
     ramp: f64,
     /// Integral term ki int(F_d - F) (N).
     integral: f64,
-    /// Measured force of the previous sample (N).
-    previous: f64,
+    /// Measured force of the previous sample (N, world axes).
+    previous: Vector3,
     /// F_cmd (N).
     command: f64,
     /// The part of F_cmd that did not act (N).
@@ -159,7 +159,7 @@ impl ForceControl {
             desired: 0.0,
             ramp: 0.0,
             integral: 0.0,
-            previous: 0.0,
+            previous: Vector3::zeros(),
             command: 0.0,
             withheld: 0.0,
         }
@@ -169,7 +169,14 @@ impl ForceControl {
     pub fn reset(&mut self) {
         self.contact.reset();
         (self.engagement, self.target, self.desired, self.ramp) = (0.0, 0.0, 0.0, 0.0);
-        (self.integral, self.previous, self.command, self.withheld) = (0.0, 0.0, 0.0, 0.0);
+        (self.integral, self.command, self.withheld) = (0.0, 0.0, 0.0);
+        self.previous = Vector3::zeros();
+    }
+
+    /// Turns n to `direction`, a unit vector in world axes; a reset leaves it. F_d, F_cmd and its integral are numbers along n and turn
+    /// with it: along a curved surface the tool is pressed as hard as before, another way.
+    pub fn set_direction(&mut self, direction: Vector3) {
+        self.direction = direction;
     }
 
     /// The force that the environment should exert along n while in contact (N).
@@ -202,11 +209,11 @@ impl ForceControl {
                 // leaves with `engagement`: until it has left both push.
                 self.desired = force.clamp(0.0, self.target);
                 self.ramp = (self.target - self.desired) / self.config.ramp_time;
-                self.previous = force;
+                self.previous = linear(measured);
             }
             self.pid(force, dt);
         }
-        self.previous = force;
+        self.previous = linear(measured);
         stack(&(self.direction * self.command), &Vector3::zeros())
     }
 
@@ -216,7 +223,8 @@ impl ForceControl {
         self.desired += (self.target - self.desired).clamp(-step, step);
         let error = self.desired - force;
         // F_cmd = F_d + kp (F_d - F) + ki int(F_d - F) - kd dF/dt
-        let wanted = self.desired + config.kp * error + self.integral - config.kd * (force - self.previous) / dt;
+        let wanted = self.desired + config.kp * error + self.integral
+            - config.kd * (force - self.previous.dot(&self.direction)) / dt;
         self.move_command(wanted, dt);
         // Anti-windup: no integration while the command cannot follow and the error asks for still more.
         let cut = wanted - self.command + self.withheld;

@@ -164,7 +164,7 @@ pub fn tool_rotation() -> UnitQuaternion<f64> {
 }
 
 /// Pose of a tool in the frame `right_hand`, `distance` from the flange (m).
-pub(crate) fn tool_pose(distance: f64) -> Pose {
+pub fn tool_pose(distance: f64) -> Pose {
     Pose::from_parts(Translation3::new(0.0, 0.0, distance), tool_rotation())
 }
 

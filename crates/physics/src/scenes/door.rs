@@ -177,6 +177,11 @@ impl Door {
         simulation.joint(self.shaft).0
     }
 
+    /// How fast the door and its handle turn (rad/s).
+    pub fn speeds(&self, simulation: &Simulation) -> [f64; 2] {
+        [self.hinge, self.shaft].map(|joint| simulation.joint(joint).1)
+    }
+
     /// Whether both finger pads press on the lever.
     pub fn is_grasped(&self, simulation: &Simulation) -> bool {
         self.pads.iter().all(|&pad| simulation.touching(pad, self.lever))

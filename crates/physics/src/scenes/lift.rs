@@ -1,6 +1,6 @@
 //! Lift: a cube on a table (robosuite 1.4 `Lift`).
 
-use aforce::{Pose, Vector3};
+use aforce::{Pose, Twist, Vector3};
 
 use super::{Table, add_fixtures};
 use crate::gripper::{GRIP_SITE, add_gripper};
@@ -61,6 +61,11 @@ impl Lift {
     /// Pose of the cube's centre.
     pub fn cube_pose(&self, simulation: &Simulation) -> Pose {
         simulation.body_pose(self.cube)
+    }
+
+    /// Velocity of the cube (m/s, rad/s; world), linear at its centre.
+    pub fn cube_velocity(&self, simulation: &Simulation) -> Twist {
+        simulation.body_velocity(self.cube)
     }
 
     /// Puts the cube at rest at `pose`.

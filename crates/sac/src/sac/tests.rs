@@ -8,7 +8,7 @@ fn small() -> Config {
 
 /// Ten steps of which each earns `reward`.
 fn replay(config: &Config, reward: f32) -> Replay {
-    let mut replay = Replay::new(config, 2, 1);
+    let mut replay = Replay::new(config, (2, 1));
     for k in 0..10 {
         let observe = |k: u8| [f32::from(k).sin(), f32::from(k).cos()];
         replay
@@ -28,7 +28,7 @@ fn replay(config: &Config, reward: f32) -> Replay {
 #[test]
 fn the_policy_is_a_running_mean_of_the_actor() {
     let config = Config { policy_average: 0.3, ..small() };
-    let mut sac = Sac::new(&config, 2, 1, 3).unwrap();
+    let mut sac = Sac::new(&config, (2, 1), 3).unwrap();
     let replay = replay(&config, 1.0);
     let weights = |sac: &mut Sac| {
         sac.update(&replay);
@@ -46,7 +46,7 @@ fn the_policy_is_a_running_mean_of_the_actor() {
 #[test]
 fn actor_average_and_temperature_wait_for_their_turn() {
     let config = Config { actor_period: 3, ..small() };
-    let mut sac = Sac::new(&config, 2, 1, 3).unwrap();
+    let mut sac = Sac::new(&config, (2, 1), 3).unwrap();
     let replay = replay(&config, 1.0);
     for k in 1..=6 {
         let all = |sac: &Sac| [sac.actor.network.values.to_vec(), sac.average.values.to_vec(), vec![sac.temperature()]];
@@ -60,8 +60,8 @@ fn actor_average_and_temperature_wait_for_their_turn() {
         assert_ne!(critics, sac.critics.values.to_vec());
     }
     // Adam's first step is as long as its learning rate, so its count began with the actor's first turn.
-    let first = Sac::new(&config, 2, 1, 3).unwrap();
-    let mut third = Sac::new(&config, 2, 1, 3).unwrap();
+    let first = Sac::new(&config, (2, 1), 3).unwrap();
+    let mut third = Sac::new(&config, (2, 1), 3).unwrap();
     for _ in 0..3 {
         third.update(&replay);
     }
@@ -71,7 +71,7 @@ fn actor_average_and_temperature_wait_for_their_turn() {
 
 #[test]
 fn half_of_a_batch_is_prior_data() {
-    let mut sac = Sac::new(&small(), 2, 1, 3).unwrap();
+    let mut sac = Sac::new(&small(), (2, 1), 3).unwrap();
     let (own, prior) = (replay(&small(), 1.0), replay(&small(), 2.0));
     sac.update_with_prior(&own, &prior);
     // Of three steps, or of as many as were left.
@@ -85,7 +85,7 @@ fn half_of_a_batch_is_prior_data() {
 fn the_running_mean_counts_the_actors_own_turns() {
     for actor_period in [2, 3] {
         let config = Config { actor_period, ..small() };
-        let mut sac = Sac::new(&config, 2, 1, 3).unwrap();
+        let mut sac = Sac::new(&config, (2, 1), 3).unwrap();
         let replay = replay(&config, 1.0);
         let mut actors: Vec<Vec<f32>> = Vec::new();
         for k in 1..=20 {
@@ -105,7 +105,7 @@ fn the_running_mean_counts_the_actors_own_turns() {
 fn as_many_episodes_as_said_have_pink_noise() {
     // An action remembers the one before if noise is pink.
     let pink_episodes = |pink_noise| {
-        let mut sac = Sac::new(&Config { pink_noise, ..small() }, 2, 1, 3).unwrap();
+        let mut sac = Sac::new(&Config { pink_noise, ..small() }, (2, 1), 3).unwrap();
         let episode = |_: &usize| {
             sac.begin_episode();
             let mut action = [0.0];
@@ -127,7 +127,7 @@ fn as_many_episodes_as_said_have_pink_noise() {
 fn an_update_has_the_same_bits_without_avx2() {
     let config = Config { layer_norm: true, hidden: vec![19, 24], batch_size: 13, ..small() };
     let [with, without] = with_and_without_avx2(|| {
-        let mut sac = Sac::new(&config, 2, 1, 3).unwrap();
+        let mut sac = Sac::new(&config, (2, 1), 3).unwrap();
         let replay = replay(&config, 1.0);
         let losses: Vec<Losses> = (0..9).map(|_| sac.update(&replay)).collect();
         (losses, sac.critics.values.to_vec(), sac.average.values.to_vec())

@@ -6,7 +6,7 @@ mod markers;
 mod normalisation;
 
 use aforce::{Measurement, Pose, Vector3};
-use nalgebra::{Translation3, UnitVector3};
+use nalgebra::Translation3;
 use physics::camera::{Camera, Decal};
 use physics::robots::{JOINTS, Robot};
 use physics::scenes::wipe::{self, TABLE_FRICTION, TABLE_HEIGHT};
@@ -165,13 +165,18 @@ impl Task for Wipe {
         false
     }
 
-    fn contact_axis(&self) -> UnitVector3<f64> {
-        Vector3::z_axis()
-    }
-
     fn observe(&self, _: &Simulation, y: &Measurement, out: &mut Observer) {
         let Running { markers, raised, .. } = self.running();
         self.view.observe(markers, *raised, &y.pose.translation.vector, out);
+    }
+
+    /// How high the tool is above the table as it stands, whether it lies flat on it, how much is wiped.
+    fn observe_privileged(&self, simulation: &Simulation, y: &Measurement, out: &mut Observer) {
+        let Running { scene, markers, raised, .. } = self.running();
+        let height = y.pose.translation.z - self.table().0 - raised;
+        out.put("height_above_table", height, "m", 0.0, 20.0);
+        out.put("tool_flat", f64::from(scene.is_flat(simulation)), "0 or 1", 0.0, 1.0);
+        out.put("wiped_share", markers.wiped_share(), "1", 0.5, 2.0);
     }
 
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: Option<f64>) -> Reward {

@@ -4,7 +4,7 @@ use super::Controller;
 use crate::law::action_space::ActionSpace;
 use crate::law::psi::Psi;
 use crate::law::stiffness::Stiffness;
-use crate::spatial::{Measurement, Pose, Vector6, Wrench};
+use crate::spatial::{Measurement, Pose, Vector3, Vector6, Wrench};
 
 impl Controller {
     /// The action space that this controller decodes.
@@ -29,6 +29,12 @@ impl Controller {
     /// In N/m and Nm/rad, at the arm's present inertia, what `own` is in the space's unit.
     pub(crate) fn effective(&self, own: &Vector6) -> Vector6 {
         self.space.unit.effective(own, &self.inertia)
+    }
+
+    /// n: the direction, in world axes, in which the environment pushes on the tool.
+    #[must_use]
+    pub fn contact_axis(&self) -> Vector3 {
+        self.force.axis().direction
     }
 
     /// K in the space's own unit.

@@ -152,3 +152,23 @@ fn a_heavy_arm_needs_damping_in_proportion() {
     // ki = 4 > (1 + kp) 60/42 = 1.9 1/s: 60 Ns/m are not enough for 42 kg.
     assert!(press_wall(42.0, 60.0).1 > 5.0);
 }
+
+/// The tool slides over an edge: the force asked for, its command and its integral are the same numbers along another direction.
+#[test]
+fn force_control_turns_with_its_axis() {
+    let mut turned = control(ForceConfig { kd: 0.01, ..ForceConfig::default() });
+    feed(&mut turned, 8.0, 500);
+    let mut straight = turned.clone();
+    let n = Vector3::new(0.6, 0.0, 0.8);
+    turned.set_direction(n);
+    // 9 N along n, and what friction does across it.
+    let across = Vector3::new(0.8, 5.0, -0.6);
+    let wrench = turned.update(&stack(&(9.0 * n + across), &Vector3::zeros()), DT);
+    // The derivative sees what the last sample, 8 N upwards, was along n.
+    straight.previous = Vector3::z() * (8.0 * 0.8);
+    straight.update(&push(9.0), DT);
+    assert_relative_eq!(turned.command(), straight.command(), epsilon = 1e-9);
+    assert_relative_eq!(linear(&wrench), turned.command() * n, epsilon = 1e-9);
+    assert_eq!((turned.desired(), turned.integral), (straight.desired(), straight.integral));
+    assert_eq!(turned.axis().engagement, straight.axis().engagement);
+}

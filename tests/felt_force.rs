@@ -1,0 +1,200 @@
+//! A policy that observes the measured force reads newtons, in the tool's axes, from nothing when the episode began; a critic may see
+//! what the policy does not.
+
+use aforce::{Vector3, Wrench};
+use tasks::{Disturbance, Draw, Env, EnvConfig, ObservationOptions, Privileged, Sensing, TaskName, WrenchSource};
+
+const NAMES: [&str; 6] = ["force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z"];
+
+fn feeling(task: TaskName, space: &str) -> EnvConfig {
+    let observation = ObservationOptions { force: true, ..ObservationOptions::default() };
+    EnvConfig { task, space: space.parse().unwrap(), observation, ..EnvConfig::default() }
+}
+
+/// The six numbers, which stand last.
+fn felt(env: &Env) -> Wrench {
+    let (components, values) = (env.observation_components(), env.observation());
+    let first = components.len() - NAMES.len();
+    let names: Vec<&str> = components[first..].iter().map(|component| component.name.as_str()).collect();
+    assert_eq!(names, NAMES);
+    Wrench::from_fn(|i, _| f64::from(values[first + i]))
+}
+
+fn force(wrench: &Wrench) -> Vector3 {
+    wrench.fixed_rows::<3>(0).into()
+}
+
+/// An action of a space that moves the goal by nothing.
+fn still(env: &Env) -> Vec<f64> {
+    vec![0.0; env.action_dim()]
+}
+
+#[test]
+fn it_is_six_numbers_more_in_every_task_and_space() {
+    for task in TaskName::BUILT_IN {
+        for space in aforce::ActionSpace::built_in() {
+            let config = EnvConfig { space, ..feeling(task, "aforce") };
+            let without = EnvConfig { observation: ObservationOptions::default(), ..config.clone() };
+            let [mut with, mut without] = [config, without].map(|config| Env::new(config, 1).unwrap());
+            assert_eq!(with.reset(Some(1))[..without.observation().len()], *without.reset(Some(1)));
+            assert_eq!(felt(&with), Wrench::zeros());
+            let action = still(&with);
+            assert_eq!(with.step(&action), without.step(&action), "it changes nothing else");
+        }
+    }
+}
+
+/// A force controller holds 30 N against the table, which pushes the tool up: along -z of a tool that looks down.
+#[test]
+fn pressing_with_30_newtons_reads_30() {
+    let mut env = Env::new(feeling(TaskName::WIPE, "low-force"), 1).unwrap();
+    env.reset(Some(1));
+    while force(&env.measurement().wrench).z < 5.0 {
+        assert!(!env.step(&env.expert_action()).truncated, "the script never touches the table");
+    }
+    // The last entry asks for 0 to 50 N.
+    let mut action = still(&env);
+    *action.last_mut().unwrap() = 0.2;
+    for _ in 0..60 {
+        env.step(&action);
+    }
+    let mut mean = Vector3::zeros();
+    for _ in 0..20 {
+        env.step(&action);
+        mean += force(&felt(&env)) / 20.0;
+    }
+    assert!((mean.z + 30.0).abs() < 1.5, "{mean:?}");
+    // Friction holds a tool that rests; mu is 0.03 to 1.
+    assert!(mean.xy().norm() < 0.5 * 30.0, "{mean:?}");
+}
+
+/// In the air there is nothing but the sensor's own error. Tared, a bias reads nothing until the tool turns: it stays in the world's
+/// axes, as the weight of a tool that is known too heavy does.
+#[test]
+fn a_bias_is_tared_and_comes_back_as_the_tool_turns() {
+    let disturbance = Disturbance { force_bias_n: Some(Draw::Fixed(5.0)), ..Disturbance::default() };
+    let mut env = Env::new(EnvConfig { disturbance, ..feeling(TaskName::LIFT, "osc") }, 1).unwrap();
+    env.reset(Some(1));
+    let start = env.measurement().clone();
+    assert!((force(&start.wrench).norm() - 5.0).abs() < 1e-9);
+    assert_eq!(felt(&env), Wrench::zeros());
+    let mut action = still(&env);
+    action[5] = 0.5;
+    for _ in 0..10 {
+        env.step(&action);
+    }
+    let now = env.measurement().pose.rotation;
+    assert!(now.angle_to(&start.pose.rotation) > 0.3);
+    let bias = force(&start.wrench);
+    let expected = now.inverse() * bias - start.pose.rotation.inverse() * bias;
+    assert!(expected.norm() > 0.5 && (force(&felt(&env)) - expected).norm() < 1e-6, "{:?}", felt(&env));
+}
+
+#[test]
+fn noise_is_as_strong_as_said() {
+    let disturbance = Disturbance { force_noise_n: Some(Draw::Fixed(2.0)), ..Disturbance::default() };
+    let mut env = Env::new(EnvConfig { disturbance, ..feeling(TaskName::WIPE, "osc") }, 1).unwrap();
+    env.reset(Some(1));
+    let action = still(&env);
+    let seen: Vec<Vector3> = (0..400)
+        .map(|_| {
+            env.step(&action);
+            force(&felt(&env))
+        })
+        .collect();
+    let mean = seen.iter().sum::<Vector3>() / 400.0;
+    for axis in 0..3 {
+        let variance = seen.iter().map(|force| (force[axis] - mean[axis]).powi(2)).sum::<f64>() / 399.0;
+        // The standard deviation of an estimate from 400 is 3.5 %.
+        assert!((variance.sqrt() - 2.0).abs() < 0.3, "{}", variance.sqrt());
+    }
+}
+
+/// An arm without a sensor estimates, with a bias of up to 10 N in each direction; tared, it does not show.
+#[test]
+fn the_bias_of_an_estimate_is_tared_too() {
+    let largest = |bias: f64| {
+        let sensing =
+            Sensing { source: WrenchSource::Estimated, bias: [bias, 0.0], noise: [0.0; 2], ..Sensing::default() };
+        let mut env = Env::new(EnvConfig { sensing, ..feeling(TaskName::LIFT, "osc") }, 1).unwrap();
+        env.reset(Some(1));
+        let action = still(&env);
+        for _ in 0..40 {
+            env.step(&action);
+        }
+        (force(&felt(&env)).norm(), force(&env.measurement().wrench).norm())
+    };
+    let ((none, _), (some, measured)) = (largest(0.0), largest(10.0));
+    assert!(measured > 4.0 && (some - none).abs() < 0.2, "{none} {some} {measured}");
+}
+
+fn with_critic(task: TaskName, critic: Vec<Privileged>, disturbance: Disturbance) -> EnvConfig {
+    let observation = ObservationOptions { critic, ..ObservationOptions::default() };
+    EnvConfig { task, observation, disturbance, ..EnvConfig::default() }
+}
+
+fn privileged(env: &Env) -> Vec<(&str, f32)> {
+    let names = env.privileged_components().iter().map(|component| component.name.as_str());
+    names.zip(env.privileged().iter().copied()).collect()
+}
+
+#[test]
+fn a_critic_sees_what_was_drawn_and_the_policy_does_not() {
+    let disturbance = Disturbance {
+        friction: Some(Draw::Between([0.5, 2.0])),
+        force_bias_n: Some(Draw::Fixed(5.0)),
+        push_n: Some(Draw::Fixed(8.0)),
+        push_hz: Some(Draw::Fixed(2.0)),
+        ..Disturbance::default()
+    };
+    let mut env = Env::new(with_critic(TaskName::WIPE, vec![Privileged::Disturbance], disturbance), 1).unwrap();
+    let plain = Env::new(with_critic(TaskName::WIPE, vec![], disturbance), 1).unwrap();
+    assert_eq!(env.observation_components(), plain.observation_components());
+    let mut drawn = vec![];
+    for seed in 0..20 {
+        env.reset(Some(seed));
+        let seen = privileged(&env);
+        let value = |name: &str| f64::from(seen.iter().find(|(of, _)| *of == name).unwrap().1);
+        let vector = |name: &str| Vector3::from(["x", "y", "z"].map(|axis| value(&format!("{name}_{axis}"))));
+        assert_eq!(seen.len(), 10, "{seen:?}");
+        let friction = value("disturbance_friction");
+        assert!((0.5..=2.0).contains(&friction));
+        drawn.push(friction);
+        let bias = vector("disturbance_force_bias");
+        assert!((bias - force(&env.measurement().wrench)).norm() < 1e-6, "in the air all that is measured");
+        assert!(vector("disturbance_push").norm() <= 8.0 + 1e-6);
+    }
+    assert!(drawn.iter().any(|friction| *friction < 1.0) && drawn.iter().any(|friction| *friction > 1.5));
+}
+
+#[test]
+fn every_entry_shows_something_in_every_task() {
+    use Privileged::{Contact, Controller, Force, Task};
+    for task in TaskName::BUILT_IN {
+        let mut env =
+            Env::new(with_critic(task, vec![Contact, Controller, Force, Task], Disturbance::default()), 1).unwrap();
+        let first = env.privileged().len();
+        assert!(first > 8 + 19 + 6, "{task:?}");
+        let plain = Env::new(with_critic(task, vec![], Disturbance::default()), 1).unwrap();
+        assert_eq!((plain.privileged().len(), plain.observation()), (0, env.observation()));
+        let action = env.expert_action();
+        let before = env.privileged().to_vec();
+        env.step(&action);
+        assert_ne!(env.privileged(), before);
+    }
+}
+
+#[test]
+fn a_list_that_makes_no_sense_is_refused_in_one_line() {
+    let refused = |config: EnvConfig| Env::new(config, 1).err().unwrap().to_string();
+    let nothing = refused(with_critic(TaskName::LIFT, vec![Privileged::Disturbance], Disturbance::default()));
+    assert_eq!(nothing, "env.observation.critic: \"disturbance\" shows what env.disturbance has, and it has nothing");
+    let twice = refused(with_critic(TaskName::LIFT, vec![Privileged::Task; 2], Disturbance::default()));
+    assert_eq!(twice, "env.observation.critic: \"task\" stands in it twice");
+    let mut seen = feeling(TaskName::LIFT, "aforce");
+    seen.observation.critic = vec![Privileged::Force];
+    assert_eq!(
+        refused(seen),
+        "env.observation.critic: observation.force = true shows it to the policy: leave \"force\" out"
+    );
+}
