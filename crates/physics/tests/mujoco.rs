@@ -29,6 +29,7 @@ const SETS: [(&str, RobotName); 2] = [("robosuite", RobotName::Robosuite), ("ide
 fn bare_arm(robot: &Robot) -> (Scene, usize) {
     let (mut scene, gripper) = lift::scene(robot, Vector3::repeat(0.021));
     scene.bodies.pop().filter(|b| b.name == "cube").expect("the cube is the last body");
+    scene.actuators.retain(|actuator| actuator.joint.starts_with("joint"));
     for body in &mut scene.bodies {
         body.geoms.clear();
         match &mut body.joint {
