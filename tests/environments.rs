@@ -232,11 +232,12 @@ fn an_expert_solves_every_task_in_every_space() {
     let too_soft = |task, space: &ActionSpace| task == TaskName::WIPE && space.name == "low";
     let mut failed = vec![];
     for (task, space) in everywhere().filter(|(task, space)| !too_soft(*task, space)) {
-        let (seeds, least) = match task {
-            TaskName::LIFT => (2, 350.0),
+        let (seeds, least) = match task.as_str() {
+            "lift" => (2, 350.0),
             // A hand that keeps its orientation softly needs 15 s to turn over and grasp: robosuite's air brakes it.
-            TaskName::DOOR => (1, 170.0),
-            TaskName::WIPE => (1, 250.0),
+            "door" => (1, 170.0),
+            "wipe" => (1, 250.0),
+            other => panic!("how well does the script do {other}?"),
         };
         for seed in 0..seeds {
             let (total, success) = expert(task, &space, seed);
