@@ -30,7 +30,7 @@ def starts_of(run):
     with (run / "eval.csv").open(newline="") as file:
         for row in csv.DictReader(file):
             if row["policy"] == "mean":
-                starts.setdefault(int(row["step"]), []).append(int(row["episode_seed"]))
+                starts.setdefault(int(row["step"]), []).append(int(row["episode_seed"], 0))
     return starts
 
 

@@ -8,6 +8,7 @@ pub mod parallel;
 pub mod program;
 pub mod rank_test;
 pub mod statistics;
+pub mod survival;
 
 use std::path::Path;
 

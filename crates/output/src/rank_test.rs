@@ -13,22 +13,44 @@ const HALVINGS: usize = 20;
 /// way to split the ranks. Tied values share their ranks; infinity, for what never happened, is the largest value. 1 if one is
 /// empty.
 pub fn p_value(a: &[f64], b: &[f64]) -> f64 {
-    let ranks = doubled_ranks(a, b);
-    let of_a: usize = ranks[..a.len()].iter().sum();
-    // Splits by their size and rank sum: counts stay exact up to 2^53, which is 20 against 20 and more.
+    stratified_p_value(&[[a, b]])
+}
+
+/// The same of several `strata`, each a pair of samples that are drawn alike within it and may differ from those of the others:
+/// the ranks are given within each stratum, and the sums of the first samples' ranks are added up. 1 if there is no stratum.
+pub fn stratified_p_value(strata: &[[&[f64]; 2]]) -> f64 {
+    let (mut of_first, mut splits) = (0, vec![1.0]);
+    for [a, b] in strata {
+        let ranks = doubled_ranks(a, b);
+        of_first += ranks[..a.len()].iter().sum::<usize>();
+        splits = convolved(&splits, &splits_by_sum(&ranks, a.len()));
+    }
+    let count = |sums: &[f64]| sums.iter().sum::<f64>();
+    let rarer = count(&splits[..=of_first]).min(count(&splits[of_first..]));
+    (2.0 * rarer / count(&splits)).min(1.0)
+}
+
+/// How many ways there are to choose so many of `ranks`, by their sum: counts stay exact up to 2^53, which is 20 of 40 and more.
+fn splits_by_sum(ranks: &[usize], chosen: usize) -> Vec<f64> {
     let sums = ranks.iter().sum::<usize>() + 1;
-    let mut splits = vec![vec![0.0; sums]; a.len() + 1];
+    let mut splits = vec![vec![0.0; sums]; chosen + 1];
     splits[0][0] = 1.0;
-    for &rank in &ranks {
-        for size in (0..a.len()).rev() {
+    for &rank in ranks {
+        for size in (0..chosen).rev() {
             let [fewer, more] = splits.get_disjoint_mut([size, size + 1]).expect("two sizes");
             more[rank..].iter_mut().zip(fewer).for_each(|(more, fewer)| *more += *fewer);
         }
     }
-    let count = |sums: &[f64]| sums.iter().sum::<f64>();
-    let splits = &splits[a.len()];
-    let rarer = count(&splits[..=of_a]).min(count(&splits[of_a..]));
-    (2.0 * rarer / count(splits)).min(1.0)
+    splits.swap_remove(chosen)
+}
+
+/// Counts of sums of one choice each.
+fn convolved(a: &[f64], b: &[f64]) -> Vec<f64> {
+    let mut sums = vec![0.0; a.len() + b.len() - 1];
+    for (at, &of_a) in a.iter().enumerate().filter(|(_, count)| **count > 0.0) {
+        sums[at..].iter_mut().zip(b).for_each(|(sum, of_b)| *sum += of_a * of_b);
+    }
+    sums
 }
 
 /// Twice the rank of each value, of `a` and then of `b`: whole numbers with ties too.
@@ -104,6 +126,23 @@ mod tests {
         }
         assert_eq!(rows.len(), 9);
         assert_eq!(p_value(&[], &[1.0]), 1.0);
+    }
+
+    /// `scripts/rank_test_reference.py` goes through every way to split each stratum.
+    #[test]
+    fn strata_agree_with_every_split_counted() {
+        let mut reader = csv::Reader::from_reader(&include_bytes!("../reference/stratified.csv")[..]);
+        let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+        for row in &rows {
+            let strata: Vec<[Vec<f64>; 2]> = row[0]
+                .split(';')
+                .map(|stratum| stratum.split_once('|').map(|(a, b)| [numbers(a), numbers(b)]).unwrap())
+                .collect();
+            let borrowed: Vec<[&[f64]; 2]> = strata.iter().map(|[a, b]| [a.as_slice(), b.as_slice()]).collect();
+            assert!((stratified_p_value(&borrowed) - numbers(&row[1])[0]).abs() < 1e-9, "{row:?}");
+        }
+        assert_eq!(rows.len(), 4);
+        assert_eq!(stratified_p_value(&[]), 1.0);
     }
 
     #[test]

@@ -5,8 +5,11 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// Resamples behind an interval.
+/// Resamples behind an interval of few values, and of many; between them the work of an interval stays the same.
 const RESAMPLES: usize = 10_000;
+const FEWEST_RESAMPLES: usize = 1000;
+/// The most values that have all resamples.
+const FEW: usize = 100;
 /// Share of resamples inside an interval.
 const CONFIDENCE: f64 = 0.95;
 
@@ -43,15 +46,52 @@ pub fn quantile(values: &[f64], share: f64) -> f64 {
 
 /// Interquartile mean: the mean without the lowest and the highest quarter (rounded down).
 pub fn iqm(values: &[f64]) -> f64 {
-    let cut = values.len() / 4;
-    mean(&sorted(values)[cut..values.len() - cut])
+    middle_mean(&sorted(values))
+}
+
+/// The interval of [`iqm`], by [`interval`]'s resamples.
+pub fn iqm_interval(values: &[f64]) -> [f64; 2] {
+    stratified_iqm_interval(&[values])
+}
+
+/// The interquartile mean of the values of all `groups`, and its interval, where each group is redrawn by itself: of runs of several
+/// tasks, the aggregate of Agarwal et al. 2021.
+pub fn stratified_iqm_interval(groups: &[&[f64]]) -> [f64; 2] {
+    // A sample redrawn from sorted values is sorted once it is known how often each was drawn.
+    let all: Vec<f64> = groups.concat();
+    let mut order: Vec<usize> = (0..all.len()).collect();
+    order.sort_by(|&i, &j| all[i].total_cmp(&all[j]));
+    let mut drawn = vec![0; all.len()];
+    let mut sample = Vec::with_capacity(all.len());
+    bootstrap(all.len(), |rng| {
+        drawn.fill(0);
+        let mut first = 0;
+        for group in groups {
+            for _ in 0..group.len() {
+                drawn[first + rng.random_range(0..group.len())] += 1;
+            }
+            first += group.len();
+        }
+        sample.clear();
+        order.iter().for_each(|&at| sample.extend(std::iter::repeat_n(all[at], drawn[at])));
+        middle_mean(&sample)
+    })
+}
+
+/// Of sorted values.
+fn middle_mean(sorted: &[f64]) -> f64 {
+    let cut = sorted.len() / 4;
+    mean(&sorted[cut..sorted.len() - cut])
 }
 
 /// Probability that a run drawn from `a` exceeds one drawn from `b`; a tie counts half.
 pub fn probability_of_improvement(a: &[f64], b: &[f64]) -> f64 {
-    let pairs = a.iter().flat_map(|x| b.iter().map(move |y| (x, y)));
-    let wins: f64 = pairs.map(|(x, y)| f64::from(u8::from(x > y)) + 0.5 * f64::from(u8::from(x == y))).sum();
-    wins / (a.len() * b.len()) as f64
+    let mut b_sorted = sorted(b);
+    b_sorted.retain(|y| !y.is_nan());
+    let below = |x: &f64| b_sorted.partition_point(|y| y < x);
+    let not_above = |x: &f64| b_sorted.partition_point(|y| y <= x);
+    let doubled_wins: usize = a.iter().map(|x| below(x) + not_above(x)).sum();
+    0.5 * doubled_wins as f64 / (a.len() * b.len()) as f64
 }
 
 /// Lowest and highest value.
@@ -62,17 +102,20 @@ pub fn range(values: &[f64]) -> [f64; 2] {
 /// Percentile bootstrap: the interval that holds 95 % of `statistic` over samples redrawn, with
 /// replacement, within each of `groups`. The same groups give the same interval.
 pub fn interval(groups: &[&[f64]], statistic: impl Fn(&[Vec<f64>]) -> f64) -> [f64; 2] {
-    let mut rng = ChaCha8Rng::seed_from_u64(0);
     let mut redrawn: Vec<Vec<f64>> = groups.iter().map(|group| group.to_vec()).collect();
-    let outcomes: Vec<f64> = (0..RESAMPLES)
-        .map(|_| {
-            for (sample, group) in redrawn.iter_mut().zip(groups) {
-                sample.fill_with(|| group[rng.random_range(0..group.len())]);
-            }
-            statistic(&redrawn)
-        })
-        .collect();
-    let outcomes = sorted(&outcomes);
+    bootstrap(groups.iter().map(|group| group.len()).sum(), |rng| {
+        for (sample, group) in redrawn.iter_mut().zip(groups) {
+            sample.fill_with(|| group[rng.random_range(0..group.len())]);
+        }
+        statistic(&redrawn)
+    })
+}
+
+/// The interval that holds 95 % of what `outcome` tells of resamples of so many `values`.
+fn bootstrap(values: usize, mut outcome: impl FnMut(&mut ChaCha8Rng) -> f64) -> [f64; 2] {
+    let mut rng = ChaCha8Rng::seed_from_u64(0);
+    let resamples = (RESAMPLES * FEW / values.max(FEW)).max(FEWEST_RESAMPLES);
+    let outcomes = sorted(&(0..resamples).map(|_| outcome(&mut rng)).collect::<Vec<_>>());
     [(1.0 - CONFIDENCE) / 2.0, (1.0 + CONFIDENCE) / 2.0].map(|share| percentile(&outcomes, share))
 }
 
@@ -165,6 +208,18 @@ mod tests {
             rows += 1;
         }
         assert!(rows >= 5);
+    }
+
+    /// To the last bit, and in time that grows with the number of values.
+    #[test]
+    fn an_interval_of_the_interquartile_mean_is_that_of_sorted_resamples() {
+        let values = |n: usize| (0..n).map(|k| ((k * k) % 17) as f64 + 0.1 * k as f64).collect::<Vec<_>>();
+        let (few, many) = (values(9), values(7));
+        assert_eq!(iqm_interval(&few), interval(&[&few], |s| iqm(&s[0])));
+        assert_eq!(stratified_iqm_interval(&[&few, &many]), interval(&[&few, &many], |s| iqm(&s.concat())));
+        let [low, high] = iqm_interval(&values(5000));
+        let [centre, error] = [iqm(&values(5000)), deviation(&values(5000)) / 5000f64.sqrt()];
+        assert!(low < centre && centre < high && high - low < 6.0 * error, "{low} to {high} around {centre}");
     }
 
     #[test]

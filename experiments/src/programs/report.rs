@@ -12,14 +12,17 @@ use crate::report::disturbed::{DisturbedRow, disturbed};
 use crate::report::energy_ratio::energy_ratios;
 use crate::report::groups::{Group, Section, groups, sections, summary};
 use crate::report::markdown;
+use crate::report::over_tasks::{aggregates, profiles};
+use crate::report::pooled::pooled;
+use crate::report::reached::reached;
 use crate::report::record::Record;
 use crate::report::scatter;
 use crate::report::summary::{RunSummary, find_runs};
 use crate::report::text;
 use crate::report::tournament::TournamentRow;
-use crate::report::verdicts::{NO_RUNS, VerdictRow, judge};
 use anyhow::{Result, ensure};
 use clap::Parser;
+use crate::report::verdicts::{NO_RUNS, VerdictRow, judge_all};
 use output::{file, program};
 use serde::Serialize;
 use show::plot;
@@ -28,13 +31,15 @@ use show::plot;
 ///
 /// Writes runs.csv (a row per run), summary.csv (each metric over seeds), comparison.csv (every space against aforce),
 /// tournament.csv (what each run reached after 3, 6, 12 and 24 minutes of CPU time, where its tables tell that time),
-/// robustness.csv (what disturbances cost, where `evaluate --disturb` left a disturbed.csv in the folders of runs),
+/// reached.csv (actions until an evaluation returns 450, with runs that never come there), profiles.csv (the share of runs above each return),
+/// aggregates.csv (interquartile means over the tasks of a space), robustness.csv (what disturbances cost, where `evaluate --disturb` left a disturbed.csv in the folders of runs),
 /// and, in the folder of each experiment, tables_TASK.md (the paper's table, beside what others published), curves_TASK
 /// (learning curves with every seed) and energy_return (a dot per run); and NAME from every NAME.j2 in these folders: text
 /// that people wrote, with figures from the tables. Where the folder has an energy_ratio.toml, energy_ratio.csv and a plot of
 /// it are the ratios of energy that it asks for. Runs are compared within the folder that holds their tasks: an
 /// experiment. A sweep that is still going on is reported as far as it has come. A finished run that cannot be read is left
-/// out and named, and the exit code is 3.
+/// out and named, and the exit code is 3. So are curves of Stable-Baselines3 read, from a folder TASK/SPACE,LEARNER/seed_N with an
+/// evaluations.npz and perhaps a monitor.csv.
 #[derive(Parser)]
 #[command(version)]
 pub struct Arguments {
@@ -81,6 +86,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     report.table("tournament.csv", &timed)?;
     report.table("robustness.csv", &robustness)?;
     report.table("verdicts.csv", &verdicts)?;
+    report.table("pooled.csv", &pooled(&verdicts))?;
+    report.table("aggregates.csv", &aggregates(&groups))?;
+    report.table("profiles.csv", &profiles(&groups))?;
+    report.table("reached.csv", &reached(&groups))?;
     report.table("energy_ratio.csv", &ratios)?;
     if !ratios.is_empty() {
         let picture = out.join("energy_ratio");
@@ -162,7 +171,7 @@ fn verdicts(files: &[PathBuf], out: &Path, rows: &[RunSummary]) -> Result<Vec<Ve
     for (at, file) in places.iter().enumerate() {
         ensure!(!places[..at].contains(file), "{}: its hypotheses are named twice", file.display());
     }
-    let verdicts = files.iter().map(|file| judge(file, rows)).collect::<Result<Vec<_>>>()?.concat();
+    let verdicts = judge_all(files, rows)?;
     for row in verdicts.iter().filter(|row| row.verdict == NO_RUNS) {
         let (name, task, space, against) = (&row.hypothesis, &row.task, &row.space, &row.against);
         program::tell(format_args!("no runs yet of {name:?}: {} {task}, {space} against {against}", row.experiment));
@@ -171,13 +180,17 @@ fn verdicts(files: &[PathBuf], out: &Path, rows: &[RunSummary]) -> Result<Vec<Ve
 }
 
 /// The tables of a report.
-const TABLES: [&str; 7] = [
+const TABLES: [&str; 11] = [
     "runs.csv",
     "summary.csv",
     "comparison.csv",
     "tournament.csv",
     "robustness.csv",
     "verdicts.csv",
+    "pooled.csv",
+    "aggregates.csv",
+    "profiles.csv",
+    "reached.csv",
     "energy_ratio.csv",
 ];
 
@@ -254,7 +267,9 @@ impl<'a> Report<'a> {
 }
 
 /// Says so if the runs of a table are of several commits.
-fn tell_commits(section: &Section, commits: BTreeSet<&str>) {
+fn tell_commits(section: &Section, mut commits: BTreeSet<&str>) {
+    // That of an outside run is not known.
+    commits.remove("");
     if commits.len() > 1 {
         let list = commits.into_iter().collect::<Vec<_>>().join(", ");
         program::tell(format_args!(
@@ -285,7 +300,8 @@ fn pages(root: &Path, out: &Path) -> Result<ExitCode> {
 fn is_ours(table: &Path) -> Result<()> {
     let text = if table.exists() { fs_err::read_to_string(table)? } else { String::new() };
     let columns: Vec<&str> = text.lines().next().unwrap_or_default().split(',').collect();
-    let ours = text.is_empty() || columns.contains(&"task") && columns.contains(&"space");
+    let ours =
+        text.is_empty() || (columns.contains(&"task") || columns.contains(&"tasks")) && columns.contains(&"space");
     ensure!(ours, "{}: not a table of ours; nothing was overwritten: give another folder with --out", table.display());
     Ok(())
 }

@@ -68,9 +68,10 @@ impl Columns {
     /// If there is no such column, or a cell of it is no finite number; so for every method.
     pub fn values(&self, column: &str) -> Result<Vec<f64>> {
         let number = |(row, cell): (usize, &str)| match cell {
-            "true" => Ok(1.0),
-            "false" => Ok(0.0),
             "" => Ok(f64::NAN),
+            // As it is written here, by pandas and by spreadsheets.
+            "true" | "True" | "TRUE" => Ok(1.0),
+            "false" | "False" | "FALSE" => Ok(0.0),
             other => match other.parse() {
                 Ok(value) if f64::is_finite(value) => Ok(value),
                 _ => {
@@ -184,5 +185,18 @@ mod tests {
         assert_eq!(table().success_by_hand().unwrap(), 2.0 / 5.0);
         assert_eq!(table().after(1.0).unwrap().success_by_hand().unwrap(), 1.0 / 3.0);
         assert!(table().after(3.0).unwrap().success_by_hand().unwrap().is_nan());
+    }
+
+    #[test]
+    fn flags_may_be_written_as_pandas_and_spreadsheets_do_and_numbers_are_finite() {
+        let values = |cells: &str| {
+            let table = CsvTable::parse(Path::new("a.csv"), &format!("step,success\n{cells}")).unwrap();
+            Columns(table).values("success")
+        };
+        assert_eq!(values("1,True\n2,FALSE\n3,true\n").unwrap(), [1.0, 0.0, 1.0]);
+        for wrong in ["1e999", "inf", "NaN", "0,5"] {
+            let told = values(&format!("1,true\n2,\"{wrong}\"\n")).unwrap_err().to_string();
+            assert_eq!(told, format!("a.csv, line 3: success is {wrong:?}, not a number"));
+        }
     }
 }

@@ -1,5 +1,7 @@
 //! Which runs may stand in one table.
 
+use std::collections::HashMap;
+
 use anyhow::{Result, bail, ensure};
 
 use crate::config::RunConfig;
@@ -14,51 +16,62 @@ use crate::report::summary::RunSummary;
 /// # Errors
 /// Names two runs that do not fit together, and in what they differ.
 pub fn comparable(runs: &[Record], rows: &[RunSummary]) -> Result<()> {
-    let mut seen: Vec<(&Record, &RunSummary)> = vec![];
+    // By group and seed.
+    let mut seen: HashMap<(&str, &str, String, u64), &Record> = HashMap::new();
+    // The first run of each space with a variant and a preset stands for the others, which are like it but for their seed.
+    let mut first: Vec<(&Record, &RunSummary)> = vec![];
     for (run, row) in runs.iter().zip(rows) {
-        let config = &run.config;
-        for (other, their_row) in &seen {
-            let theirs = &other.config;
-            if Section::of(row) != Section::of(their_row) {
-                continue;
-            }
+        let key = (row.experiment.as_str(), row.task.as_str(), row.label(), run.config.seed);
+        if let Some(other) = seen.insert(key, run) {
             let (there, here) = (other.path.display(), run.path.display());
-            ensure!(
-                row.label() != their_row.label() || theirs.seed != config.seed,
-                "{there} and {here} have the same seed: keep them in different folders"
-            );
-            ensure!(
-                row.label() != their_row.label() || row.preset == their_row.preset,
-                "{there} has the preset {}, {here} {}: keep them in different folders",
-                their_row.preset,
-                row.preset
-            );
-            if theirs.variant != config.variant {
-                continue;
-            }
-            let mut alike = config.clone();
-            alike.seed = theirs.seed;
-            if theirs.env.space.name != config.env.space.name {
-                alike.env.space = theirs.env.space.clone();
-            }
-            if theirs.preset != config.preset {
-                let RunConfig { preset, learner, steps, evaluate_every, .. } = theirs.clone();
-                alike = RunConfig { preset, learner, steps, evaluate_every, ..alike };
-            }
-            if let Some(difference) = theirs.difference(&alike) {
-                bail!(
-                    "{there} and {here} differ in more than their seed and space ({difference}): keep them in different folders"
-                );
-            }
-            ensure!(
-                theirs.steps == alike.steps,
-                "{there} is a run of {} actions, {here} one of {}: take the shorter one on",
-                theirs.steps,
-                config.steps
-            );
+            bail!("{there} and {here} have the same seed: keep them in different folders");
         }
-        seen.push((run, row));
+        for (other, their_row) in first.iter().filter(|(_, other)| Section::of(other) == Section::of(row)) {
+            fit(other, their_row, run, row)?;
+        }
+        let kind =
+            |row: &RunSummary| (row.experiment.clone(), row.task.clone(), row.space.clone(), row.variant.clone());
+        let is_known = |(_, other): &(&Record, &RunSummary)| kind(other) == kind(row) && other.preset == row.preset;
+        if !first.iter().any(is_known) {
+            first.push((run, row));
+        }
     }
+    Ok(())
+}
+
+/// Whether two runs of a section fit together.
+fn fit(other: &Record, their_row: &RunSummary, run: &Record, row: &RunSummary) -> Result<()> {
+    let (theirs, config) = (&other.config, &run.config);
+    let (there, here) = (other.path.display(), run.path.display());
+    ensure!(
+        row.label() != their_row.label() || row.preset == their_row.preset,
+        "{there} has the preset {}, {here} {}: keep them in different folders",
+        their_row.preset,
+        row.preset
+    );
+    if theirs.variant != config.variant {
+        return Ok(());
+    }
+    let mut alike = config.clone();
+    alike.seed = theirs.seed;
+    if theirs.env.space.name != config.env.space.name {
+        alike.env.space = theirs.env.space.clone();
+    }
+    if theirs.preset != config.preset {
+        let RunConfig { preset, learner, steps, evaluate_every, .. } = theirs.clone();
+        alike = RunConfig { preset, learner, steps, evaluate_every, ..alike };
+    }
+    if let Some(difference) = theirs.difference(&alike) {
+        bail!(
+            "{there} and {here} differ in more than their seed and space ({difference}): keep them in different folders"
+        );
+    }
+    ensure!(
+        theirs.steps == alike.steps,
+        "{there} is a run of {} actions, {here} one of {}: take the shorter one on",
+        theirs.steps,
+        config.steps
+    );
     Ok(())
 }
 

@@ -1,5 +1,7 @@
 //! Groups against the reference of their section, `aforce`.
 
+use std::sync::LazyLock;
+
 use output::statistics::{FEWEST_FOR_INTERVAL, interval, mean, probability_of_improvement};
 use serde::Serialize;
 
@@ -22,6 +24,12 @@ pub const ENERGIES: [&str; 4] = [
     "copper_loss_per_action_j",
 ];
 
+/// What is compared, by name.
+pub static QUANTITIES: LazyLock<Vec<String>> = LazyLock::new(|| {
+    let orders = ORDERS.iter().map(|(order, _)| format!("probability that reference {order}"));
+    orders.chain(ENERGIES.iter().map(|name| format!("{name}: space / reference"))).collect()
+});
+
 /// A row of `comparison.csv`: a space against `aforce` (with force where `aforce` has it) in the same section, with the
 /// same preset and variant, or else without a variant.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -41,13 +49,17 @@ pub struct ComparisonRow {
     pub ci_high: Option<f64>,
 }
 
-/// Probability that the reference ends higher and learns faster than a space, and the space's energy over the reference's.
+/// Probability that the reference ends higher and learns faster than a space, and the space's energy over the reference's; of what the
+/// tables of both tell.
 pub fn comparison(groups: &[Group]) -> Vec<ComparisonRow> {
     let mut rows = vec![];
     for other in groups {
         let Some(reference) = reference(other, groups) else { continue };
-        let mut compare = |quantity: String, number: &str, statistic: fn(&[f64], &[f64]) -> f64| {
+        let mut compare = |quantity: &str, number: &str, statistic: fn(&[f64], &[f64]) -> f64| {
             let (a, b) = (reference.values(number), other.values(number));
+            if a.iter().chain(&b).any(|value| value.is_nan()) {
+                return;
+            }
             let enough = a.len().min(b.len()) >= FEWEST_FOR_INTERVAL;
             let ci = enough.then(|| interval(&[&a, &b], |s| statistic(&s[0], &s[1])));
             rows.push(ComparisonRow {
@@ -59,17 +71,18 @@ pub fn comparison(groups: &[Group]) -> Vec<ComparisonRow> {
                 n_space: b.len(),
                 reference: label(reference.space, reference.variant),
                 n_reference: a.len(),
-                quantity,
+                quantity: quantity.into(),
                 value: statistic(&a, &b),
                 ci_low: ci.map(|ci| ci[0]),
                 ci_high: ci.map(|ci| ci[1]),
             });
         };
-        for (order, number) in ORDERS {
-            compare(format!("probability that reference {order}"), number, probability_of_improvement);
+        let (orders, energies) = QUANTITIES.split_at(ORDERS.len());
+        for (quantity, (_, number)) in orders.iter().zip(ORDERS) {
+            compare(quantity, number, probability_of_improvement);
         }
-        for name in ENERGIES {
-            compare(format!("{name}: space / reference"), name, |a, b| mean(b) / mean(a));
+        for (quantity, name) in energies.iter().zip(ENERGIES) {
+            compare(quantity, name, |a, b| mean(b) / mean(a));
         }
     }
     rows

@@ -1,7 +1,7 @@
 //! Learning curves, drawn from the tables of runs: of one run, and of a sweep.
 
 use anyhow::Result;
-use output::statistics::{FEWEST_FOR_INTERVAL, interval, iqm, range};
+use output::statistics::{FEWEST_FOR_INTERVAL, iqm, iqm_interval, range};
 use show::plot::{self, Panel, Series};
 
 use crate::config::{self, RunConfig, RunId};
@@ -91,7 +91,7 @@ fn over_seeds(label: &str, mut seeds: Vec<Vec<(f64, f64)>>) -> Series {
     let points = (0..common).map(at).map(|(x, values)| (x, iqm(&values))).collect();
     let band = (0..common).map(at).map(|(x, values)| {
         let enough = values.len() >= FEWEST_FOR_INTERVAL;
-        let [low, high] = if enough { interval(&[&values], |sample| iqm(&sample[0])) } else { range(&values) };
+        let [low, high] = if enough { iqm_interval(&values) } else { range(&values) };
         (x, low, high)
     });
     Series { band: band.collect(), points, members: seeds, label: label.into() }

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::report::run_tables::summarised;
 use crate::report::summary::RunSummary;
-use output::statistics::{FEWEST_FOR_INTERVAL, deviation, interval, iqm, mean, median, range};
+use output::statistics::{FEWEST_FOR_INTERVAL, deviation, iqm, iqm_interval, mean, median, range};
 
 /// What is compared with each other: the runs of one task in one experiment.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,6 +51,11 @@ impl Group<'_> {
     pub fn has(&self, run: &RunSummary) -> bool {
         let key = (Section::of(run), run.space.as_str(), run.variant.as_str(), run.preset.as_str());
         key == (self.section, self.space, self.variant, self.preset)
+    }
+
+    /// Space, variant and preset: what it has in common with the groups of its other tasks.
+    pub fn name(&self) -> (&str, &str, &str) {
+        (self.space, self.variant, self.preset)
     }
 
     /// The number `name` of every run.
@@ -117,7 +122,7 @@ pub fn summary(groups: &[Group]) -> Vec<SummaryRow> {
         if values.is_empty() {
             return None;
         }
-        let ci = (values.len() >= FEWEST_FOR_INTERVAL).then(|| interval(&[&values], |sample| iqm(&sample[0])));
+        let ci = (values.len() >= FEWEST_FOR_INTERVAL).then(|| iqm_interval(&values));
         let [lowest, highest] = range(&values);
         Some(SummaryRow {
             experiment: group.section.experiment.into(),

@@ -3,12 +3,12 @@
 use std::collections::BTreeSet;
 use std::fmt::{self, Display, Formatter};
 
-use crate::report::comparison::{ComparisonRow, ENERGIES, ORDERS};
+use crate::report::comparison::{ComparisonRow, ENERGIES, ORDERS, QUANTITIES};
 use crate::report::groups::{Group, Section};
 use crate::report::published::{self, Published};
 use crate::report::run_tables::SOLVED;
 use crate::report::summary::RunSummary;
-use output::statistics::{FEWEST_FOR_INTERVAL, deviation, interval, iqm, mean, range};
+use output::statistics::{FEWEST_FOR_INTERVAL, deviation, iqm, iqm_interval, mean, range};
 
 /// The runs of a section in Markdown: notes, curves, return, energy, the comparison with `aforce`, safety.
 pub fn tables(section: Section, groups: &[Group], comparison: &[ComparisonRow]) -> String {
@@ -20,7 +20,7 @@ pub fn tables(section: Section, groups: &[Group], comparison: &[ComparisonRow]) 
     let steps: BTreeSet<String> = groups
         .iter()
         .flat_map(|group| &group.runs)
-        .map(|run| format!("{} m and {} rad", run.position_step_m, run.rotation_step_rad))
+        .filter_map(|run| Some(format!("{} m and {} rad", run.position_step_m?, run.rotation_step_rad?)))
         .collect();
     let steps = steps.into_iter().collect::<Vec<_>>().join(" or ");
     let mut parts = vec![format!("# {title}{of}: at most {steps} per action and axis\n")];
@@ -131,9 +131,12 @@ fn compared_with(reference: &str, groups: &[&Group], comparison: &[&ComparisonRo
         }
         let theirs = published_energy(group).zip(published::of(group.section.task, reference).and_then(energy));
         let mut cells = vec![label(group)];
-        cells.extend(of_group.iter().map(|row| match (row.ci_low, row.ci_high) {
-            (Some(low), Some(high)) => format!("{:.2}, {low:.2} to {high:.2}", row.value),
-            _ => format!("{:.2}", row.value),
+        cells.extend(QUANTITIES.iter().map(|quantity| {
+            let row = of_group.iter().find(|row| row.quantity == *quantity);
+            row.map_or(String::new(), |row| match (row.ci_low, row.ci_high) {
+                (Some(low), Some(high)) => format!("{:.2}, {low:.2} to {high:.2}", row.value),
+                _ => format!("{:.2}", row.value),
+            })
         }));
         cells.push(theirs.map_or(String::new(), |(space, reference)| two_digits(space / reference)));
         table.rows.push(cells);
@@ -215,9 +218,12 @@ fn label(group: &Group) -> String {
     format!("`{}`", group.runs[0].label())
 }
 
-/// Mean and deviation over seeds.
+/// Mean and deviation over the seeds whose tables tell it.
 fn spread(group: &Group, number: &str, digits: usize) -> String {
-    match group.values(number)[..] {
+    let mut values = group.values(number);
+    values.retain(|value| !value.is_nan());
+    match values[..] {
+        [] => "-".into(),
         [one] => format!("{one:.digits$}"),
         ref values => format!("{:.digits$} +- {:.digits$}", mean(values), deviation(values)),
     }
@@ -232,7 +238,8 @@ fn known(group: &Group, number: &str, digits: usize) -> String {
 
 /// One value per run, in order of seeds.
 fn every(group: &Group, number: &str, digits: usize) -> String {
-    group.values(number).iter().map(|value| format!("{value:.digits$}")).collect::<Vec<_>>().join(", ")
+    let text = |value: &f64| if value.is_nan() { "-".into() } else { format!("{value:.digits$}") };
+    group.values(number).iter().map(text).collect::<Vec<_>>().join(", ")
 }
 
 /// Interquartile mean over seeds and how sure it is.
@@ -244,7 +251,7 @@ fn centre(values: &[f64]) -> String {
             format!("{:.0}, range {low:.0} to {high:.0}", iqm(values))
         }
         _ => {
-            let [low, high] = interval(&[values], |sample| iqm(&sample[0]));
+            let [low, high] = iqm_interval(values);
             format!("{:.0}, {low:.0} to {high:.0}", iqm(values))
         }
     }

@@ -6,6 +6,7 @@ use anyhow::{Context, Result};
 
 use crate::config::RunConfig;
 use crate::report::columns::Columns;
+use crate::report::outside;
 use crate::run::csv_table::CsvTable;
 use crate::run::folder::RunFolder;
 use crate::run::manifest::Manifest;
@@ -59,6 +60,8 @@ pub struct Record {
     pub manifest: Manifest,
     /// Whether it has come to its end.
     pub done: bool,
+    /// Whether another learner made it ([`outside`]): only its task, space, variant and seed are known, and it may lack any table.
+    pub outside: bool,
     tables: Tables,
 }
 
@@ -81,6 +84,7 @@ impl Record {
             config: RunConfig::resolve(Some(&folder.config()), &[])?,
             manifest: folder.manifest()?,
             done: folder.done().exists(),
+            outside: false,
             tables: Tables::Folder,
         })
     }
@@ -97,7 +101,26 @@ impl Record {
         tables: Vec<(Table, CsvTable)>,
     ) -> Result<Self> {
         let config = RunConfig::of_text(&config_text, &path.join("config.toml"))?;
-        Ok(Record { path, config_text, config, manifest, done, tables: Tables::Archived(tables) })
+        Ok(Record { path, config_text, config, manifest, done, outside: false, tables: Tables::Archived(tables) })
+    }
+
+    /// The curves of another learner in a folder.
+    ///
+    /// # Errors
+    /// As [`outside::read`].
+    pub fn of_outside(folder: &Path) -> Result<Self> {
+        let (config, tables) = outside::read(folder)?;
+        let manifest = Manifest::unknown(config.seed);
+        let tables = Tables::Archived(tables);
+        Ok(Record {
+            path: folder.into(),
+            config_text: String::new(),
+            config,
+            manifest,
+            done: true,
+            outside: true,
+            tables,
+        })
     }
 
     /// Where a table lies, for messages.
@@ -113,7 +136,8 @@ impl Record {
         match &self.tables {
             Tables::Folder => {
                 let path = self.place(table);
-                path.exists().then(|| CsvTable::read(&path)).transpose()
+                let read = if self.done { CsvTable::read_finished } else { CsvTable::read };
+                path.exists().then(|| read(&path)).transpose()
             }
             Tables::Archived(tables) => Ok(tables.iter().find(|(kind, _)| *kind == table).map(|(_, csv)| csv.clone())),
         }
@@ -122,10 +146,13 @@ impl Record {
     /// A table as numbers.
     ///
     /// # Errors
-    /// If the run does not have it, or of another schema.
+    /// If the run does not have it, or of another schema. What an outside run does not have is empty.
     pub fn columns(&self, table: Table) -> Result<Columns> {
         let missing = || format!("{}: no such table", self.place(table).display());
-        Columns::of(self.csv(table)?.with_context(missing)?)
+        match self.csv(table)? {
+            None if self.outside => Columns::of(CsvTable::new(&self.place(table), <_>::default(), vec![])),
+            found => Columns::of(found.with_context(missing)?),
+        }
     }
 
     /// The evaluations with `policy`, `mean` or `sampled`, but for a last one that is under way or was cut short.

@@ -39,12 +39,12 @@ impl RunTables {
     pub(super) fn of(run: &Record) -> Result<Self> {
         let path = run.path.display();
         let (training, eval) = (run.columns(Table::Episodes)?, run.evaluations("mean")?);
-        ensure!(!training.is_empty(), "{path}: no training episode");
+        ensure!(run.outside || !training.is_empty(), "{path}: no training episode");
         let returns = eval.mean_by_step("return")?;
         ensure!(!returns.is_empty(), "{path}: no evaluation");
         let before = returns.len().checked_sub(LAST + 1).map_or(0.0, |i| returns[i].0);
         let last_sampled = run.evaluations("sampled")?.after(before)?;
-        ensure!(!last_sampled.is_empty(), "{path}: no evaluation with sampled actions");
+        ensure!(run.outside || !last_sampled.is_empty(), "{path}: no evaluation with sampled actions");
         Ok(RunTables {
             training,
             returns,
@@ -53,6 +53,12 @@ impl RunTables {
             progress: run.columns(Table::Progress)?,
             end: run.csv(Table::End)?.map(Columns::of).transpose()?,
         })
+    }
+
+    /// The last training action that a table tells of.
+    pub(super) fn last_step(&self) -> Result<u64> {
+        let trained = self.training.values("step")?.last().copied();
+        Ok(trained.or(self.returns.last().map(|point| point.0)).map_or(0, |step| step as u64))
     }
 
     /// Every number of the run: those that its columns' entries name, and those that no single column makes.

@@ -33,10 +33,11 @@ fn of_one_preset<'a>(section: &'a Section, groups: &'a [Group<'a>]) -> impl Iter
 }
 
 fn dots(group: &Group) -> Series {
-    let dot = |run: &&RunSummary| vec![(run.number("energy_per_action_j"), run.number("final_return"))];
+    let dot = |run: &RunSummary| (run.number("energy_per_action_j"), run.number("final_return"));
+    let is_known = |dot: &(f64, f64)| !dot.0.is_nan() && !dot.1.is_nan();
     Series {
         label: label(group.space, group.variant),
-        members: group.runs.iter().map(dot).collect(),
+        members: group.runs.iter().map(|run| dot(run)).filter(is_known).map(|dot| vec![dot]).collect(),
         ..Series::default()
     }
 }

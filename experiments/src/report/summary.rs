@@ -10,6 +10,7 @@ use tasks::columns::Cell;
 
 use crate::config;
 use crate::report::archive;
+use crate::report::outside;
 use crate::report::record::Record;
 use crate::report::run_tables::RunTables;
 use crate::run::clock::Spent;
@@ -26,8 +27,8 @@ pub struct RunSummary {
     pub variant: String,
     pub seed: u64,
     pub preset: String,
-    pub position_step_m: f64,
-    pub rotation_step_rad: f64,
+    pub position_step_m: Option<f64>,
+    pub rotation_step_rad: Option<f64>,
     pub env_steps: u64,
     pub done: bool,
     /// By name, in the order of the table.
@@ -60,7 +61,7 @@ impl Serialize for RunSummary {
 }
 
 /// All runs below `root`, in folders and in archives, sorted by path and seed, each once however many links lead there; but for those
-/// of a search, which was to choose and is ranked in its search.csv. One that cannot be read comes as its folder and the reason.
+/// of a search, which was to choose and is ranked in its search.csv. So are curves of other learners ([`outside`]). One that cannot be read comes as its folder and the reason.
 ///
 /// # Errors
 /// If a folder or an archive cannot be read.
@@ -78,6 +79,9 @@ fn find_new_runs(root: &Path, seen: &mut HashSet<PathBuf>) -> Result<Vec<Result<
     let folder = RunFolder::at(root);
     if folder.episodes().is_file() || folder.done().is_file() {
         return Ok(vec![Record::of_folder(&folder).map_err(|reason| (folder, reason))]);
+    }
+    if outside::is_outside(root) {
+        return Ok(vec![Record::of_outside(root).map_err(|reason| (folder, reason))]);
     }
     if root.join("search.csv").is_file() {
         return Ok(vec![]);
@@ -97,7 +101,8 @@ fn seed(path: &Path) -> Option<u64> {
 /// A group's name within its section: the action space, the variant, and the preset where it is none of those that tables are made with.
 pub fn label(space: &str, variant: &str, preset: &str) -> String {
     let label = config::label(space, variant);
-    let usual = [sac::Preset::DESKTOP, sac::Preset::SWIFT, sac::Preset::PLAIN].iter().any(|usual| usual.name == preset);
+    let usual = preset.is_empty()
+        || [sac::Preset::DESKTOP, sac::Preset::SWIFT, sac::Preset::PLAIN].iter().any(|usual| usual.name == preset);
     if usual { label } else { format!("{label}, {preset} preset") }
 }
 
@@ -123,16 +128,18 @@ impl RunSummary {
         // The manifest is written when a run ends; of one that has not, the last row of its progress tells.
         let so_far = |clock: &str| Ok::<_, Error>(tables.progress.points(clock)?.last().map_or(0.0, |point| point.1));
         let spent = if *done { manifest.spent } else { Spent { wall_s: so_far("wall_s")?, cpu_s: so_far("cpu_s")? } };
+        let step = |axis| Some(config.env.space.step(&config.env.controller, axis)).filter(|_| !run.outside);
+        let spent = if run.outside { Spent { wall_s: so_far("wall_s")?, cpu_s: 0.0 } } else { spent };
         Ok(RunSummary {
             experiment: run.experiment(root),
             task: config.env.task.as_str().into(),
             space: config.env.space.name.clone(),
             variant: config.variant.clone(),
             seed: config.seed,
-            preset: config.preset.name.into(),
-            position_step_m: config.env.space.step(&config.env.controller, 0),
-            rotation_step_rad: config.env.space.step(&config.env.controller, 3),
-            env_steps: tables.training.values("step")?.last().map_or(0, |&step| step as u64),
+            preset: if run.outside { String::new() } else { config.preset.name.into() },
+            position_step_m: step(0),
+            rotation_step_rad: step(3),
+            env_steps: tables.last_step()?,
             done: *done,
             numbers: tables.numbers()?,
             wall_s: spent.wall_s,

@@ -83,7 +83,7 @@ fn by_space(comparison: &[ComparisonRow]) -> Result<Json> {
 
 /// Those whose columns read as `wanted`, by column; what reads as a number is one.
 fn rows(path: &Path, wanted: &[(&str, String)]) -> Result<Vec<BTreeMap<String, Json>>> {
-    let table = CsvTable::read(path)?;
+    let table = CsvTable::read_finished(path)?;
     if let Some((column, _)) = wanted.iter().find(|(column, _)| table.position(column).is_none()) {
         bail!("{}: no column {column}", path.display());
     }

@@ -1,7 +1,7 @@
 //! What was expected before any run, held against the runs: a row per hypothesis, by one rule.
 
 use std::collections::{BTreeSet, HashSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use output::program::bad;
@@ -70,7 +70,7 @@ enum Expected {
 }
 
 /// A row of `verdicts.csv`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "documented once, in docs/columns.md")]
 pub struct VerdictRow {
     pub experiment: String,
@@ -90,9 +90,35 @@ pub struct VerdictRow {
     pub above: Option<f64>,
     pub p: Option<f64>,
     pub p_holm: Option<f64>,
+    pub family: String,
+    pub p_holm_all: Option<f64>,
     pub smallest_detectable: Option<f64>,
     pub margin: Option<f64>,
     pub verdict: &'static str,
+    /// The values of both sides, and the groups' names with their variants.
+    #[serde(skip)]
+    pub sides: [Side; 2],
+}
+
+/// One side of a hypothesis: space and variant, and a value per run.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Side {
+    /// Space and variant.
+    pub label: String,
+    /// In the order of the runs.
+    pub values: Vec<f64>,
+}
+
+/// Judges the hypotheses of several files, each by itself ([`judge`]); `p_holm_all` corrects for those of all files together.
+///
+/// # Errors
+/// As [`judge`].
+pub fn judge_all(files: &[PathBuf], runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
+    let mut rows = files.iter().map(|file| judge(file, runs)).collect::<Result<Vec<_>>>()?.concat();
+    let known: Vec<&mut VerdictRow> = rows.iter_mut().filter(|row| row.p.is_some()).collect();
+    let corrected = holm(&known.iter().filter_map(|row| row.p).collect::<Vec<_>>());
+    known.into_iter().zip(corrected).for_each(|(row, p)| row.p_holm_all = Some(p));
+    Ok(rows)
 }
 
 /// Judges the hypotheses of `file` by those of `runs` that are done.
@@ -108,7 +134,7 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
     let File { family, hypothesis: hypotheses } = parse(&fs_err::read_to_string(file)?).map_err(wrong)?;
     let numbers: Vec<Value> = runs.iter().map(|run| serde_json::to_value(run).expect("a row")).collect();
     let done: Vec<(&RunSummary, &Value)> = runs.iter().zip(&numbers).filter(|(run, _)| run.done).collect();
-    let (mut rows, mut samples): (Vec<VerdictRow>, Vec<[Vec<f64>; 2]>) = (vec![], vec![]);
+    let mut rows: Vec<VerdictRow> = vec![];
     for hypothesis in &hypotheses {
         let metric = hypothesis.metric.as_str();
         if numbers.iter().any(|run| run.get(metric).is_none_or(|value| !value.is_number() && !value.is_null())) {
@@ -130,16 +156,17 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
         }
         for task in tasks {
             let of_hypothesis = |problem: String| wrong(format!("{name:?}: {problem}"));
-            let [a, b] = sides(hypothesis, task.as_str(), runs, &done).map_err(of_hypothesis)?;
-            rows.push(row(hypothesis, task.as_str(), &a, &b));
-            samples.push([a, b]);
+            let sides = sides(hypothesis, task.as_str(), runs, &done).map_err(of_hypothesis)?;
+            rows.push(row(hypothesis, task.as_str(), sides));
         }
     }
+    let name = file.file_stem().unwrap_or_default().to_string_lossy();
     match family {
-        Family::File => correct(rows.iter_mut().zip(&samples)),
+        Family::File => correct(&name, rows.iter_mut()),
         Family::Task => {
             for task in TaskName::all() {
-                correct(rows.iter_mut().zip(&samples).filter(|(row, _)| row.task == task.as_str()));
+                let of_task = rows.iter_mut().filter(|row| row.task == task.as_str());
+                correct(&format!("{name}, {}", task.as_str()), of_task);
             }
         }
     }
@@ -154,27 +181,27 @@ fn sides(
     task: &str,
     runs: &[RunSummary],
     done: &[(&RunSummary, &Value)],
-) -> Result<[Vec<f64>; 2], String> {
+) -> Result<[Side; 2], String> {
     let metric = hypothesis.metric.as_str();
     let is_meant = |run: &&RunSummary| {
         let named = hypothesis.experiment.as_ref().is_none_or(|named| *named == run.experiment);
         named && run.task == task
     };
     let meant: Vec<&RunSummary> = runs.iter().filter(is_meant).collect();
-    let sides = [label_of(&hypothesis.space, &meant)?, label_of(&hypothesis.against, &meant)?];
-    if sides[0] == sides[1] {
-        return Err(format!("space and against are the same runs, {}", sides[0]));
+    let labels = [label_of(&hypothesis.space, &meant)?, label_of(&hypothesis.against, &meant)?];
+    if labels[0] == labels[1] {
+        return Err(format!("space and against are the same runs, {}", labels[0]));
     }
     let (mut seeds, mut presets, mut experiments) = (HashSet::new(), BTreeSet::new(), BTreeSet::new());
-    let mut values = [vec![], vec![]];
+    let mut sides = labels.map(|label| Side { label, values: vec![] });
     for (run, numbers) in done.iter().filter(|(run, _)| is_meant(run)) {
         let label = label(&run.space, &run.variant);
-        let Some(side) = sides.iter().position(|side| *side == label) else { continue };
+        let Some(side) = sides.iter().position(|side| side.label == label) else { continue };
         experiments.insert(run.experiment.as_str());
         presets.insert(run.preset.as_str());
         let id = format!("{} {label} {}", run.task, run.seed);
         let value = numbers[metric].as_f64().or(worst(metric));
-        values[side].push(value.ok_or_else(|| format!("{id} has no {metric}: its tables do not tell it"))?);
+        sides[side].values.push(value.ok_or_else(|| format!("{id} has no {metric}: its tables do not tell it"))?);
         if !seeds.insert((side, run.seed)) {
             return Err(format!("two runs of {id}: name the experiment"));
         }
@@ -184,17 +211,19 @@ fn sides(
             return Err(format!("runs {problem} {}", several.iter().copied().collect::<Vec<_>>().join(" and ")));
         }
     }
-    Ok(values)
+    Ok(sides)
 }
 
 /// Corrects the p of one family.
-fn correct<'a>(family: impl Iterator<Item = (&'a mut VerdictRow, &'a [Vec<f64>; 2])>) {
-    let mut family: Vec<_> = family.filter_map(|(row, samples)| Some((row.p?, row, samples))).collect();
-    let corrected = holm(&family.iter().map(|(p, ..)| *p).collect::<Vec<_>>());
+fn correct<'a>(name: &str, family: impl Iterator<Item = &'a mut VerdictRow>) {
+    let mut family: Vec<_> = family.filter_map(|row| Some((row.p?, row))).collect();
+    let corrected = holm(&family.iter().map(|(p, _)| *p).collect::<Vec<_>>());
     // What Holm's method asks of the first.
     let level = LEVEL / family.len() as f64;
-    for ((_, row, [a, b]), p) in family.iter_mut().zip(corrected) {
+    for ((_, row), p) in family.iter_mut().zip(corrected) {
         row.p_holm = Some(p);
+        row.family = name.into();
+        let [a, b] = row.sides.each_ref().map(|side| side.values.as_slice());
         row.smallest_detectable = smallest_detectable(a, b, level).filter(|&d| d <= largest_difference(&row.metric));
     }
 }
@@ -234,7 +263,8 @@ fn largest_difference(metric: &str) -> f64 {
 }
 
 /// All but what depends on the other hypotheses.
-fn row(hypothesis: &Hypothesis, task: &str, a: &[f64], b: &[f64]) -> VerdictRow {
+fn row(hypothesis: &Hypothesis, task: &str, sides: [Side; 2]) -> VerdictRow {
+    let [a, b] = sides.each_ref().map(|side| side.values.as_slice());
     let finite = |sample: &[f64]| Some(mean(sample)).filter(|mean| mean.is_finite());
     let (mean_a, mean_b) = (finite(a), finite(b));
     let ci = welch_interval(a, b);
@@ -257,9 +287,12 @@ fn row(hypothesis: &Hypothesis, task: &str, a: &[f64], b: &[f64]) -> VerdictRow 
         above: both.then(|| probability_of_improvement(a, b)),
         p: both.then(|| p_value(a, b)),
         p_holm: None,
+        family: String::new(),
+        p_holm_all: None,
         smallest_detectable: None,
         margin: hypothesis.margin,
         verdict: "",
+        sides,
     }
 }
 

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use serde::Serialize;
 
-/// What is complete of a CSV file: a kill may have cut its last line.
+/// A CSV file, read.
 #[derive(Debug, Clone)]
 pub struct CsvTable {
     path: PathBuf,
@@ -16,7 +16,7 @@ pub struct CsvTable {
 }
 
 impl CsvTable {
-    /// Reads `path`.
+    /// Reads what is complete of `path`, which a program may be writing: a kill may have cut its last line.
     ///
     /// # Errors
     /// If it is missing or not a table.
@@ -24,6 +24,14 @@ impl CsvTable {
         let text = fs_err::read_to_string(path)?;
         let whole = text.rfind('\n').map_or("", |end| &text[..=end]);
         Self::parse(path, whole).with_context(|| path.display().to_string())
+    }
+
+    /// Reads `path`, which nothing is added to any more: an editor may have left out the end of its last line.
+    ///
+    /// # Errors
+    /// If it is missing or not a table.
+    pub fn read_finished(path: &Path) -> Result<Self> {
+        Self::parse(path, &fs_err::read_to_string(path)?).with_context(|| path.display().to_string())
     }
 
     /// Of parts.
@@ -34,10 +42,23 @@ impl CsvTable {
     /// The table that `text` is, of the file `path`.
     ///
     /// # Errors
-    /// If it is not a table.
+    /// If it is not a table, its columns are not divided by commas, or its first line does not name them.
     pub fn parse(path: &Path, text: &str) -> Result<Self> {
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let headers = reader.headers()?.clone();
+        let other =
+            headers.get(0).filter(|_| headers.len() == 1).and_then(|name| name.chars().find(|c| ";\t".contains(*c)));
+        ensure!(
+            other.is_none(),
+            "line 1: the columns are divided by {:?}: save the table with commas between them and points in its numbers",
+            other.unwrap_or_default()
+        );
+        let number = headers.iter().find(|name| name.parse::<f64>().is_ok());
+        ensure!(
+            number.is_none(),
+            "line 1: a column is called {:?}: the line with the names of the columns is missing",
+            number.unwrap_or_default()
+        );
         Ok(CsvTable { path: path.into(), headers, rows: reader.into_records().collect::<csv::Result<_>>()? })
     }
 
@@ -110,4 +131,40 @@ pub fn header(row: impl Serialize) -> Vec<String> {
     let text = writer.into_inner().expect("rows are written to memory");
     let mut reader = csv::Reader::from_reader(text.as_slice());
     reader.headers().expect("written just now").iter().map(String::from).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parsed(text: &str) -> Result<CsvTable> {
+        CsvTable::parse(Path::new("a.csv"), text)
+    }
+
+    #[test]
+    fn only_a_table_under_way_loses_its_last_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.csv");
+        fs_err::write(&path, "step,x\n1,0.5\n2,0.75").unwrap();
+        assert_eq!(CsvTable::read(&path).unwrap().steps().unwrap(), [1]);
+        assert_eq!(CsvTable::read_finished(&path).unwrap().steps().unwrap(), [1, 2]);
+        fs_err::write(&path, "step,x\n1,0.5\n2").unwrap();
+        let told = format!("{:#}", CsvTable::read_finished(&path).unwrap_err());
+        assert!(told.contains("a.csv") && told.contains("line: 3"), "{told}");
+    }
+
+    /// A mark of UTF-8 at the start, other line ends, quotes and empty lines are what spreadsheets add.
+    #[test]
+    fn what_a_spreadsheet_adds_is_read_and_what_it_changes_is_told() {
+        let table = parsed("\u{feff}step,\"x\"\r\n1,\"0.5\"\r\n\r\n").unwrap();
+        assert_eq!((table.steps().unwrap(), table.column("x").unwrap()), (vec![1], vec!["0.5"]));
+        for (text, reason) in [
+            ("step;x\n1;0,5\n", "divided by ';'"),
+            ("step\tx\n1\t0.5\n", "divided by '\\t'"),
+            ("1,0.5\n2,0.75\n", "a column is called \"1\""),
+        ] {
+            let told = parsed(text).unwrap_err().to_string();
+            assert!(told.contains("line 1: ") && told.contains(reason), "{told}");
+        }
+    }
 }

@@ -117,6 +117,25 @@ impl Manifest {
         commits.join(" ")
     }
 
+    /// Of a run of which nothing is known.
+    pub fn unknown(seed: u64) -> Self {
+        Manifest {
+            schema: 1,
+            command: vec![],
+            commit: String::new(),
+            continued: vec![],
+            config_hash: String::new(),
+            seed,
+            cpu: String::new(),
+            kernels: String::new(),
+            kernel: String::new(),
+            version: String::new(),
+            started_unix_s: 0,
+            status: "done".into(),
+            spent: Spent::default(),
+        }
+    }
+
     /// A run that starts now, its learner made already.
     pub fn start(config: &RunConfig) -> Self {
         let since_1970 = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);

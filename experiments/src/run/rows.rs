@@ -3,7 +3,7 @@
 
 use std::sync::LazyLock;
 
-use serde::{Deserialize, Serialize};
+use serde::{Serialize, Serializer};
 use tasks::Outcome;
 
 use crate::run::csv_table::header;
@@ -12,7 +12,7 @@ use crate::run::csv_table::header;
 pub const SCHEMA: u32 = 6;
 
 /// Columns before the outcome in `episodes.csv`.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "documented once, in docs/columns.md")]
 pub struct TrainingKey {
     pub schema: u32,
@@ -31,7 +31,7 @@ pub struct CaseKey<'a> {
 }
 
 /// Columns before the outcome in `eval.csv`.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "documented once, in docs/columns.md")]
 pub struct EvaluationKey {
     pub schema: u32,
@@ -41,12 +41,18 @@ pub struct EvaluationKey {
     pub step: u64,
     pub policy: String,
     pub eval_episode: u32,
+    #[serde(serialize_with = "as_text")]
     pub episode_seed: u64,
+}
+
+/// In hexadecimal: a spreadsheet rounds a number of more than 15 digits.
+fn as_text<S: Serializer>(seed: &u64, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(&format_args!("{seed:#018x}"))
 }
 
 /// One row of `progress.csv`: the clock, and the learner, averaged over the updates since the last row; empty cells if
 /// there was none.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "documented once, in docs/columns.md")]
 pub struct ProgressRow {
     pub schema: u32,

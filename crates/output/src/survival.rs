@@ -1,0 +1,82 @@
+//! How long runs take to come to something that some of them never come to (Kaplan and Meier, 1958).
+
+use std::cmp::Ordering;
+
+/// A run: how long it was watched, and whether it came there at the end of that time. If not it is censored: it would have come later, or
+/// never.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Watched {
+    /// In any unit.
+    pub time: f64,
+    /// Whether it came there.
+    pub came: bool,
+}
+
+/// The share of runs that have not come there yet, as steps: each time at which some did, and the share from then on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Survival(Vec<(f64, f64)>);
+
+impl Survival {
+    /// The estimate of Kaplan and Meier. A run that is censored when another comes there counts as not there yet.
+    pub fn of(runs: &[Watched]) -> Self {
+        let mut runs = runs.to_vec();
+        runs.sort_by(|a, b| a.time.total_cmp(&b.time));
+        let (mut share, mut at_risk, mut steps) = (1.0, runs.len(), vec![]);
+        for of_time in runs.chunk_by(|a, b| a.time.total_cmp(&b.time) == Ordering::Equal) {
+            let came = of_time.iter().filter(|run| run.came).count();
+            if came > 0 {
+                share *= 1.0 - came as f64 / at_risk as f64;
+                steps.push((of_time[0].time, share));
+            }
+            at_risk -= of_time.len();
+        }
+        Survival(steps)
+    }
+
+    /// The time by which half of the runs came there; `None` if fewer did while they were watched.
+    pub fn median(&self) -> Option<f64> {
+        self.0.iter().find(|(_, share)| *share <= 0.5 + 1e-12).map(|(time, _)| *time)
+    }
+
+    /// Mean time to come there, where a run that is not there by `until` counts as `until`: the area under the steps.
+    pub fn restricted_mean(&self, until: f64) -> f64 {
+        let (mut area, mut from, mut share) = (0.0, 0.0, 1.0);
+        for &(time, after) in self.0.iter().filter(|(time, _)| *time < until) {
+            area += share * (time - from);
+            (from, share) = (time, after);
+        }
+        area + share * (until - from)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `scripts/survival_reference.py` asks lifelines.
+    #[test]
+    fn agrees_with_lifelines() {
+        let mut reader = csv::Reader::from_reader(&include_bytes!("../reference/survival.csv")[..]);
+        let mut rows = 0;
+        for record in reader.records() {
+            let record = record.unwrap();
+            let number = |cell: &str| cell.parse::<f64>().unwrap();
+            let runs = record[0]
+                .split(' ')
+                .map(|run| Watched { time: number(run.trim_end_matches('+')), came: !run.ends_with('+') });
+            let survival = Survival::of(&runs.collect::<Vec<_>>());
+            assert_eq!(survival.median(), Some(&record[1]).filter(|cell| **cell != *"inf").map(number), "{record:?}");
+            let mean = survival.restricted_mean(number(&record[2]));
+            assert!((mean - number(&record[3])).abs() < 1e-9 * mean, "{record:?}: {mean}");
+            rows += 1;
+        }
+        assert!(rows >= 5);
+    }
+
+    #[test]
+    fn without_a_run_that_is_censored_the_mean_is_the_mean() {
+        let survival = Survival::of(&[2.0, 4.0, 9.0].map(|time| Watched { time, came: true }));
+        assert_eq!((survival.median(), survival.restricted_mean(10.0)), (Some(4.0), 5.0));
+        assert_eq!(survival.restricted_mean(4.0), (2.0 + 4.0 + 4.0) / 3.0);
+    }
+}

@@ -1,0 +1,165 @@
+//! Curves of other people's learners: what Stable-Baselines3's `EvalCallback` and `Monitor` leave in a folder, as tables of a run.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail, ensure};
+
+use crate::config::{RunConfig, RunId};
+use crate::report::npz::{self, Array};
+use crate::report::record::Table;
+use crate::run::csv_table::CsvTable;
+use crate::run::rows::SCHEMA;
+
+/// What `EvalCallback` writes with `log_path`.
+const EVALUATIONS: &str = "evaluations.npz";
+/// What `Monitor` writes: `monitor.csv`, or `NAME.monitor.csv`.
+const MONITOR: &str = "monitor.csv";
+
+/// Whether a folder holds such curves: the evaluations at least.
+pub fn is_outside(folder: &Path) -> bool {
+    folder.join(EVALUATIONS).is_file()
+}
+
+/// The configuration that stands for an outside run, and its tables. Its folder says what it is: TASK/SPACE,LEARNER/seed_N. Evaluations
+/// count as those of mean actions, which `EvalCallback` plays unless told otherwise; a `monitor.csv` is the training episodes.
+///
+/// # Errors
+/// If the folder is not called so, or a file of it is damaged.
+pub fn read(folder: &Path) -> Result<(RunConfig, Vec<(Table, CsvTable)>)> {
+    let evaluations = folder.join(EVALUATIONS);
+    let (table, episodes) = evaluated(&evaluations).with_context(|| evaluations.display().to_string())?;
+    let id = id_of(folder)?;
+    let text = format!(
+        "variant = {:?}\nseed = {}\nevaluation_episodes = {episodes}\n[env]\ntask = {:?}\nspace = {:?}\n",
+        id.variant, id.seed, id.task, id.space
+    );
+    let config = RunConfig::of_text(&text, folder)?;
+    let mut tables = vec![(Table::Eval, table)];
+    let monitor = folder.join(MONITOR);
+    if monitor.is_file() {
+        let [training, progress] = trained(&monitor).with_context(|| monitor.display().to_string())?;
+        tables.extend([(Table::Episodes, training), (Table::Progress, progress)]);
+    }
+    Ok((config, tables))
+}
+
+/// Who the run is, by its folder.
+fn id_of(folder: &Path) -> Result<RunId> {
+    let names: Vec<String> = folder.iter().rev().take(3).map(|name| name.to_string_lossy().into_owned()).collect();
+    let id = || {
+        let [seed, label, task] = names.as_slice() else { return None };
+        let (space, variant) = label.split_once(',')?;
+        let seed = seed.strip_prefix("seed_")?.parse().ok()?;
+        Some(RunId { task: task.clone(), space: space.into(), variant: variant.into(), seed })
+    };
+    let wanted =
+        "a folder with evaluations.npz is to be called TASK/SPACE,LEARNER/seed_N, such as lift/aforce,sb3/seed_1";
+    id().with_context(|| format!("{}: {wanted}", folder.display()))
+}
+
+/// Evaluations as rows of `eval.csv`, and how many episodes each has.
+fn evaluated(path: &Path) -> Result<(CsvTable, usize)> {
+    let arrays = npz::read(path)?;
+    let array = |name: &str| arrays.iter().find(|(known, _)| known == name).map(|(_, array)| array);
+    let wanted = |name: &str| array(name).with_context(|| format!("no array {name:?}"));
+    let (steps, returns, lengths) = (wanted("timesteps")?, wanted("results")?, wanted("ep_lengths")?);
+    let successes = array("successes");
+    let [evaluations, episodes] = returns.shape[..] else { bail!("results: rows of evaluations are needed") };
+    for (name, shape) in [("timesteps", &steps.shape[..]), ("ep_lengths", &lengths.shape[..1])] {
+        ensure!(*shape == [evaluations], "{name}: {shape:?} evaluations, but results has {evaluations}");
+    }
+    for other in [Some(lengths), successes].into_iter().flatten() {
+        ensure!(other.shape == returns.shape, "ep_lengths and successes are to be as large as results");
+    }
+    ensure!(evaluations * episodes > 0, "no evaluation");
+    let cell = |array: &Array, at: usize| array.values[at].to_string();
+    let rows = (0..evaluations * episodes).map(|at| {
+        let success = successes.map_or(String::new(), |all| (all.values[at] > 0.0).to_string());
+        let step = steps.values[at / episodes].to_string();
+        csv::StringRecord::from(vec![
+            SCHEMA.to_string(),
+            step,
+            "mean".into(),
+            cell(returns, at),
+            cell(lengths, at),
+            success,
+        ])
+    });
+    Ok((table(path, &["schema", "step", "policy", "return", "length", "success"], rows.collect()), episodes))
+}
+
+/// Training episodes and the clock, of a `monitor.csv`: a line with a comment, then `r,l,t` and whatever else was asked for.
+fn trained(path: &Path) -> Result<[CsvTable; 2]> {
+    let text = fs_err::read_to_string(path)?;
+    let (comment, rest) = text.split_once('\n').unwrap_or((&text, ""));
+    ensure!(comment.starts_with('#'), "line 1: a comment is expected, as stable_baselines3.common.monitor writes it");
+    let monitor = CsvTable::parse(path, rest)?;
+    let [returns, lengths, times] = ["r", "l", "t"].map(|name| monitor.column(name));
+    let (mut step, mut training, mut progress) = (0, vec![], vec![]);
+    for (row, ((total, length), time)) in returns?.into_iter().zip(lengths?).zip(times?).enumerate() {
+        let of_line = || format!("line {}: {total:?}, {length:?}", row + 3);
+        step += length.parse::<u64>().with_context(of_line)?;
+        let episode = (row + 1).to_string();
+        training.push(csv::StringRecord::from(vec![&SCHEMA.to_string(), &step.to_string(), &episode, total, length]));
+        progress.push(csv::StringRecord::from(vec![step.to_string(), time.into(), String::new()]));
+    }
+    Ok([
+        table(path, &["schema", "step", "episode", "return", "length"], training),
+        table(path, &["step", "wall_s", "cpu_s"], progress),
+    ])
+}
+
+fn table(path: &Path, columns: &[&str], rows: Vec<csv::StringRecord>) -> CsvTable {
+    CsvTable::new(path, columns.to_vec().into(), rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::record::Record;
+    use crate::report::summary::RunSummary;
+
+    /// Made by `scripts/sb3_curves_reference.py`.
+    fn reference() -> &'static Path {
+        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/reference/sb3"))
+    }
+
+    #[test]
+    fn curves_of_stable_baselines_become_a_run() {
+        let record = Record::of_outside(&reference().join("lift/aforce,sb3/seed_3")).unwrap();
+        let expected = CsvTable::read_finished(&reference().join("expected.csv")).unwrap();
+        let eval = record.evaluations("mean").unwrap();
+        for column in ["return", "success"] {
+            let numbers = expected.column(column).unwrap().into_iter().map(|cell| cell.parse::<f64>().unwrap());
+            let points: Vec<(f64, f64)> =
+                expected.steps().unwrap().iter().map(|&step| step as f64).zip(numbers).collect();
+            let found = eval.mean_by_step(column).unwrap();
+            assert!(points.len() == 6 && found.len() == 6, "{found:?}");
+            let differs = |(a, b): (&(f64, f64), &(f64, f64))| a.0 != b.0 || (a.1 - b.1).abs() > 1e-12;
+            assert!(!found.iter().zip(&points).any(differs), "{column}: {found:?}, not {points:?}");
+        }
+        let row = RunSummary::of(&record, reference()).unwrap();
+        assert_eq!((row.label().as_str(), row.seed, row.env_steps, row.done), ("aforce,sb3", 3, 300, true));
+        assert!(row.number("final_return").is_finite() && row.wall_s > 0.0);
+        let unknown = ["sampled_return", "energy_per_action_j", "final_energy_per_action_j"];
+        assert!(unknown.iter().all(|name| row.number(name).is_nan()));
+        assert_eq!((row.position_step_m, row.preset.as_str(), row.commit.as_str()), (None, "", ""));
+    }
+
+    #[test]
+    fn a_folder_that_does_not_say_what_it_is_and_a_damaged_file_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let npz = fs_err::read(reference().join("lift/aforce,sb3/seed_3").join(EVALUATIONS)).unwrap();
+        let told = |name: &str, bytes: &[u8]| {
+            let run = folder.path().join(name);
+            fs_err::create_dir_all(&run).unwrap();
+            fs_err::write(run.join(EVALUATIONS), bytes).unwrap();
+            format!("{:#}", read(&run).unwrap_err())
+        };
+        for name in ["lift/aforce/seed_1", "lift/aforce,sb3/first"] {
+            assert!(told(name, &npz).contains("is to be called TASK/SPACE,LEARNER/seed_N"));
+        }
+        assert!(told("lift/aforc,sb3/seed_1", &npz).contains("aforc"));
+        assert!(told("lift/aforce,sb3/seed_1", &npz[..npz.len() / 2]).contains("evaluations.npz"));
+    }
+}

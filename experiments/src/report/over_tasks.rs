@@ -1,0 +1,214 @@
+//! What rliable reports (Agarwal et al. 2021): performance profiles, and aggregates over the tasks of a space.
+//!
+//! A return is at most one per action in every task, so returns of several tasks have one scale.
+
+use output::statistics::{FEWEST_FOR_INTERVAL, interval, iqm, mean, median, stratified_iqm_interval};
+use serde::Serialize;
+
+use crate::report::groups::Group;
+
+/// The returns that are aggregated.
+const RETURNS: [&str; 3] = ["final_return", "sampled_return", "curve_return"];
+/// The return whose profile is told, at so many heights, so far apart.
+const PROFILED: &str = "final_return";
+const HEIGHTS: usize = 10;
+const APART: f64 = 50.0;
+
+/// A row of `aggregates.csv`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs, reason = "documented once, in docs/columns.md")]
+pub struct AggregateRow {
+    pub experiment: String,
+    pub tasks: String,
+    pub space: String,
+    pub variant: String,
+    pub preset: String,
+    pub metric: &'static str,
+    pub n_runs: usize,
+    pub iqm: f64,
+    pub ci_low: Option<f64>,
+    pub ci_high: Option<f64>,
+    pub mean: f64,
+    pub median: f64,
+}
+
+/// A row of `profiles.csv`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs, reason = "documented once, in docs/columns.md")]
+pub struct ProfileRow {
+    pub experiment: String,
+    pub tasks: String,
+    pub space: String,
+    pub variant: String,
+    pub preset: String,
+    pub n_runs: usize,
+    pub final_return_above: f64,
+    pub share: f64,
+    pub ci_low: Option<f64>,
+    pub ci_high: Option<f64>,
+}
+
+/// Groups that differ in their task alone.
+struct OverTasks<'a>(Vec<&'a Group<'a>>);
+
+impl<'a> OverTasks<'a> {
+    /// Every group with those of its other tasks, in the order of the first.
+    fn all(groups: &'a [Group<'a>]) -> Vec<Self> {
+        let mut all: Vec<OverTasks> = vec![];
+        for group in groups {
+            match all.iter_mut().find(|OverTasks(known)| {
+                (known[0].section.experiment, known[0].name()) == (group.section.experiment, group.name())
+            }) {
+                Some(OverTasks(known)) => known.push(group),
+                None => all.push(OverTasks(vec![group])),
+            }
+        }
+        all
+    }
+
+    fn tasks(&self) -> String {
+        self.0.iter().map(|group| group.section.task).collect::<Vec<_>>().join(" ")
+    }
+
+    /// What its runs tell, a list per task; none of a task in which a run does not tell it.
+    fn values(&self, metric: &str) -> Vec<Vec<f64>> {
+        let told = self.0.iter().map(|group| group.values(metric));
+        told.filter(|values| values.iter().all(|value| !value.is_nan())).collect()
+    }
+}
+
+/// Over the tasks of every space that has at least two in its experiment: the interquartile mean of all runs, its interval with each task
+/// redrawn by itself, and mean and median of the means of the tasks.
+pub fn aggregates(groups: &[Group]) -> Vec<AggregateRow> {
+    let row = |over: &OverTasks, metric: &'static str| {
+        let values = over.values(metric);
+        if values.len() < 2 {
+            return None;
+        }
+        let borrowed: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
+        let ci = enough(&values).then(|| stratified_iqm_interval(&borrowed));
+        let of_tasks: Vec<f64> = values.iter().map(|values| mean(values)).collect();
+        Some(AggregateRow {
+            experiment: over.0[0].section.experiment.into(),
+            tasks: over.tasks(),
+            space: over.0[0].space.into(),
+            variant: over.0[0].variant.into(),
+            preset: over.0[0].preset.into(),
+            metric,
+            n_runs: values.iter().map(Vec::len).sum(),
+            iqm: iqm(&values.concat()),
+            ci_low: ci.map(|ci| ci[0]),
+            ci_high: ci.map(|ci| ci[1]),
+            mean: mean(&of_tasks),
+            median: median(&of_tasks),
+        })
+    };
+    OverTasks::all(groups).iter().flat_map(|over| RETURNS.map(|metric| row(over, metric))).flatten().collect()
+}
+
+/// The share of runs whose final return lies above 0, 50, ... 450: of every group, and over the tasks of a space that has several.
+pub fn profiles(groups: &[Group]) -> Vec<ProfileRow> {
+    let over_tasks = OverTasks::all(groups).into_iter().filter(|over| over.0.len() > 1);
+    let each = groups.iter().map(|group| OverTasks(vec![group]));
+    each.chain(over_tasks).flat_map(|over| profile(&over)).collect()
+}
+
+fn profile(over: &OverTasks) -> Vec<ProfileRow> {
+    let values = over.values(PROFILED);
+    if values.is_empty() {
+        return vec![];
+    }
+    let borrowed: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
+    let row = |height: usize| {
+        let above = APART * height as f64;
+        // Every task counts alike, however many runs it has.
+        let share = |of_tasks: &[Vec<f64>]| {
+            let of_task =
+                |values: &Vec<f64>| values.iter().filter(|value| **value > above).count() as f64 / values.len() as f64;
+            mean(&of_tasks.iter().map(of_task).collect::<Vec<_>>())
+        };
+        let ci = enough(&values).then(|| interval(&borrowed, share));
+        ProfileRow {
+            experiment: over.0[0].section.experiment.into(),
+            tasks: over.tasks(),
+            space: over.0[0].space.into(),
+            variant: over.0[0].variant.into(),
+            preset: over.0[0].preset.into(),
+            n_runs: values.iter().map(Vec::len).sum(),
+            final_return_above: above,
+            share: share(&values),
+            ci_low: ci.map(|ci| ci[0]),
+            ci_high: ci.map(|ci| ci[1]),
+        }
+    };
+    (0..HEIGHTS).map(row).collect()
+}
+
+fn enough(of_tasks: &[Vec<f64>]) -> bool {
+    of_tasks.iter().all(|values| values.len() >= FEWEST_FOR_INTERVAL)
+}
+
+#[cfg(test)]
+mod tests {
+    use tasks::columns::Cell;
+
+    use super::*;
+    use crate::report::groups::groups;
+    use crate::report::groups::tests::{runs, set};
+    use crate::report::summary::RunSummary;
+
+    /// `scripts/over_tasks_reference.py` asks rliable.
+    #[test]
+    fn agrees_with_rliable() {
+        let mut reader = csv::Reader::from_reader(&include_bytes!("../../reference/over_tasks.csv")[..]);
+        let mut cases = 0;
+        for record in reader.records() {
+            let record = record.unwrap();
+            let number = |at: usize| record[at].parse::<f64>().unwrap();
+            let mut all: Vec<RunSummary> = vec![];
+            for (task, returns) in ["lift", "door", "wipe"].iter().zip(record[0].split(';')) {
+                for (at, value) in returns.split(' ').enumerate() {
+                    let mut run = runs("osc", 1).remove(0);
+                    (run.task, run.seed) = ((*task).into(), at as u64);
+                    set(&mut run, "final_return", Cell::Real(value.parse().unwrap()));
+                    all.push(run);
+                }
+            }
+            let groups = groups(&all);
+            let rows = aggregates(&groups);
+            let row = rows.iter().find(|row| row.metric == "final_return").unwrap();
+            for (found, expected) in [(row.iqm, number(1)), (row.mean, number(4)), (row.median, number(5))] {
+                assert!((found - expected).abs() < 1e-9, "{found}, not {expected}");
+            }
+            // Both sides resample at random.
+            for (found, expected) in [(row.ci_low, number(2)), (row.ci_high, number(3))] {
+                assert!((found.unwrap() - expected).abs() < 4.0, "{found:?}, not {expected}");
+            }
+            let profile: Vec<ProfileRow> =
+                profiles(&groups).into_iter().filter(|row| row.tasks == "lift door wipe").collect();
+            let shares: Vec<f64> = record[6].split(' ').map(|cell| cell.parse().unwrap()).collect();
+            assert_eq!((profile.len(), shares.len()), (HEIGHTS, HEIGHTS));
+            for (row, share) in profile.iter().zip(shares) {
+                assert!(
+                    (row.share - share).abs() < 1e-12 && row.ci_low.unwrap() <= share && share <= row.ci_high.unwrap()
+                );
+            }
+            cases += 1;
+        }
+        assert!(cases >= 3);
+    }
+
+    #[test]
+    fn one_task_has_a_profile_and_no_aggregate_and_few_runs_no_interval() {
+        let all = [runs("osc", 4), runs("aforce", 5)].concat();
+        let groups = groups(&all);
+        assert_eq!(aggregates(&groups), []);
+        let rows = profiles(&groups);
+        assert_eq!(rows.len(), 2 * HEIGHTS);
+        let of = |space: &str| {
+            rows.iter().filter(|row| row.space == space).map(|row| (row.share, row.ci_low)).collect::<Vec<_>>()
+        };
+        assert_eq!(of("osc")[..3], [(1.0, None), (1.0, None), (0.0, None)], "returns of 60 to 63 against 0, 50, 100");
+        assert_eq!(of("aforce")[1], (1.0, Some(1.0)));
+    }
+}
