@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use experiments::config::sweep::{self, Sweep};
 use experiments::config::{RunConfig, RunId};
 use experiments::report::summary::find_runs;
+use experiments::report::text;
 use experiments::run::csv_table::CsvTable;
 use experiments::run::disturbances;
 use experiments::run::folder::RunFolder;
@@ -202,4 +203,19 @@ fn shipped_configurations_are_read() {
             "tournament.toml"
         ]
     );
+}
+
+/// A text places cells of tables: what it computes would have no test, and nobody reads a macro of more than a line.
+#[test]
+fn texts_hold_no_long_macros() {
+    let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("../results");
+    let templates = text::find_templates(&results).unwrap();
+    assert!(templates.len() >= 7, "{templates:?}");
+    for template in templates {
+        let text = std::fs::read_to_string(&template).unwrap();
+        let tags = text.lines().enumerate().filter(|(_, line)| line.trim_start().starts_with("{%"));
+        for (line, tag) in tags {
+            assert!(tag.chars().count() <= 120, "{}, line {}: {tag}", template.display(), line + 1);
+        }
+    }
 }

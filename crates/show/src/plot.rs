@@ -16,8 +16,10 @@ use physics::camera::Image;
 use crate::picture;
 
 pub use forest::{Forest, Ratio};
+pub use heat_map::{HeatMap, HeatRow};
 
 mod forest;
+mod heat_map;
 mod legend;
 mod panel;
 mod pens;
@@ -82,6 +84,12 @@ pub fn write(title: &str, panels: &[Panel], path_without_extension: &Path) -> Re
 pub fn write_forest(forest: &Forest, path_without_extension: &Path) -> Result<()> {
     ensure!(!forest.ratios.is_empty(), "no ratios to draw in {}", path_without_extension.display());
     file::replace(&file::with_suffix(path_without_extension, ".svg"), svg(&forest::draw(forest)).as_bytes())
+}
+
+/// Writes `PATH.svg`: shares as colours and numbers.
+pub fn write_heat_map(map: &HeatMap, path_without_extension: &Path) -> Result<()> {
+    ensure!(!map.rows.is_empty(), "no shares to draw in {}", path_without_extension.display());
+    file::replace(&file::with_suffix(path_without_extension, ".svg"), svg(&heat_map::draw(map)).as_bytes())
 }
 
 /// The files that [`write_with_png`] writes.

@@ -8,7 +8,8 @@ use crate::config::cli;
 use crate::report::comparable::comparable;
 use crate::report::comparison::{ComparisonRow, comparison};
 use crate::report::curves;
-use crate::report::disturbed::{DisturbedRow, disturbed};
+use crate::report::derived;
+use crate::report::disturbed::{DisturbedRow, disturbed, heat_map};
 use crate::report::energy_ratio::energy_ratios;
 use crate::report::groups::{Group, Section, groups, sections, summary};
 use crate::report::markdown;
@@ -91,6 +92,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     report.table("profiles.csv", &profiles(&groups))?;
     report.table("reached.csv", &reached(&groups))?;
     report.table("energy_ratio.csv", &ratios)?;
+    if !robustness.is_empty() {
+        let picture = out.join("robustness");
+        plot::write_heat_map(&heat_map(&robustness), &picture)?;
+        report.written.push(picture.with_extension("svg"));
+    }
     if !ratios.is_empty() {
         let picture = out.join("energy_ratio");
         plot::write_forest(&forest, &picture)?;
@@ -98,6 +104,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     let sections = sections(&groups);
     report.experiments(&found, &groups, &sections, &comparison)?;
+    for wanted in derived::find(root)? {
+        report.derived(root, &wanted)?;
+    }
     for template in text::find_templates(root)? {
         let filled = out.join(template.strip_prefix(root)?).with_extension("");
         report.text(&template, filled, &found.rows, &comparison)?;
@@ -251,6 +260,13 @@ impl<'a> Report<'a> {
         Ok(())
     }
 
+    /// The tables that `wanted`, in or below `root`, asks for.
+    fn derived(&mut self, root: &Path, wanted: &Path) -> Result<()> {
+        let folder = wanted.parent().unwrap_or(root).strip_prefix(root)?;
+        self.written.extend(derived::make(wanted, &self.out.join(folder))?);
+        Ok(())
+    }
+
     /// The text `filled` from its template.
     fn text(
         &mut self,
@@ -282,14 +298,18 @@ fn tell_commits(section: &Section, mut commits: BTreeSet<&str>) {
 /// Texts whose tables are there already.
 fn pages(root: &Path, out: &Path) -> Result<ExitCode> {
     let mut report = Report { out, written: vec![] };
-    for template in text::find_templates(root)? {
-        let has_report =
-            |folder: &Path| folder != root && folder.join("runs.csv").exists() && folder.join("summary.csv").exists();
-        let between = template.ancestors().skip(1).take_while(|folder| folder.starts_with(root));
-        if !between.into_iter().any(has_report) {
-            let filled = out.join(template.strip_prefix(root)?).with_extension("");
-            report.text(&template, filled, &[], &[])?;
-        }
+    let has_report =
+        |folder: &Path| folder != root && folder.join("runs.csv").exists() && folder.join("summary.csv").exists();
+    let is_ours = |file: &PathBuf| {
+        let between = file.ancestors().skip(1).take_while(|folder| folder.starts_with(root));
+        !between.into_iter().any(has_report)
+    };
+    for wanted in derived::find(root)?.into_iter().filter(is_ours) {
+        report.derived(root, &wanted)?;
+    }
+    for template in text::find_templates(root)?.into_iter().filter(is_ours) {
+        let filled = out.join(template.strip_prefix(root)?).with_extension("");
+        report.text(&template, filled, &[], &[])?;
     }
     ensure!(!report.written.is_empty(), "{}: no NAME.j2 there or below", root.display());
     program::written(&report.written);

@@ -67,18 +67,12 @@ impl Columns {
     /// # Errors
     /// If there is no such column, or a cell of it is no finite number; so for every method.
     pub fn values(&self, column: &str) -> Result<Vec<f64>> {
-        let number = |(row, cell): (usize, &str)| match cell {
-            "" => Ok(f64::NAN),
-            // As it is written here, by pandas and by spreadsheets.
-            "true" | "True" | "TRUE" => Ok(1.0),
-            "false" | "False" | "FALSE" => Ok(0.0),
-            other => match other.parse() {
-                Ok(value) if f64::is_finite(value) => Ok(value),
-                _ => {
-                    let line = self.0.rows[row].position().map_or(0, csv::Position::line);
-                    bail!("{}, line {line}: {column} is {other:?}, not a number", self.0.path().display())
-                }
-            },
+        let number = |(row, cell): (usize, &str)| match number(cell) {
+            Some(value) => Ok(value),
+            None => {
+                let line = self.0.rows[row].position().map_or(0, csv::Position::line);
+                bail!("{}, line {line}: {column} is {cell:?}, not a number", self.0.path().display())
+            }
         };
         if self.0.position(column).is_none() && COLUMNS.iter().any(|entry| entry.name == column) {
             return Ok(vec![f64::NAN; self.0.rows.len()]);
@@ -140,6 +134,17 @@ impl Columns {
         let held = self.points("success_held")?.into_iter();
         let rows: Vec<_> = held.zip(self.points("success_without_hand")?).collect();
         Ok(mean_of(&rows, |((_, held), (_, without_hand))| held * (1.0 - without_hand)))
+    }
+}
+
+/// What a cell says: a finite number; 1 or 0 of a flag, as it is written here, by pandas or by a spreadsheet; NaN of an empty cell. `None` of
+/// anything else.
+pub(super) fn number(cell: &str) -> Option<f64> {
+    match cell {
+        "" => Some(f64::NAN),
+        "true" | "True" | "TRUE" => Some(1.0),
+        "false" | "False" | "FALSE" => Some(0.0),
+        other => other.parse().ok().filter(|value: &f64| value.is_finite()),
     }
 }
 

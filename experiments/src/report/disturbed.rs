@@ -3,11 +3,12 @@
 use anyhow::{Context, Result, ensure};
 use output::statistics::{mean, mean_of, student_interval};
 use serde::Serialize;
+use show::plot::{HeatMap, HeatRow};
 
 use crate::report::columns::Columns;
 use crate::report::groups::Group;
 use crate::report::record::{Record, Table};
-use crate::report::summary::RunSummary;
+use crate::report::summary::{RunSummary, label};
 use crate::run::disturbances::UNDISTURBED;
 
 /// A row of `robustness.csv`.
@@ -117,6 +118,26 @@ pub fn disturbed(group: &Group, runs: &[Record], rows: &[RunSummary]) -> Result<
     Ok(cases.into_iter().map(row).collect())
 }
 
+/// What every disturbance takes of the return of every group.
+pub fn heat_map(rows: &[DisturbedRow]) -> HeatMap {
+    let mut columns: Vec<String> = vec![];
+    for row in rows {
+        if !columns.contains(&row.disturbance) {
+            columns.push(row.disturbance.clone());
+        }
+    }
+    let key =
+        |row: &DisturbedRow| (row.experiment.clone(), row.task.clone(), label(&row.space, &row.variant, &row.preset));
+    let of_group = |rows: &[DisturbedRow]| {
+        let (experiment, task, label) = key(&rows[0]);
+        let heading = if experiment.is_empty() { task } else { format!("{task}, {experiment}") };
+        let share = |column: &String| rows.iter().find(|row| row.disturbance == *column)?.relative_loss;
+        HeatRow { heading, label, shares: columns.iter().map(share).collect() }
+    };
+    let rows = rows.chunk_by(|one, next| key(one) == key(next)).map(of_group).collect();
+    HeatMap { title: "Return lost, in per cent of the undisturbed return".into(), columns, rows }
+}
+
 /// A run that was taken on may have got a better policy than that which was disturbed. All are to be of one kind: the best.
 fn is_of_its_policy(run: &Record, played: &Columns) -> Result<()> {
     let path = run.place(Table::Disturbed);
@@ -181,6 +202,11 @@ mod tests {
             ends.iter().zip([-1.0, 1.0]).all(|(end, side)| (end - 0.3 - side * 12.7062 * 20.0 / 250.0).abs() < 1e-4)
         );
         assert_eq!((row.energy_ratio, row.largest_force_ratio), (Some(1.5), Some(3.0)));
+        let map =
+            heat_map(&[row.clone(), DisturbedRow { disturbance: "late".into(), space: "low".into(), ..row.clone() }]);
+        let shares: Vec<_> = map.rows.iter().map(|row| (row.label.as_str(), row.shares.clone())).collect();
+        assert_eq!(map.columns, ["push", "late"]);
+        assert_eq!(shares, [("osc", vec![row.relative_loss, None]), ("low", vec![None, row.relative_loss])]);
         for (row, problem) in [
             ("push,mean,6,80000", "disturbed.csv: no undisturbed episodes"),
             ("none,mean,6,70000", "not of the best policy, which is of action 80000"),

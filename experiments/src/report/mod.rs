@@ -5,6 +5,7 @@ pub mod columns;
 pub mod comparable;
 pub mod comparison;
 pub mod curves;
+pub mod derived;
 pub mod disturbed;
 pub mod energy_ratio;
 pub mod groups;

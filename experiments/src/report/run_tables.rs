@@ -12,7 +12,8 @@ const LAST: usize = 5;
 /// An evaluation return that counts as solved, of at most 500.
 pub const SOLVED: f64 = 450.0;
 /// Of the numbers that no single column makes, those that `summary.csv` summarises over seeds.
-const SUMMARISED: [&str; 3] = ["curve_return", "best_return", "stopped_episode_share"];
+const SUMMARISED: [&str; 5] =
+    ["curve_return", "best_return", "sampled_success_by_hand", "last_sampled_success_by_hand", "stopped_episode_share"];
 
 /// The names of the numbers that `summary.csv` summarises over seeds.
 pub fn summarised() -> impl Iterator<Item = &'static str> {

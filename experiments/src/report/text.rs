@@ -1,9 +1,10 @@
 //! Text that people write, with figures that come from the runs.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::{Kwargs, Serde, Value, ValueKind};
 use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior};
@@ -13,7 +14,6 @@ use walkdir::WalkDir;
 use crate::report::comparison::ComparisonRow;
 use crate::report::summary::{RunSummary, label};
 use crate::run::csv_table::CsvTable;
-use output::statistics;
 
 /// Every file NAME.j2 in or below a folder.
 ///
@@ -30,8 +30,9 @@ pub fn find_templates(root: &Path) -> Result<Vec<PathBuf>> {
 /// Fills in the template `path` as the text `filled`, in Jinja's language. It knows `runs[EXPERIMENT][TASK][GROUP][COLUMN]`, a column of
 /// `runs.csv` as a list over the runs of a group, `comparison[EXPERIMENT][TASK][GROUP][QUANTITY]`, a row of
 /// `comparison.csv`, `rows(FILE, COLUMN=VALUE, ...)`, the rows of any other CSV file (its path counted from the
-/// folder of the text, or else of the template) whose columns read so, and the filters `mean` and `deviation` (of a list) and `digits(n)` (of a
-/// number, of each in a list, or of a row of `comparison.csv` with its interval).
+/// folder of the text, or else of the template) whose columns read so, `cell(FILE, NAME, COLUMN=VALUE, ...)`, a cell of the only such row, and
+/// the filters `digits(n)` (of a number, of each in a list, or of a row of `comparison.csv` with its interval) and `percent(n)` (of a share).
+/// A text computes nothing: numbers are cells of tables.
 ///
 /// # Errors
 /// If it is no template, or asks for files, runs, columns or quantities that do not exist.
@@ -42,17 +43,35 @@ pub fn fill(path: &Path, filled: &Path, runs: &[RunSummary], comparison: &[Compa
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).keep_trailing_newline(true).build()?);
-    environment.add_filter("mean", |values: Vec<f64>| statistics::mean(&values));
-    environment.add_filter("deviation", |values: Vec<f64>| statistics::deviation(&values));
     environment.add_filter("digits", digits);
-    environment.add_function("rows", move |file: &str, wanted: Kwargs| {
-        let problem = |error: anyhow::Error| Error::new(ErrorKind::InvalidOperation, format!("{error:#}"));
+    environment.add_filter("percent", percent);
+    let tables: Arc<Mutex<HashMap<PathBuf, CsvTable>>> = Arc::default();
+    let found = move |file: &str, wanted: &Kwargs| {
         let wanted = wanted.args().map(|column| Ok((column, wanted.get::<Value>(column)?.to_string())));
         let wanted = wanted.collect::<Result<Vec<_>, Error>>()?;
         let made = here.join(file);
-        rows(&if made.exists() { made } else { there.join(file) }, &wanted)
-            .map(|rows| Value::from(Serde(rows)))
-            .map_err(problem)
+        let path = if made.exists() { made } else { there.join(file) };
+        let mut tables = tables.lock().expect("no thread but this one");
+        if !tables.contains_key(&path) {
+            tables.insert(path.clone(), CsvTable::read_finished(&path).map_err(problem)?);
+        }
+        rows(&tables[&path], &wanted).map_err(problem)
+    };
+    let of_cell = found.clone();
+    environment.add_function("rows", move |file: &str, wanted: Kwargs| Ok(Value::from(Serde(found(file, &wanted)?))));
+    environment.add_function("cell", move |file: &str, column: &str, wanted: Kwargs| {
+        let rows = of_cell(file, &wanted)?;
+        let told = || wanted.args().map(|name| format!("{name} {}", wanted.get::<Value>(name).unwrap_or_default()));
+        match rows.as_slice() {
+            [row] => row
+                .get(column)
+                .map(|cell| Value::from(Serde(cell.clone())))
+                .ok_or_else(|| problem(anyhow!("{file}: no column {column}"))),
+            rows => {
+                let told = told().collect::<Vec<_>>().join(", ");
+                Err(problem(anyhow!("{file}: {} rows with {told}; a cell is of one", rows.len())))
+            }
+        }
     });
     let known = Serde(json!({ "runs": by_group(runs)?, "comparison": by_space(comparison)? }));
     Ok(environment.render_named_str(&path.display().to_string(), &template, known)?)
@@ -82,13 +101,13 @@ fn by_space(comparison: &[ComparisonRow]) -> Result<Json> {
 }
 
 /// Those whose columns read as `wanted`, by column; what reads as a number is one.
-fn rows(path: &Path, wanted: &[(&str, String)]) -> Result<Vec<BTreeMap<String, Json>>> {
-    let table = CsvTable::read_finished(path)?;
+fn rows(table: &CsvTable, wanted: &[(&str, String)]) -> Result<Vec<BTreeMap<String, Json>>> {
     if let Some((column, _)) = wanted.iter().find(|(column, _)| table.position(column).is_none()) {
-        bail!("{}: no column {column}", path.display());
+        bail!("{}: no column {column}", table.path().display());
     }
     // A hash may have no letters.
-    let number = |column: &str, text: &str| text.parse::<f64>().ok().filter(|_| column != "commit");
+    let number =
+        |column: &str, text: &str| text.parse::<f64>().ok().filter(|value| column != "commit" && value.is_finite());
     let typed = |column: &str, text: &str| number(column, text).map_or(json!(text), |number| json!(number));
     let is_wanted = |row: &&csv::StringRecord| {
         wanted.iter().all(|(column, text)| table.position(column).is_some_and(|at| row[at] == *text))
@@ -97,6 +116,18 @@ fn rows(path: &Path, wanted: &[(&str, String)]) -> Result<Vec<BTreeMap<String, J
         table.headers.iter().zip(row).map(|(column, text)| (column.to_string(), typed(column, text))).collect()
     };
     Ok(table.rows.iter().filter(is_wanted).map(by_column).collect())
+}
+
+fn problem(error: anyhow::Error) -> Error {
+    Error::new(ErrorKind::InvalidOperation, format!("{error:#}"))
+}
+
+/// A share in per cent.
+fn percent(share: &Value, digits: usize) -> Result<String, Error> {
+    match f64::try_from(share.clone()) {
+        Ok(share) => self::digits(&Value::from(100.0 * share), digits),
+        Err(_) => Err(problem(anyhow!("percent: a number is needed, not {}", share.kind()))),
+    }
 }
 
 fn digits(value: &Value, digits: usize) -> Result<String, Error> {
@@ -150,9 +181,11 @@ mod tests {
     #[test]
     fn figures_come_from_the_runs() {
         let text = filled(
-            "{% set lift = runs[''].lift %}{{ lift.osc.final_return | digits(1) }}: {{ lift.aforce.seed | mean | digits(0) }}\n",
+            "{% set lift = runs[''].lift %}{{ lift.osc.final_return | digits(1) }}: {{ lift.aforce.seed | join('/') }}\n",
         );
-        assert_eq!(text.unwrap(), "60.0, 61.0: 2\n");
+        assert_eq!(text.unwrap(), "60.0, 61.0: 0/1/2/3/4\n");
+        let text = filled("{{ cell('b.csv', 'energy_j', space='osc') | percent(1) }}").unwrap();
+        assert_eq!(text, "250.0");
         let text = filled(
             "{% for space in ['osc', 'variable'] -%}
              {{ comparison[''].lift[space]['probability that reference ends higher'] | digits(2) }};
@@ -168,12 +201,15 @@ mod tests {
     #[test]
     fn what_is_not_there_is_named_with_its_line() {
         for (template, hint) in [
-            ("a\n{{ runs[''].wipe.osc.final_return | mean }}", "a.md.j2:2"),
+            ("a\n{{ runs[''].wipe.osc.final_return | digits(1) }}", "a.md.j2:2"),
+            ("{{ cell('b.csv', 'energy_j') | digits(1) }}", "b.csv: 2 rows with ; a cell is of one"),
+            ("{{ cell('b.csv', 'energy', space='osc') | digits(1) }}", "b.csv: no column energy"),
+            ("{{ 'x' | percent(1) }}", "a number is needed, not string"),
+            ("{{ [1, 2] | mean }}", "unknown filter"),
             ("{{ runs[''].lift.osc.energy | digits(1) }}", "a.md.j2:1"),
             ("{{ runs[''].lift.osc.steps_to_450 | digits(1) }}", "a number is needed, not none"),
             ("\n\n{{ runs", "syntax error"),
             ("{{ 1.5 | digits(100000) }}", "a number has at most 17"),
-            ("{{ [] | mean | digits(1) }}", "NaN is no number to show"),
             ("{{ rows('c.csv') }}", "c.csv"),
             ("{{ rows('b.csv', seed=1) }}", "no column seed"),
         ] {

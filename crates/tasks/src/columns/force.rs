@@ -30,7 +30,7 @@ pub(super) const COLUMNS: &[Column] = &[
     .scalar("contact/penalised_steps")
     .of_runs(&[
         summarised("penalised_episode_share", Training, ShareAbove0),
-        number("penalised_action_share", Training, PerAction),
+        summarised("penalised_action_share", Training, PerAction),
         number("penalised_episode_share", Baseline, ShareAbove0),
         number("penalised_action_share", Baseline, PerAction),
     ]),

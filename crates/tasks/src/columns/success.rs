@@ -29,7 +29,7 @@ pub(super) const COLUMNS: &[Column] = &[
     .evaluation_scalar("eval/success")
     .of_runs(&[
         summarised("final_success", Final, Mean),
-        number("sampled_success", Sampled, Mean),
+        summarised("sampled_success", Sampled, Mean),
         number("end_success", End, Mean),
         number("success", Baseline, Mean),
     ]),

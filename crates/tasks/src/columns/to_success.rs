@@ -3,7 +3,7 @@
 use super::Over::{Baseline, End, Final, Sampled};
 use super::Statistic::{Mean, Median, Quantile90};
 use super::parts::Part;
-use super::{Cell, Column, Parts, number};
+use super::{Cell, Column, Parts, number, summarised};
 
 fn of(episode: &Parts, number: fn(Part) -> f64) -> Cell {
     episode.to_success.map(number).into()
@@ -19,7 +19,7 @@ pub(super) const COLUMNS: &[Column] = &[
     .printed("time to success, s")
     .of_runs(&[
         number("final_time_to_success_s", Final, Mean),
-        number("sampled_time_to_success_s", Sampled, Mean),
+        summarised("sampled_time_to_success_s", Sampled, Mean),
         number("end_time_to_success_s", End, Mean),
         number("time_to_success_s", Baseline, Mean),
     ]),
@@ -27,7 +27,7 @@ pub(super) const COLUMNS: &[Column] = &[
         .printed("energy to success, J")
         .of_runs(&[
             number("final_energy_to_success_j", Final, Mean),
-            number("sampled_energy_to_success_j", Sampled, Mean),
+            summarised("sampled_energy_to_success_j", Sampled, Mean),
             number("end_energy_to_success_j", End, Mean),
             number("energy_to_success_j", Baseline, Mean),
         ]),

@@ -1,0 +1,218 @@
+//! Tables made of other tables, for pages: what the rows of a group have on average, and what that is beside a reference.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+use output::file;
+use output::program::bad;
+use output::statistics::{deviation, mean, median, range};
+use serde::Deserialize;
+use settings::parse;
+use walkdir::WalkDir;
+
+use crate::report::columns::number;
+use crate::run::csv_table::CsvTable;
+
+/// The name of a file that asks for such tables, which are made beside it.
+pub const FILE: &str = "derived.toml";
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    table: Vec<Wanted>,
+}
+
+/// A table: a row per combination of `by` and column of `of`.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Wanted {
+    name: PathBuf,
+    /// CSV files, their rows below each other; later tables may be made of earlier ones.
+    from: Vec<PathBuf>,
+    /// Columns that the names of the files stand for, a part between two `_` each.
+    #[serde(default)]
+    file_name: Vec<String>,
+    /// The rows that count.
+    #[serde(default)]
+    only: BTreeMap<String, String>,
+    by: Vec<String>,
+    of: Vec<String>,
+    /// The number of rows at the end of each group that count; all, unless said.
+    last: Option<usize>,
+    /// What some of `by` are in the group that each is held against.
+    reference: Option<BTreeMap<String, String>>,
+}
+
+/// Every file that asks for tables in or below a folder.
+///
+/// # Errors
+/// If a folder cannot be read.
+pub fn find(root: &Path) -> Result<Vec<PathBuf>> {
+    let files = WalkDir::new(root).sort_by_file_name().into_iter().map(|entry| Ok(entry?.into_path()));
+    let files: Vec<PathBuf> = files.collect::<Result<_>>()?;
+    Ok(files.into_iter().filter(|path| path.file_name().is_some_and(|name| name == FILE)).collect())
+}
+
+/// Makes the tables that `path` asks for, in the folder `out`; a file that they are made of is looked for there, and else beside `path`.
+/// Returns what was written.
+///
+/// # Errors
+/// If the file is not understood, or a table lacks a column or holds no numbers there.
+pub fn make(path: &Path, out: &Path) -> Result<Vec<PathBuf>> {
+    let wrong = |problem: String| bad(format!("{}: {problem}", path.display()));
+    let File { table: wanted } = parse(&fs_err::read_to_string(path)?).map_err(wrong)?;
+    let beside = path.parent().context("a file lies in a folder")?;
+    let mut written = vec![];
+    for table in &wanted {
+        let find = |name: &PathBuf| Some(out.join(name)).filter(|made| made.exists()).unwrap_or(beside.join(name));
+        let rows = table.rows(find).with_context(|| format!("{}: {}", path.display(), table.name.display()))?;
+        let target = out.join(&table.name);
+        file::prepare(&target)?;
+        file::replace(&target, &table.summed_up(&rows)?)?;
+        written.push(target);
+    }
+    Ok(written)
+}
+
+/// What a group is called, and the numbers of each of `of`.
+type Summed = (Vec<String>, Vec<Vec<f64>>);
+
+impl Wanted {
+    /// The groups, in the order of their first rows.
+    fn rows(&self, find: impl Fn(&PathBuf) -> PathBuf) -> Result<Vec<Summed>> {
+        let mut groups: Vec<Summed> = vec![];
+        for name in &self.from {
+            let path = find(name);
+            let table = CsvTable::read_finished(&path)?;
+            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+            let parts: Vec<&str> = if self.file_name.is_empty() { vec![] } else { stem.split('_').collect() };
+            ensure!(
+                parts.len() == self.file_name.len(),
+                "{}: its name has {} parts, not {}",
+                path.display(),
+                parts.len(),
+                self.file_name.len()
+            );
+            let of_name = |column: &str| self.file_name.iter().position(|name| name == column).map(|at| parts[at]);
+            let column = |column: &String| match of_name(column) {
+                Some(part) => Ok(vec![part; table.rows.len()]),
+                None => table.column(column),
+            };
+            let by = self.by.iter().map(column).collect::<Result<Vec<_>>>()?;
+            let of = self.of.iter().map(column).collect::<Result<Vec<_>>>()?;
+            let only = self.only.keys().map(column).collect::<Result<Vec<_>>>()?;
+            for row in 0..table.rows.len() {
+                if only.iter().zip(self.only.values()).any(|(cells, wanted)| cells[row] != wanted) {
+                    continue;
+                }
+                let key: Vec<String> = by.iter().map(|cells| cells[row].to_string()).collect();
+                let at = groups.iter().position(|(known, _)| *known == key).unwrap_or_else(|| {
+                    groups.push((key, vec![vec![]; self.of.len()]));
+                    groups.len() - 1
+                });
+                for (values, (cells, name)) in groups[at].1.iter_mut().zip(of.iter().zip(&self.of)) {
+                    let told = number(cells[row]);
+                    let line =
+                        || format!("{}, row {}: {name} is {:?}, not a number", path.display(), row + 1, cells[row]);
+                    values.push(told.with_context(line)?);
+                }
+            }
+        }
+        for values in groups.iter_mut().flat_map(|(_, columns)| columns) {
+            let first = self.last.map_or(0, |last| values.len().saturating_sub(last));
+            values.drain(..first);
+            values.retain(|value| !value.is_nan());
+        }
+        Ok(groups)
+    }
+
+    fn summed_up(&self, groups: &[Summed]) -> Result<Vec<u8>> {
+        let mut writer = csv::Writer::from_writer(vec![]);
+        let statistics = ["metric", "n", "mean", "std", "lowest", "highest", "median"];
+        let beside = ["over_reference", "minus_reference", "excess_share", "apart"];
+        let beside = if self.reference.is_some() { &beside[..] } else { &[] };
+        writer.write_record(self.by.iter().map(String::as_str).chain(statistics).chain(beside.iter().copied()))?;
+        let cell = |value: f64| if value.is_finite() { value.to_string() } else { String::new() };
+        for (key, columns) in groups {
+            let reference = self.reference_of(key, groups)?;
+            for (at, (metric, values)) in self.of.iter().zip(columns).enumerate() {
+                let [low, high] = range(values);
+                let mut row = key.clone();
+                row.extend([metric.clone(), values.len().to_string()]);
+                row.extend([mean(values), deviation(values), low, high, median(values)].map(cell));
+                if let Some(others) = reference.map(|(_, columns)| &columns[at]) {
+                    let over = mean(values) / mean(others);
+                    row.extend([over, mean(values) - mean(others), over - 1.0].map(cell));
+                    let [other_low, other_high] = range(others);
+                    row.push((low > other_high || high < other_low).to_string());
+                }
+                writer.write_record(&row)?;
+            }
+        }
+        Ok(writer.into_inner()?)
+    }
+
+    /// The group that one is held against, if that is asked for.
+    fn reference_of<'a>(&self, key: &[String], groups: &'a [Summed]) -> Result<Option<&'a Summed>> {
+        let Some(reference) = &self.reference else { return Ok(None) };
+        let named = |(name, own): (&String, &String)| reference.get(name).unwrap_or(own).clone();
+        let wanted: Vec<String> = self.by.iter().zip(key).map(named).collect();
+        let found = groups.iter().find(|(key, _)| *key == wanted);
+        Ok(Some(found.with_context(|| format!("no row with {}", wanted.join(", ")))?))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn made(wanted: &str, tables: &[(&str, &str)]) -> Result<String> {
+        let folder = tempfile::tempdir()?;
+        for (name, text) in tables {
+            fs_err::write(folder.path().join(name), text)?;
+        }
+        let file = folder.path().join(FILE);
+        fs_err::write(&file, format!("[[table]]\nname = 'made.csv'\n{wanted}"))?;
+        let out = folder.path().join("out");
+        Ok(fs_err::read_to_string(&make(&file, &out)?[0])?)
+    }
+
+    const TABLE: &str =
+        "task,space,energy_j,done\nlift,low,3,true\nlift,aforce,1,true\nlift,low,5,false\nlift,low,,true\n";
+
+    #[test]
+    fn groups_are_summed_up_and_held_against_their_reference() {
+        let wanted = "from = ['a.csv']\nby = ['task', 'space']\nof = ['energy_j']\nreference = { space = 'aforce' }";
+        let text = made(wanted, &[("a.csv", TABLE)]).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[1], "lift,low,energy_j,2,4,1.4142135623730951,3,5,4,4,3,3,true");
+        assert_eq!(lines[2], "lift,aforce,energy_j,1,1,,1,1,1,1,0,0,false");
+        let wanted = "from = ['a.csv']\nby = ['space']\nof = ['done']\nlast = 2\nonly = { space = 'low' }";
+        let text = made(wanted, &[("a.csv", TABLE)]).unwrap();
+        assert_eq!(text.lines().nth(1), Some("low,done,2,0.5,0.7071067811865476,0,1,0.5"));
+    }
+
+    #[test]
+    fn names_of_files_may_stand_for_columns() {
+        let files = [("aforce_1.csv", "x\n1\n"), ("aforce_2.csv", "x\n3\n")];
+        let wanted =
+            "from = ['aforce_1.csv', 'aforce_2.csv']\nfile_name = ['space', 'seed']\nby = ['space']\nof = ['x']";
+        assert!(made(wanted, &files).unwrap().ends_with("aforce,x,2,2,1.4142135623730951,1,3,2\n"));
+    }
+
+    #[test]
+    fn what_is_missing_is_named() {
+        for (wanted, reason) in [
+            ("from = ['b.csv']\nby = []\nof = []", "b.csv"),
+            ("from = ['a.csv']\nby = ['speed']\nof = []", "no column \"speed\""),
+            ("from = ['a.csv']\nby = ['task']\nof = ['space']", "a.csv, row 1: space is \"low\", not a number"),
+            ("from = ['a.csv']\nby = ['space']\nof = []\nreference = { space = 'osc' }", "no row with osc"),
+            ("from = ['a.csv']\nfile_name = ['x', 'y']\nby = []\nof = []", "its name has 1 parts, not 2"),
+            ("form = ['a.csv']", "form"),
+        ] {
+            let told = format!("{:#}", made(wanted, &[("a.csv", TABLE)]).unwrap_err());
+            assert!(told.contains(reason), "{told}");
+        }
+    }
+}
