@@ -61,17 +61,13 @@ pub fn fill(path: &Path, filled: &Path, runs: &[RunSummary], comparison: &[Compa
     environment.add_function("rows", move |file: &str, wanted: Kwargs| Ok(Value::from(Serde(found(file, &wanted)?))));
     environment.add_function("cell", move |file: &str, column: &str, wanted: Kwargs| {
         let rows = of_cell(file, &wanted)?;
-        let told = || wanted.args().map(|name| format!("{name} {}", wanted.get::<Value>(name).unwrap_or_default()));
-        match rows.as_slice() {
-            [row] => row
-                .get(column)
-                .map(|cell| Value::from(Serde(cell.clone())))
-                .ok_or_else(|| problem(anyhow!("{file}: no column {column}"))),
-            rows => {
-                let told = told().collect::<Vec<_>>().join(", ");
-                Err(problem(anyhow!("{file}: {} rows with {told}; a cell is of one", rows.len())))
-            }
-        }
+        let [row] = rows.as_slice() else {
+            let wanted = wanted.args().map(|name| Ok(format!("{name} {}", wanted.get::<Value>(name)?)));
+            let wanted = wanted.collect::<Result<Vec<_>, Error>>()?.join(", ");
+            return Err(problem(anyhow!("{file}: {} rows with {wanted}; a cell is of one", rows.len())));
+        };
+        let cell = row.get(column).ok_or_else(|| problem(anyhow!("{file}: no column {column}")))?;
+        Ok(Value::from(Serde(cell.clone())))
     });
     let known = Serde(json!({ "runs": by_group(runs)?, "comparison": by_space(comparison)? }));
     Ok(environment.render_named_str(&path.display().to_string(), &template, known)?)
