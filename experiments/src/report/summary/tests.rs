@@ -222,7 +222,7 @@ fn a_table_that_another_program_saved_says_the_same_or_is_refused() {
     let refused: [(&dyn Fn(&str) -> String, &str); 4] = [
         (&|text| text.replace(',', ";").replace('.', ","), "line 1: the columns are divided by ';'"),
         (&|text| text.split_once('\n').unwrap().1.into(), "the names of the columns is missing"),
-        (&|text| text.replace(",16.0,", ",1e999,"), "line 17: return is \"1e999\", not a number"),
+        (&|text| text.replace(",16.0,", ",1e999,"), "line 17: penalty is \"1e999\", not a number"),
         (&|text| text.trim_end().rsplit_once(',').unwrap().0.into(), "line: 17"),
     ];
     for (change, reason) in refused {
