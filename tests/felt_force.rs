@@ -147,7 +147,7 @@ fn a_critic_sees_what_was_drawn_and_the_policy_does_not() {
         push_hz: Some(Draw::Fixed(2.0)),
         ..Disturbance::default()
     };
-    let mut env = Env::new(with_critic(TaskName::WIPE, vec![Privileged::Disturbance], disturbance), 1).unwrap();
+    let mut env = Env::new(with_critic(TaskName::WIPE, vec![Privileged::Disturbance], disturbance.clone()), 1).unwrap();
     let plain = Env::new(with_critic(TaskName::WIPE, vec![], disturbance), 1).unwrap();
     assert_eq!(env.observation_components(), plain.observation_components());
     let mut drawn = vec![];

@@ -61,7 +61,7 @@ impl Env {
             episodes.seed()?;
             let Some(camera) = episodes.env.config().observation.camera else { return Ok(None) };
             let shape = |channels| (camera.height as usize, camera.width as usize, channels);
-            let pixels = py.detach(|| episodes.env.pixels());
+            let pixels = py.detach(move || episodes.env.pixels());
             Ok(match pixels {
                 None => None,
                 Some(Pixels::Depth(depths)) => Some(array(py, shape(1), depths)?),

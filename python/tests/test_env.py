@@ -293,8 +293,9 @@ def test_a_camera_is_observed_beside_the_numbers():
     assert np.array_equal(observation["state"], plain)
     depth = observation["pixels"]
     assert depth.shape == (40, 60, 1) and depth.dtype == np.float32
-    # The camera is some 1.1 m from the middle of the picture; the floor lies behind the table.
-    assert 0.5 < depth[20, 30, 0] < 1.5 and 0.3 < depth.min() and depth.max() <= 5.0
+    # The table, seen from above: the lower the row, the nearer.
+    column = depth[25:, 30, 0]
+    assert 0.7 < column.min() and column.max() < 1.5 and column[-1] < column[0] and depth.max() <= 5.0
     moved, *_ = env.step(env.action_space.sample())
     assert not np.array_equal(moved["pixels"], depth)
     hand = make(observation={"camera": {"kind": "rgb", "from": "hand"}}).reset(seed=1)[0]["pixels"]
