@@ -47,7 +47,7 @@ fn what_disturbs_nothing_changes_no_byte() {
         ..Disturbance::default()
     };
     for task in TaskName::BUILT_IN {
-        assert!(seen(task, neutral) == seen(task, Disturbance::default()), "{}", task.as_str());
+        assert!(seen(task, neutral.clone()) == seen(task, Disturbance::default()), "{}", task.as_str());
         let heavier = Disturbance { payload_kg: fixed(0.5), ..Disturbance::default() };
         assert!(seen(task, heavier) != seen(task, Disturbance::default()), "{}", task.as_str());
     }
