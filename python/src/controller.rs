@@ -31,7 +31,7 @@ pub fn spaces() -> Vec<String> {
 /// wrench       what the environment exerts on the tool, filtered: force (N) and moment about the tool point (Nm), 6
 /// twist        velocity of the tool (m/s, rad/s), 6; jacobian @ qd if it is not given
 ///
-/// ValueError for a wrong shape, TypeError for what are no numbers. Numbers that are not finite are the law's to answer: it
+/// ValueError for a wrong shape or a mass matrix that is not symmetric, TypeError for what are no numbers. Numbers that are not finite are the law's to answer: it
 /// holds the arm with `bias` and counts a fault.
 #[pyclass(frozen, module = "aforce")]
 pub struct Measurement(aforce::Measurement);
@@ -57,13 +57,21 @@ impl Measurement {
         let position = Translation3::from(Vector3::from_vec(numbers(position, "position", &[3])?));
         let qd = joints(qd, "qd")?;
         let jacobian = Jacobian::from_row_slice(&numbers(jacobian, "jacobian", &[6, 7])?);
+        let mass = JointMatrix::from_row_slice(&numbers(mass, "mass", &[7, 7])?);
+        if let Some([row, column]) = aforce::asymmetry(&mass) {
+            let (lower, upper) = (mass[(row, column)], mass[(column, row)]);
+            return Err(value_error(format!(
+                "mass is not symmetric: mass[{row}, {column}] = {lower}, mass[{column}, {row}] = {upper}, a difference of {}",
+                (lower - upper).abs()
+            )));
+        }
         Ok(Self(aforce::Measurement {
             q: joints(q, "q")?,
             qd,
             pose: Pose::from_parts(position, rotation(orientation)?),
             twist: twist.map_or(Ok(jacobian * qd), |twist| six(twist, "twist"))?,
             jacobian,
-            mass: JointMatrix::from_row_slice(&numbers(mass, "mass", &[7, 7])?),
+            mass,
             bias: joints(bias, "bias")?,
             wrench: wrench.map_or(Ok(Wrench::zeros()), |wrench| six(wrench, "wrench"))?,
         }))

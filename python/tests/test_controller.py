@@ -114,6 +114,11 @@ def test_bad_settings_are_answered(words, arguments):
         (ValueError, "orientation has length 2, a unit quaternion has 1", {"orientation": [0, 0, 0, 2.0]}),
         (ValueError, "orientation is no rotation matrix", {"orientation": -np.eye(3)}),
         (TypeError, "mass must be an array of numbers", {"mass": "heavy"}),
+        (
+            ValueError,
+            "mass is not symmetric: mass[1, 0] = 0, mass[0, 1] = 0.5, a difference of 0.5",
+            {"mass": np.triu(np.full((7, 7), 0.5))},
+        ),
         (ValueError, "orientation has shape (2,), must have (4,)", {"orientation": [0, 1]}),
         (TypeError, "orientation must be an array of numbers", {"orientation": {"x": 1}}),
     ],

@@ -7,34 +7,20 @@
 //!
 //! One cycle follows the other, so caches are warm; a quiet core (`taskset -c 3`, nothing else on it) makes it repeatable.
 
+#[path = "../tests/arm/mod.rs"]
+mod arm;
+
 use std::time::Instant;
 
-use aforce::host::{ArmInterface, ArmState, Host, HostLimits, HostSetup, Status};
-use aforce::{Arm, ControllerConfig, Interpolation, Jacobian, JointMatrix, JointVector, Pose, Vector3, Wrench};
+use aforce::host::{ArmInterface, Host, HostLimits, HostSetup, Status};
+use aforce::{Arm, ControllerConfig, Interpolation};
+use arm::{BallArm, HOME};
 
 const CYCLES: usize = 1_000_000;
 /// Cycles per action.
 const ACTION: usize = 50;
 /// Bins of the histogram per decade.
 const BINS: f64 = 10.0;
-
-/// A fixed arm of full rank, in contact; its tool sways so that nothing is constant.
-fn state(cycle: usize) -> ArmState {
-    let jacobian = Jacobian::from_fn(|i, j| if i == j { 1.0 } else { 0.1 * (i as f64 - 0.7 * j as f64).sin() });
-    let root = JointMatrix::from_fn(|i, j| 0.2 * (i as f64 + 2.0 * j as f64).cos());
-    let sway = 0.01 * (cycle as f64 * 1e-3).sin();
-    ArmState {
-        q: JointVector::from([0.0, 0.2, 0.0, -2.0, 0.0, 2.2, 0.8]),
-        qd: JointVector::repeat(sway),
-        pose: Pose::new(Vector3::new(0.5 + sway, 0.0, 0.3), Vector3::new(3.1, 0.1, sway)),
-        jacobian,
-        mass: root * root.transpose() + JointMatrix::identity(),
-        gravity: JointVector::zeros(),
-        coriolis: JointVector::repeat(0.1),
-        wrench: Wrench::new(0.0, 0.0, -10.0, 0.0, 0.0, 0.0),
-        tau: JointVector::zeros(),
-    }
-}
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let setup = HostSetup {
@@ -52,11 +38,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         space: "aforce-force".parse()?,
     };
     let mut host = Host::new(&setup)?;
-    let first = state(0);
+    // Its states are made beside the clock. What it presses against answers with 10 N.
+    let mut arm = BallArm::at(HOME, ArmInterface::FRANKA);
+    let first = arm.state();
     host.start(&first, &first.pose)?;
     let (mut with_action, mut without) = (Vec::with_capacity(CYCLES / ACTION), Vec::with_capacity(CYCLES));
     for cycle in 0..CYCLES {
-        let state = state(cycle);
+        let state = arm.state();
         let action = std::array::from_fn::<f64, 7, _>(|entry| (cycle as f64 * 0.7 + entry as f64).sin());
         let begin = Instant::now();
         let plans = cycle.is_multiple_of(ACTION);
@@ -68,6 +56,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         if let Status::Fault(fault) = command.status {
             return Err(fault.into());
         }
+        arm.tau = command.tau;
+        arm.wrench[2] = 10.0 * (1.0 + (cycle as f64 * 1e-3).sin());
+        arm.advance(0.001);
         if plans { with_action.push(took) } else { without.push(took) }
     }
     let mut all = [with_action.as_slice(), without.as_slice()].concat();

@@ -88,6 +88,36 @@ impl Arm {
         TorqueLimits::new(self.torque_max.into(), Some(self.torque_rate_max.into()))
     }
 
+    /// Whether it asks no more than `other`: ranges, speeds, torques, their rates, and what the tool may do.
+    ///
+    /// # Errors
+    /// The first value beyond that of `other`, with its field.
+    pub fn stays_within(&self, other: &Self) -> Result<(), ConfigError> {
+        for (joint, ([low, high], [least, most])) in self.range.into_iter().zip(other.range).enumerate() {
+            within(&format!("range (joint {}, lower end)", joint + 1), low, least..=most)?;
+            within(&format!("range (joint {}, upper end)", joint + 1), high, least..=most)?;
+        }
+        for (name, values, most) in [
+            ("speed_max", self.speed_max, other.speed_max),
+            ("torque_max", self.torque_max, other.torque_max),
+            ("torque_rate_max", self.torque_rate_max, other.torque_rate_max),
+        ] {
+            for (joint, (value, most)) in values.into_iter().zip(most).enumerate() {
+                within(&format!("{name} (joint {})", joint + 1), value, 0.0..=most)?;
+            }
+        }
+        let cartesian = [
+            ("cartesian.translation", self.cartesian.translation, other.cartesian.translation),
+            ("cartesian.rotation", self.cartesian.rotation, other.cartesian.rotation),
+        ];
+        for (name, values, most) in cartesian {
+            for (value, most) in values.into_iter().zip(most) {
+                within(name, value, 0.0..=most)?;
+            }
+        }
+        Ok(())
+    }
+
     /// Checks every value.
     ///
     /// # Errors

@@ -69,8 +69,8 @@ pub use law::{
 };
 pub use observer::MomentumObserver;
 pub use spatial::{
-    Jacobian, JointMatrix, JointVector, Measurement, Pose, RotationError, Twist, Vector3, Vector6, Wrench, pose_error,
-    rotation_from_matrix,
+    Jacobian, JointMatrix, JointVector, Measurement, Pose, RotationError, Twist, Vector3, Vector6, Wrench, asymmetry,
+    pose_error, rotation_from_matrix,
 };
 
 #[cfg(test)]

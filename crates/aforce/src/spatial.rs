@@ -59,6 +59,22 @@ pub fn rotation_from_matrix(matrix: &Matrix3<f64>) -> Option<UnitQuaternion<f64>
     is_rotation.then(|| UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*matrix)))
 }
 
+/// Row and column, from 0, of the entry of a mass matrix that differs most from its mirror image; `None` if none differs by more than 1e-4
+/// of the largest entry, which is more than single precision leaves. Some libraries fill one triangle.
+#[must_use]
+pub fn asymmetry(mass: &JointMatrix) -> Option<[usize; 2]> {
+    let (mut worst, mut place) = (1e-4 * mass.amax(), None);
+    for row in 1..7 {
+        for column in 0..row {
+            let off = (mass[(row, column)] - mass[(column, row)]).abs();
+            if off > worst {
+                (worst, place) = (off, Some([row, column]));
+            }
+        }
+    }
+    place
+}
+
 /// How the rotational part of an error is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

@@ -38,14 +38,16 @@ static const char *const SETUP =
     "workspace = [[-inf, -inf, -inf], [inf, inf, inf]]\n"
     "joint_margin = 0\n"
     "contact_loss = inf\n"
+    "disagreement_max = %s\n"
     "tank = { initial = inf, capacity = inf, low = 0 }\n";
 
 static AforceHost host; // Zeroed, as aforce_init wants it.
 static char message[256];
 
-static int init(const char *space) {
+// `disagreement`: "1", or "inf", with which the parts of a state are not compared.
+static int init(const char *space, const char *disagreement) {
     char setup[2048];
-    snprintf(setup, sizeof setup, SETUP, space);
+    snprintf(setup, sizeof setup, SETUP, space, disagreement);
     return (int)aforce_init(&host, setup, message, sizeof message);
 }
 
@@ -110,13 +112,13 @@ static void check_refusals(const AforceState *first) {
     CHECK(aforce_update(&host, first, 0.002, NULL) == AFORCE_RESULT_BAD_POINTER);
     CHECK(aforce_read(&host, NULL) == AFORCE_RESULT_BAD_POINTER);
     CHECK(aforce_stop(NULL) == AFORCE_RESULT_BAD_POINTER);
-    CHECK(init("aforse") == AFORCE_RESULT_BAD_SETUP);
+    CHECK(init("aforse", "1") == AFORCE_RESULT_BAD_SETUP);
     CHECK(strstr(message, "did you mean `aforce`?"));
     CHECK(aforce_init(&host, "x", message, 6) == AFORCE_RESULT_BAD_SETUP && strlen(message) == 5);
     CHECK(aforce_init(&host, "x", NULL, 0) == AFORCE_RESULT_BAD_SETUP);
 
-    CHECK(init("low") == AFORCE_RESULT_OK);
-    CHECK(init("low") == AFORCE_RESULT_BAD_POINTER); // There is one already.
+    CHECK(init("low", "1") == AFORCE_RESULT_OK);
+    CHECK(init("low", "1") == AFORCE_RESULT_BAD_POINTER); // There is one already.
     const double action[6] = {0};
     CHECK(aforce_action_length(&host) == 6);
     CHECK(aforce_set_goal(&host, action, 6) == AFORCE_RESULT_NOT_RUNNING);
@@ -128,6 +130,18 @@ static void check_refusals(const AforceState *first) {
     AforceState turned = *first;
     turned.pose[0] = 3; // No rotation.
     CHECK(aforce_start(&host, &turned, turned.pose, message, sizeof message) == AFORCE_RESULT_REFUSED);
+    // Fields that nobody filled, at the start and underway.
+    AforceState empty[2] = {*first, *first};
+    memset(empty[0].mass, 0, sizeof empty[0].mass);
+    memset(empty[1].jacobian, 0, sizeof empty[1].jacobian);
+    const char *const told[2] = {"joint 1 an inertia of 0", "the axis of a joint has length 1"};
+    for (int i = 0; i < 2; i++) {
+        CHECK(aforce_start(&host, &empty[i], empty[i].pose, message, sizeof message) == AFORCE_RESULT_REFUSED);
+        CHECK(strstr(message, told[i]));
+        CHECK(aforce_start(&host, first, first->pose, message, sizeof message) == AFORCE_RESULT_OK);
+        CHECK(aforce_update(&host, &empty[i], 0.002, &command) == AFORCE_RESULT_OK);
+        CHECK(command.status == AFORCE_STATUS_FAULT && command.fault == (uint32_t)(12 + i));
+    }
     CHECK(aforce_start(&host, first, first->pose, message, sizeof message) == AFORCE_RESULT_OK);
     CHECK(aforce_set_goal(&host, action, 7) == AFORCE_RESULT_BAD_LENGTH);
 
@@ -158,7 +172,7 @@ int main(int argc, char **argv) {
     AforceState first = state_of(measurements[0]);
     check_refusals(&first);
 
-    // Every space of the record that a host takes: `aforce-shaped` lets K wind up.
+    // Every space of the record that a host takes: `aforce-shaped` lets K wind up, robosuite's set-points jump.
     char path[4096], line[4096];
     snprintf(path, sizeof path, "%s/torques.csv", argv[1]);
     FILE *file = fopen(path, "r");
@@ -174,8 +188,8 @@ int main(int argc, char **argv) {
         AforceState state = state_of(measurements[sample]);
         if (sample == 0) {
             aforce_drop(&host);
-            taken = strncmp(line, "aforce-shaped", 13) != 0;
-            CHECK(init(line) == (taken ? AFORCE_RESULT_OK : AFORCE_RESULT_BAD_SETUP));
+            taken = strncmp(line, "aforce-shaped", 13) != 0 && strncmp(line, "robosuite", 9) != 0;
+            CHECK(init(line, "inf") == (taken ? AFORCE_RESULT_OK : AFORCE_RESULT_BAD_SETUP));
             if (taken) CHECK(aforce_start(&host, &state, state.pose, message, sizeof message) == AFORCE_RESULT_OK);
             spaces += taken;
         }

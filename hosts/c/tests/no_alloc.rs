@@ -34,18 +34,16 @@ static ALLOCATOR: Counting = Counting;
 
 const SETUP: &CStr = c"arm = 'fr3'\ninterface = 'plain'\nspace = 'low'\n[controller]\ncontrol_hz = 1000";
 
-/// A resting arm whose tool is 0.5 m in front of the base.
+/// A resting arm whose tool is 0.5 m in front of the base, and whose joints all turn about z.
 fn state() -> AforceState {
     let (mut pose, mut jacobian, mut mass) = ([0.0; 16], [0.0; 42], [0.0; 49]);
     for axis in 0..4 {
         pose[5 * axis] = 1.0;
     }
     (pose[12], pose[14]) = (0.5, 0.3);
-    for axis in 0..6 {
-        jacobian[7 * axis] = 1.0;
-    }
     for joint in 0..7 {
         mass[8 * joint] = 1.0;
+        jacobian[6 * joint + 5] = 1.0;
     }
     let zero = [0.0; 7];
     let q = [0.0, 0.2, 0.0, -2.0, 0.0, 2.2, 0.8];

@@ -226,8 +226,8 @@ pub fn pose_from_matrix(column_major: &[f64; 16]) -> Pose {
 
 impl ArmState {
     /// The first field with an entry that no arm has: not a number, or far beyond any unit's range (1e4; of positions 10 m).
-    /// Within these bounds nothing in the law overflows.
-    pub(crate) fn unreadable(&self, source: WrenchSource) -> Option<&'static str> {
+    /// Within these bounds nothing in the law overflows. A wrench that nobody reads may be anything.
+    pub(crate) fn unreadable(&self, reads_wrench: bool) -> Option<&'static str> {
         let rotation = self.pose.rotation.coords;
         let checks = [
             ("q", in_range(&self.q)),
@@ -238,7 +238,7 @@ impl ArmState {
             ("mass", in_range(&self.mass)),
             ("gravity", in_range(&self.gravity)),
             ("coriolis", in_range(&self.coriolis)),
-            ("wrench", in_range(&self.wrench) || source != WrenchSource::Reported), // else nobody reads it
+            ("wrench", in_range(&self.wrench) || !reads_wrench),
             ("tau", in_range(&self.tau)),
         ];
         checks.into_iter().find(|(_, readable)| !readable).map(|(field, _)| field)
@@ -247,6 +247,11 @@ impl ArmState {
     /// Whether posture and velocity can be read, whatever else cannot.
     pub(crate) fn has_joints(&self) -> bool {
         in_range(&self.q) && in_range(&self.qd)
+    }
+
+    /// Whether the torque that the interface took can be read.
+    pub(crate) fn has_torque(&self) -> bool {
+        in_range(&self.tau)
     }
 
     /// Whether gravity and Coriolis torques can be read.
@@ -303,7 +308,7 @@ mod tests {
         unknown[4] = f64::NAN;
         let read = |matrix: Matrix4<f64>| {
             let pose = pose_from_matrix(&std::array::from_fn(|entry| matrix[entry]));
-            ArmState { pose, ..resting_arm() }.unreadable(WrenchSource::Reported)
+            ArmState { pose, ..resting_arm() }.unreadable(true)
         };
         assert_eq!(read(good), None);
         for matrix in [stretched, skewed, mirrored, unknown, Matrix4::zeros()] {
@@ -313,17 +318,17 @@ mod tests {
 
     #[test]
     fn the_field_that_cannot_be_read_is_named() {
-        assert_eq!(resting_arm().unreadable(WrenchSource::Reported), None);
+        assert_eq!(resting_arm().unreadable(true), None);
         let spoilt = |spoil: fn(&mut ArmState)| {
             let mut state = resting_arm();
             spoil(&mut state);
-            state.unreadable(WrenchSource::Reported)
+            state.unreadable(true)
         };
         assert_eq!(spoilt(|s| s.q[3] = f64::NAN), Some("q"));
         assert_eq!(spoilt(|s| s.mass[(1, 2)] = f64::INFINITY), Some("mass"));
         assert_eq!(spoilt(|s| s.wrench[5] = -1e5), Some("wrench"));
         let unmeasured = ArmState { wrench: Wrench::repeat(f64::NAN), ..resting_arm() };
-        assert_eq!(unmeasured.unreadable(WrenchSource::Observed { cutoff_hz: 25.0 }), None);
+        assert_eq!(unmeasured.unreadable(false), None);
         assert_eq!(spoilt(|s| s.pose.translation.vector.x = 11.0), Some("pose (position)"));
         let stretched = |s: &mut ArmState| {
             s.pose.rotation = UnitQuaternion::new_unchecked(2.0 * s.pose.rotation.into_inner());

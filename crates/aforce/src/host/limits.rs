@@ -36,6 +36,8 @@ pub struct HostLimits {
     pub contact_loss: f64,
     /// Largest difference of the arm's pose from the model's at the start (m, rad).
     pub kinematics_tolerance: [f64; 2],
+    /// Parts of the arm's state may disagree by so many times the tolerances in `agreement.rs`; infinite: they are not compared.
+    pub disagreement_max: f64,
     /// What the active parts may put into the arm.
     pub tank: TankConfig,
     /// What it does when the law does not act.
@@ -59,6 +61,7 @@ impl Default for HostLimits {
             joint_stiffness: [100.0, 100.0, 100.0, 100.0, 50.0, 50.0, 50.0],
             contact_loss: 0.01,
             kinematics_tolerance: [0.002, 0.01],
+            disagreement_max: 1.0,
             tank: TankConfig::default(),
             hold: HoldConfig::default(),
         }
@@ -90,6 +93,7 @@ impl HostLimits {
             within(&format!("joint_stiffness (joint {})", joint + 1), value, 0.0..=1000.0)?;
         }
         within("contact_loss", self.contact_loss, f64::MIN_POSITIVE..=f64::INFINITY)?;
+        within("disagreement_max", self.disagreement_max, 1.0..=f64::INFINITY)?;
         self.tank.validate()?;
         self.hold.validate()
     }

@@ -17,11 +17,13 @@
 //! Between law and arm stand the bounds of [`HostLimits`]. The simulated tables use [`Controller`](crate::Controller) alone:
 //! none of this acts there.
 
+mod agreement;
 mod bounds;
 mod hold;
 mod interface;
 mod limits;
 mod running;
+mod sent;
 mod setup;
 mod status;
 mod tank;

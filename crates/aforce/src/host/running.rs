@@ -2,10 +2,12 @@
 
 use crate::arm::Arm;
 use crate::error::ConfigError;
+use crate::host::agreement::Agreement;
 use crate::host::bounds::Bounds;
 use crate::host::hold::Hold;
 use crate::host::interface::{ArmInterface, ArmState, WrenchSource};
 use crate::host::limits::HostLimits;
+use crate::host::sent::Sent;
 use crate::host::setup::{HostSetup, contact_axis};
 use crate::host::status::{Command, Fault, Limited, NotTaken, Status};
 use crate::law::controller::Controller;
@@ -29,6 +31,8 @@ pub struct Host {
     period: f64,
     controller: Controller,
     bounds: Bounds,
+    agreement: Agreement,
+    sent: Sent,
     hold: Hold,
     observer: Option<MomentumObserver>,
     mode: Mode,
@@ -63,6 +67,8 @@ impl Host {
             period: setup.controller.dt(),
             controller: setup.new_controller()?,
             bounds: Bounds::new(&setup.limits, &setup.arm, contact_off, setup.space.unit),
+            agreement: Agreement::new(setup.limits.disagreement_max, &setup.arm, setup.interface.gravity),
+            sent: Sent::new(&JointVector::zeros()),
             hold: Hold::new(setup.limits.hold),
             observer: None,
             mode: Mode::Stopped,
@@ -90,9 +96,12 @@ impl Host {
             }
         };
         self.check(&y)?;
+        self.agreement.at_start(state, &y)?;
         self.observer = observer;
+        self.agreement.reset(state, &y);
         self.controller.reset(&y);
         self.controller.limiter().reset(&state.tau);
+        self.sent = Sent::new(self.controller.limiter().previous());
         self.bounds.reset(self.controller.own_stiffness());
         (self.mode, self.silence, self.empty) = (Mode::Running, 0.0, 0);
         (self.bias, self.y) = (y.bias, Some(y));
@@ -146,8 +155,9 @@ impl Host {
         if state.has_bias() {
             self.bias = self.interface.bias(state);
         }
+        let taken = if state.has_torque() { self.sent.taken(&state.tau, step) } else { Ok(None) };
         let wanted = match self.mode {
-            Mode::Running => match y.as_ref().map_err(|fault| *fault).and_then(|y| self.driven(y, dt)) {
+            Mode::Running => match y.as_ref().map_err(|fault| *fault).and_then(|y| self.driven(state, y, dt, taken)) {
                 Ok(tau) => tau,
                 Err(fault) => {
                     self.leave(Mode::Fault(fault));
@@ -160,7 +170,11 @@ impl Host {
             self.y = Some(y);
         }
         let limiter = self.controller.limiter();
+        if let Ok(Some(taken)) = taken {
+            limiter.count_from(&taken);
+        }
         let tau = limiter.pass(&wanted, &JointVector::zeros(), step.min(self.period));
+        self.sent.add(&tau);
         let cut = limiter.excess().iter().any(|excess| *excess != 0.0);
         let status = match self.mode {
             Mode::Stopped => Status::Stopped,
@@ -212,9 +226,19 @@ impl Host {
     }
 
     /// The torque with which the law moves the arm (Nm), before the limits of the joints.
-    fn driven(&mut self, y: &Measurement, dt: f64) -> Result<JointVector, Fault> {
+    fn driven(
+        &mut self,
+        state: &ArmState,
+        y: &Measurement,
+        dt: f64,
+        taken: Result<Option<JointVector>, Fault>,
+    ) -> Result<JointVector, Fault> {
         if !self.is_period(dt) {
             return Err(Fault::Period { period: dt, max: self.limits.period_max });
+        }
+        self.agreement.check(state, y, dt)?;
+        if self.limits.disagreement_max.is_finite() {
+            taken?;
         }
         if dt == 0.0 {
             return Ok(*self.controller.limiter().previous());
@@ -264,10 +288,14 @@ impl Host {
 
     /// The state as the law reads it, `dt` seconds after the last one. An observed wrench is the observer's: none before a start.
     fn read(&mut self, state: &ArmState, dt: f64) -> Result<Measurement, Fault> {
-        if let Some(field) = state.unreadable(self.interface.wrench) {
+        let reads_wrench = self.reads_wrench();
+        if let Some(field) = state.unreadable(reads_wrench) {
             return Err(Fault::Unreadable { field });
         }
         let mut y = self.interface.measurement(state, &self.arm.rotor_inertia.into());
+        if !reads_wrench {
+            y.wrench = Wrench::zeros();
+        }
         if let WrenchSource::Observed { .. } = self.interface.wrench {
             y.wrench = self.observer.as_mut().map_or(Wrench::zeros(), |observer| {
                 if dt > 0.0 {
@@ -277,6 +305,13 @@ impl Host {
             });
         }
         Ok(y)
+    }
+
+    /// Whether the reported wrench is read: by force control, or by the limits of what the environment may exert.
+    fn reads_wrench(&self) -> bool {
+        let reported = self.interface.wrench == WrenchSource::Reported;
+        let limited = self.limits.external_max.iter().any(|max| max.is_finite());
+        reported && (limited || self.controller.space().force)
     }
 
     /// Whether so much time (s) can have passed since the last cycle.

@@ -5,16 +5,22 @@ use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::arm::Arm;
-use crate::error::ConfigError;
+use crate::error::{ConfigError, within};
 use crate::host::interface::ArmInterface;
 use crate::host::limits::HostLimits;
-use crate::law::action_space::ActionSpace;
+use crate::law::action_space::{ActionSpace, SetPoint};
 use crate::law::built_in::{RecordError, UnknownActionSpace};
 use crate::law::commanded_psi::PsiParameter;
 use crate::law::config::ControllerConfig;
 use crate::law::controller::Controller;
 use crate::record::{self, Problem};
 use crate::spatial::Vector3;
+
+/// Lever (m) at which the largest force must be held by the strongest joint.
+const SHORT_LEVER: f64 = 0.25;
+/// Largest stiffness of a joint's hold (Nm/rad), and its least damping ratio.
+const HOLD_STIFFNESS_MAX: f64 = 1000.0;
+const HOLD_RATIO: f64 = 0.3;
 
 /// What a [`Host`](crate::host::Host) is made of.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -64,7 +70,7 @@ pub enum SetupError {
 impl HostSetup {
     /// From TOML. `arm` is `"panda"`, `"fr3"` or a table; `interface` `"franka"`, `"plain"` or a table; `space` a built-in
     /// space's name or a table. A table may extend what has a name (`{ extends = "plain", .. }`), or has every field. What
-    /// is not said of `limits`, `controller` and `contact_axis` is as by default (+z).
+    /// is not said of `limits`, `controller` and `contact_axis` is as by default (+z). An arm that extends one stays within its limits.
     ///
     /// ```
     /// use aforce::host::HostSetup;
@@ -87,13 +93,19 @@ impl HostSetup {
                 return Err(SetupError::Name { field: "space", value, known: "the built-in spaces" });
             }
         };
-        named(&mut file, "arm", &[("panda", Arm::PANDA), ("fr3", Arm::FR3)], "panda, fr3")?;
+        let arms = [("panda", Arm::PANDA), ("fr3", Arm::FR3)];
+        let known = file.get("arm").map(|arm| arm.get("extends").unwrap_or(arm)).and_then(Value::as_str);
+        let own = arms.iter().find(|(name, _)| known == Some(name)).map(|(_, arm)| *arm);
+        named(&mut file, "arm", &arms, "panda, fr3")?;
         let interfaces = [("franka", ArmInterface::FRANKA), ("plain", ArmInterface::PLAIN)];
         named(&mut file, "interface", &interfaces, "franka, plain")?;
         let Rest { contact_axis, arm, interface, limits, controller } =
             record::read(file).map_err(|problem| Problem { place: record::place_of(text, &problem.key), ..problem })?;
         let setup = Self { contact_axis, arm, interface, limits, controller, space };
         setup.validate()?;
+        if let Some(own) = own {
+            setup.arm.stays_within(&own).map_err(|error| error.below("arm"))?;
+        }
         Ok(setup)
     }
 
@@ -111,7 +123,12 @@ impl HostSetup {
             let reason = "false: on an arm K must not wind up while a torque is at its limit".to_owned();
             return Err(ConfigError::Contradiction { field: "space.stiffness.adaptive.anti_windup".into(), reason });
         }
+        if self.space.set_point == SetPoint::Jump {
+            let reason = "\"jump\": on an arm a set-point moves, \"interpolated\" would be right".to_owned();
+            return Err(ConfigError::Contradiction { field: "space.set_point".into(), reason });
+        }
         self.rates_fit()?;
+        self.limits_fit()?;
         self.contact_axis().map(|_| ())
     }
 
@@ -135,6 +152,31 @@ impl HostSetup {
         if mu * period_max > 1.0 {
             let reason = format!("{mu} 1/s would overshoot in a cycle of limits.period_max, {period_max} s");
             return contradiction("space.stiffness.adaptive.mu", reason);
+        }
+        Ok(())
+    }
+
+    /// Bounds beyond what the arm can do, and a hold that would swing or shake it.
+    fn limits_fit(&self) -> Result<(), ConfigError> {
+        let HostLimits { joint_margin, wrench_max, hold, .. } = &self.limits;
+        let narrowest = self.arm.range.iter().map(|[low, high]| high - low).fold(f64::INFINITY, f64::min);
+        within("limits.joint_margin", *joint_margin, 0.0..=0.25 * narrowest)?;
+        let strongest = self.arm.torque_max.into_iter().fold(0.0, f64::max);
+        // A force at a lever of 25 cm, and a moment, that the strongest joint can hold. Infinity says that there is no bound.
+        for (max, allowed) in wrench_max.iter().zip([strongest / SHORT_LEVER, strongest]) {
+            if max.is_finite() {
+                within("limits.wrench_max", *max, 0.0..=allowed)?;
+            }
+        }
+        for joint in 0..7 {
+            let (stiffness, inertia) = (hold.stiffness[joint].max(hold.relaxed[joint]), self.arm.rotor_inertia[joint]);
+            let place = |name: &str| format!("limits.hold.{name} (joint {})", joint + 1);
+            within(&place("stiffness"), stiffness, 0.0..=HOLD_STIFFNESS_MAX)?;
+            // What the rotor alone needs to come to rest; one that is too strong overshoots in a cycle.
+            let (least, most) = (2.0 * HOLD_RATIO * (stiffness * inertia).sqrt(), 0.5 * inertia / self.controller.dt());
+            if inertia > 0.0 {
+                within(&place("damping"), hold.damping[joint], least..=most.max(least))?;
+            }
         }
         Ok(())
     }
@@ -258,6 +300,37 @@ mod tests {
         );
         let winding = FILE.replace("'aforce-force'", "{ extends = 'aforce', stiffness.adaptive.anti_windup = false }");
         assert!(error(&winding).starts_with("space.stiffness.adaptive.anti_windup: false"), "{}", error(&winding));
+        // Beyond the arm, or a hold that swings.
+        let limits = |line: &str| error(&format!("{FILE}[limits]\n{line}"));
+        assert_eq!(limits("joint_margin = 5"), "limits.joint_margin = 5 is not allowed; allowed: 0 to 0.722575");
+        assert_eq!(
+            limits("wrench_max = [1e9, 50]"),
+            "limits.wrench_max = 1000000000 is not allowed; allowed: 0 to 348"
+        );
+        assert_eq!(limits("wrench_max = [100, 88]"), "limits.wrench_max = 88 is not allowed; allowed: 0 to 87");
+        let undamped = limits("hold.damping = [10, 0, 10, 10, 3, 2.5, 2]");
+        assert!(undamped.starts_with("limits.hold.damping (joint 2) = 0 is not allowed; allowed: 3.6"), "{undamped}");
+        let stiff = limits("hold.stiffness = [1e4, 60, 60, 60, 20, 15, 10]");
+        assert!(
+            stiff.starts_with("limits.hold.stiffness (joint 1) = 10000 is not allowed; allowed: 0 to 1000"),
+            "{stiff}"
+        );
+        for (key, told) in [
+            (
+                "torque_max = [500, 87, 87, 87, 12, 12, 12]",
+                "arm.torque_max (joint 1) = 500 is not allowed; allowed: 0 to 87",
+            ),
+            (
+                "torque_rate_max = [1000, 1e5, 1000, 1000, 1000, 1000, 1000]",
+                "arm.torque_rate_max (joint 2) = 100000 is not",
+            ),
+            ("speed_max = [2, 2, 2, 2, 2, 2, 9]", "arm.speed_max (joint 7) = 9 is not allowed; allowed: 0 to 5.26"),
+        ] {
+            let text = error(&FILE.replace("'fr3'", &format!("{{ extends = 'fr3', {key} }}")));
+            assert!(text.starts_with(told), "{text}");
+        }
+        let jumps = error(&FILE.replace("aforce-force", "robosuite-osc"));
+        assert_eq!(jumps, "space.set_point: \"jump\": on an arm a set-point moves, \"interpolated\" would be right");
         // What would fault in every cycle, before every action, or overshoot.
         let slow = error(&FILE.replace("1000", "40"));
         assert!(

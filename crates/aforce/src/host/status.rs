@@ -4,6 +4,9 @@ use std::ffi::CStr;
 
 use crate::spatial::JointVector;
 
+/// Axes of a motion: linear, then rotational.
+pub(crate) const AXES: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
+
 /// What one cycle gives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Command {
@@ -155,6 +158,120 @@ pub enum Fault {
         /// Allowed (Nm).
         max: f64,
     },
+    /// M is no matrix of masses: an entry is not its mirror image. Some libraries fill one triangle.
+    #[error("the mass matrix has {lower:.4} in row {row}, column {column}, and {upper:.4} in its mirror image")]
+    MassAsymmetric {
+        /// 2 to 7.
+        row: usize,
+        /// 1 to 6.
+        column: usize,
+        /// The entry (kg m^2).
+        lower: f64,
+        /// Its mirror image (kg m^2).
+        upper: f64,
+    },
+    /// M has a joint without inertia.
+    #[error("the mass matrix gives joint {joint} an inertia of {inertia:.6} kg m^2; allowed: {min} or more")]
+    MassFloor {
+        /// 1 to 7.
+        joint: usize,
+        /// Its inertia while the joints before it are free (kg m^2).
+        inertia: f64,
+        /// Allowed (kg m^2).
+        min: f64,
+    },
+    /// A rotational column of the Jacobian is no axis.
+    #[error("rows 4 to 6 of column {joint} of the Jacobian are {length:.4} long; the axis of a joint has length 1")]
+    JacobianAxis {
+        /// 1 to 7.
+        joint: usize,
+        /// As found.
+        length: f64,
+    },
+    /// A joint does not move as its speed says.
+    #[error("joint {joint} moved by {moved:.4} rad within the last {time} s; its speed says {told:.4}")]
+    JointMotion {
+        /// 1 to 7.
+        joint: usize,
+        /// How far (rad).
+        moved: f64,
+        /// What its speed says (rad).
+        told: f64,
+        /// Time constant of the sums (s).
+        time: f64,
+    },
+    /// The tool does not move as the Jacobian says.
+    #[error(
+        "the tool moved by {moved:.4} (m or rad) along {axis} within the last {time} s; Jacobian and joint speeds say {told:.4}"
+    )]
+    ToolMotion {
+        /// x, y, z, rx, ry or rz.
+        axis: &'static str,
+        /// How far (m, rad).
+        moved: f64,
+        /// What the Jacobian says (m, rad).
+        told: f64,
+        /// Time constant of the sums (s).
+        time: f64,
+    },
+    /// At the start: the torque that holds the arm is not that of gravity and wrench.
+    #[error(
+        "the arm rests with {found:.2} Nm at joint {joint}; gravity, as the law compensates it, and wrench take {expected:.2}, \
+         allowed: {max:.2} more or less"
+    )]
+    RestTorque {
+        /// 1 to 7.
+        joint: usize,
+        /// The torque that the interface took last (Nm).
+        found: f64,
+        /// What gravity and wrench take (Nm).
+        expected: f64,
+        /// Allowed difference (Nm).
+        max: f64,
+    },
+    /// The arm starts to move as if gravity were another.
+    #[error(
+        "the arm moves as if {found:.1} Nm of gravity were left to the law (norm over the joints); the state and \
+         interface.gravity say {told:.1}"
+    )]
+    Gravity {
+        /// As the motion shows (Nm).
+        found: f64,
+        /// As told (Nm).
+        told: f64,
+    },
+    /// A Coriolis torque that the speed of the joints cannot make.
+    #[error("a Coriolis torque of {torque:.2} Nm at joint {joint}; at these speeds at most {max:.2}")]
+    Coriolis {
+        /// 1 to 7.
+        joint: usize,
+        /// As told (Nm).
+        torque: f64,
+        /// Allowed (Nm).
+        max: f64,
+    },
+    /// A field that depends on the joint angles has changed faster than they did.
+    #[error("{field} of the arm's state jumped by {change:.3} in a cycle; as its joints moved, at most {max:.3}")]
+    Jump {
+        /// Its name.
+        field: &'static str,
+        /// Of the entry that changed most (m or 1; Nm).
+        change: f64,
+        /// Allowed.
+        max: f64,
+    },
+    /// The arm tells of a torque that it was not sent.
+    #[error(
+        "the arm tells that it took {told:.2} Nm at joint {joint}; {sent:.2} Nm was sent, and nothing like it before"
+    )]
+    TorqueTaken {
+        /// 1 to 7.
+        joint: usize,
+        /// As told (Nm).
+        told: f64,
+        /// The latest that was sent (Nm).
+        sent: f64,
+    },
     /// No action for too long.
     #[error("no action for {silence:.3} s; allowed: {max}")]
     Silence {
@@ -180,6 +297,16 @@ impl Fault {
             Self::ExternalForce { .. } => 8,
             Self::ExternalMoment { .. } => 9,
             Self::Silence { .. } => 10,
+            Self::MassAsymmetric { .. } => 11,
+            Self::MassFloor { .. } => 12,
+            Self::JacobianAxis { .. } => 13,
+            Self::JointMotion { .. } => 14,
+            Self::ToolMotion { .. } => 15,
+            Self::RestTorque { .. } => 16,
+            Self::Gravity { .. } => 17,
+            Self::Coriolis { .. } => 18,
+            Self::Jump { .. } => 19,
+            Self::TorqueTaken { .. } => 20,
         }
     }
 
@@ -197,6 +324,16 @@ impl Fault {
             8 => c"the environment pushes too hard",
             9 => c"the environment turns too hard",
             10 => c"no action for too long",
+            11 => c"the mass matrix is not symmetric",
+            12 => c"the mass matrix has a joint without inertia",
+            13 => c"a rotational column of the Jacobian has not length 1",
+            14 => c"a joint does not move as its speed says",
+            15 => c"the tool does not move as Jacobian and joint speeds say",
+            16 => c"the torque of the resting arm is not that of gravity and wrench",
+            17 => c"the arm moves as if gravity were another",
+            18 => c"a Coriolis torque that the joints' speeds cannot make",
+            19 => c"Jacobian or gravity jumped",
+            20 => c"the arm tells of a torque that it was not sent",
             _ => return None,
         })
     }
@@ -236,6 +373,16 @@ mod tests {
             Fault::ExternalForce { force: 0.0, max },
             Fault::ExternalMoment { moment: 0.0, max },
             Fault::Silence { silence: 0.0, max },
+            Fault::MassAsymmetric { row: 2, column: 1, lower: 0.0, upper: 1.0 },
+            Fault::MassFloor { joint, inertia: 0.0, min: 1.0 },
+            Fault::JacobianAxis { joint, length: 0.0 },
+            Fault::JointMotion { joint, moved: 0.0, told: 0.0, time: 0.0 },
+            Fault::ToolMotion { axis: "x", moved: 0.0, told: 0.0, time: 0.0 },
+            Fault::RestTorque { joint, found: 0.0, expected: 0.0, max },
+            Fault::Gravity { found: 0.0, told: 0.0 },
+            Fault::Coriolis { joint, torque: 0.0, max },
+            Fault::Jump { field: "jacobian", change: 0.0, max },
+            Fault::TorqueTaken { joint, told: 0.0, sent: 0.0 },
         ];
         for (fault, code) in faults.iter().zip(1..) {
             assert_eq!(fault.code(), code);

@@ -46,6 +46,11 @@ impl TorqueLimiter {
         (self.excess, self.faults) = (JointVector::zeros(), 0);
     }
 
+    /// The next rate counts from `torque` (Nm), which is finite: what the arm took of what it was sent.
+    pub(crate) fn count_from(&mut self, torque: &JointVector) {
+        self.previous = self.clamp(torque);
+    }
+
     /// The torque to send instead of `wanted`. A `wanted` that is not finite is a fault and becomes `fallback`, which
     /// becomes zero if it is not finite either.
     pub(crate) fn pass(&mut self, wanted: &JointVector, fallback: &JointVector, dt: f64) -> JointVector {

@@ -24,7 +24,7 @@ fn errors_are_clipped_and_the_wrench_keeps_its_bound_and_its_rate() {
 
 #[test]
 fn goals_stay_in_the_workspace_and_a_tool_outside_of_it_is_a_fault() {
-    let limits = HostLimits { workspace: [[0.4, -0.1, 0.2], [0.6, 0.1, 0.4]], ..HostLimits::default() };
+    let limits = HostLimits { workspace: [[0.4, -0.1, 0.2], [0.6, 0.1, 0.4]], ..setup("aforce").limits };
     let mut plant = Plant::new(&HostSetup { limits, ..setup("aforce") });
     let status = plant.act(&[1.0, 0.0, 0.0, 0.0, 0.0, 0.0], 3000);
     let Status::Limited(limited) = status else { panic!("{status:?}") };

@@ -27,7 +27,9 @@ impl Controller {
         // Before Lambda: a branch behind it makes the compiler copy it once more.
         let excess = if adapts { y.jacobian * self.limiter.excess() } else { Vector6::zeros() };
         let joints = all_finite(&y.q) && all_finite(&y.qd) && all_finite(&y.bias);
-        let readable = joints && all_finite(&e) && all_finite(&e_dot) && all_finite(&y.wrench);
+        // A space without force reads no wrench.
+        let wrench = !self.space.force || all_finite(&y.wrench);
+        let readable = joints && all_finite(&e) && all_finite(&e_dot) && wrench;
         let lambda = OperationalSpace::new(&y.mass, &y.jacobian).filter(|_| readable)?;
         self.error = e;
         Some(Errors { e, e_dot, excess, axis, lambda, dt })

@@ -202,6 +202,22 @@ fn a_broken_measurement_is_a_fault_and_leaves_no_trace() {
 }
 
 #[test]
+fn a_space_without_force_reads_no_wrench() {
+    let y = gantry(INERTIA);
+    for name in ["aforce", "variable", "osc", "low"] {
+        let mut control = controller(&space(name), &ControllerConfig::default(), unlimited());
+        control.reset(&y);
+        control.set_goal(&vec![0.5; control.space().dim()], &y);
+        let mut without = control.clone();
+        let unmeasured = Measurement { wrench: Wrench::repeat(f64::NAN), ..y.clone() };
+        for _ in 0..25 {
+            assert_eq!(control.update(&unmeasured), without.update(&y), "{name}");
+        }
+        assert_eq!(control.faults(), 0);
+    }
+}
+
+#[test]
 fn reset_restores_the_beginning() {
     let config = ControllerConfig::default();
     for space in ActionSpace::built_in() {

@@ -1,0 +1,310 @@
+//! Whether the parts of an arm's state agree with each other: a Jacobian with the motion of the pose, a mass matrix with its
+//! transpose, gravity with the torque that holds the arm.
+//!
+//! A wrong frame, order of rows, sign, unit or triangle, and a field that nobody filled, are numbers like any others. They show where
+//! two parts of the state tell the same thing. All of this is linear in the number of entries, apart from one factorisation of M.
+
+use crate::arm::Arm;
+use crate::host::interface::{ArmState, CompensatedBy};
+use crate::host::status::{AXES, Fault};
+use crate::spatial::{
+    Jacobian, JointMatrix, JointVector, Measurement, Pose, Vector6, asymmetry, linear, rotational, stack,
+};
+
+/// Least inertia of a joint while those before it are held (kg m^2). The last links of an arm have some 1e-3.
+const INERTIA: f64 = 1e-5;
+/// Largest difference of the length of a joint's axis from one.
+const AXIS: f64 = 1e-2;
+/// Coriolis torques: entries of c stay below this many times trace(M) |qd|^2 ...
+const CORIOLIS: f64 = 4.0;
+/// ... and this share of the joint's largest torque.
+const CORIOLIS_REST: f64 = 0.02;
+/// Of a resting arm, the largest torque that gravity and wrench do not explain, as a share of the joint's largest: friction, a payload.
+const REST: f64 = 0.2;
+/// An arm slower than this rests (rad/s).
+const RESTING: f64 = 0.05;
+/// Times over which motion is added up (s): one finds what begins now, the other what creeps.
+const WINDOWS: [f64; 2] = [0.02, 0.2];
+/// Difference of motion and speed that is always allowed: of a joint (rad), of the tool (m, rad).
+const JOINT_MOTION: f64 = 1e-3;
+const TOOL_MOTION: [f64; 2] = [2e-4, 1e-3];
+/// And so much of the way that was moved.
+const SHARE: f64 = 0.25;
+/// Change of an entry of the Jacobian while no joint moves (m, 1).
+const JACOBIAN_JUMP: f64 = 0.02;
+/// Change of a gravity torque while no joint moves, as a share of the largest torque: a load of 3 kg may be told while it is held.
+const GRAVITY_JUMP: f64 = 0.3;
+/// After a start, the time in which the arm shows how gravity moves it, and the time before which that says nothing (s).
+const TRIAL: [f64; 2] = [0.005, 0.1];
+/// The share of gravity's torques that may be missing or too much, and the torque below which that says nothing (Nm).
+const GRAVITY_SHARE: f64 = 0.6;
+const GRAVITY_FLOOR: f64 = 8.0;
+
+/// The comparisons, and what they remember.
+#[derive(Debug, Clone)]
+pub(crate) struct Agreement {
+    /// Tolerances count as so many times as much; infinite: nothing is compared.
+    scale: f64,
+    torque_max: JointVector,
+    gravity_by: CompensatedBy,
+    windows: [Window; 2],
+    last: Option<Last>,
+    trial: Option<Trial>,
+}
+
+/// The last state, as far as it is compared.
+#[derive(Debug, Clone)]
+struct Last {
+    y: Motion,
+    jacobian: Jacobian,
+    gravity: JointVector,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Motion {
+    q: JointVector,
+    qd: JointVector,
+    pose: Pose,
+    twist: Vector6,
+}
+
+/// Motion, and speed times time, added up and forgotten over `time` (s).
+#[derive(Debug, Clone, Copy)]
+struct Window {
+    time: f64,
+    /// Of the joints (rad).
+    moved: JointVector,
+    told: JointVector,
+    way: JointVector,
+    /// Of the tool (m, rad).
+    tool_moved: Vector6,
+    tool_told: Vector6,
+    tool_way: [f64; 2],
+}
+
+/// The torques since a start (Nm s), for what gravity does to the arm.
+#[derive(Debug, Clone)]
+struct Trial {
+    time: f64,
+    momentum: JointVector,
+    impulse: JointVector,
+}
+
+impl Window {
+    fn new(time: f64) -> Self {
+        let (joints, tool) = (JointVector::zeros(), Vector6::zeros());
+        Self { time, moved: joints, told: joints, way: joints, tool_moved: tool, tool_told: tool, tool_way: [0.0; 2] }
+    }
+
+    /// One cycle of `dt` seconds. The way is the larger of motion and speed times time.
+    fn add(&mut self, moved: [&JointVector; 2], tool: [&Vector6; 2], dt: f64) {
+        let kept = 1.0 / (1.0 + dt / self.time);
+        let ([moved, told], [tool_moved, tool_told]) = (moved, tool);
+        self.moved = kept * (self.moved + moved);
+        self.told = kept * (self.told + told);
+        self.way = kept * (self.way + moved.abs().sup(&told.abs()));
+        self.tool_moved = kept * (self.tool_moved + tool_moved);
+        self.tool_told = kept * (self.tool_told + tool_told);
+        for (way, part) in self.tool_way.iter_mut().zip([linear, rotational]) {
+            *way = kept * (*way + part(tool_moved).norm().max(part(tool_told).norm()));
+        }
+    }
+
+    fn check(&self, scale: f64) -> Result<(), Fault> {
+        let time = self.time;
+        for joint in 0..7 {
+            let (moved, told) = (self.moved[joint], self.told[joint]);
+            if (moved - told).abs() > scale * (JOINT_MOTION + SHARE * self.way[joint]) {
+                return Err(Fault::JointMotion { joint: joint + 1, moved, told, time });
+            }
+        }
+        for (axis, name) in AXES.into_iter().enumerate() {
+            let (moved, told, part) = (self.tool_moved[axis], self.tool_told[axis], axis / 3);
+            if (moved - told).abs() > scale * (TOOL_MOTION[part] + SHARE * self.tool_way[part]) {
+                return Err(Fault::ToolMotion { axis: name, moved, told, time });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Agreement {
+    pub(crate) fn new(scale: f64, arm: &Arm, gravity_by: CompensatedBy) -> Self {
+        let windows = WINDOWS.map(Window::new);
+        Self { scale, torque_max: arm.torque_max.into(), gravity_by, windows, last: None, trial: None }
+    }
+
+    /// Before a start: the state by itself, and at rest the torque against gravity.
+    pub(crate) fn at_start(&self, state: &ArmState, y: &Measurement) -> Result<(), Fault> {
+        if self.scale.is_infinite() {
+            return Ok(());
+        }
+        self.by_itself(state)?;
+        if state.qd.amax() > RESTING {
+            return Ok(());
+        }
+        let gravity = match self.gravity_by {
+            CompensatedBy::Law => state.gravity,
+            CompensatedBy::Arm => JointVector::zeros(),
+        };
+        let expected = gravity - y.jacobian.tr_mul(&y.wrench);
+        for joint in 0..7 {
+            let (found, expected) = (state.tau[joint], expected[joint]);
+            let max = self.scale * REST * self.torque_max[joint];
+            if (found - expected).abs() > max {
+                return Err(Fault::RestTorque { joint: joint + 1, found, expected, max });
+            }
+        }
+        Ok(())
+    }
+
+    /// Begins with this state.
+    pub(crate) fn reset(&mut self, state: &ArmState, y: &Measurement) {
+        self.windows = WINDOWS.map(Window::new);
+        self.last = Some(Last::of(state, y));
+        let rests = state.qd.amax() <= RESTING;
+        self.trial = rests.then(|| Trial { time: 0.0, momentum: y.mass * y.qd, impulse: JointVector::zeros() });
+    }
+
+    /// While the law acts, `dt` seconds after the last state; 0 hands a state over.
+    pub(crate) fn check(&mut self, state: &ArmState, y: &Measurement, dt: f64) -> Result<(), Fault> {
+        if self.scale.is_infinite() {
+            return Ok(());
+        }
+        self.by_itself(state)?;
+        let now = Last::of(state, y);
+        if let Some(last) = self.last.replace(now)
+            && dt > 0.0
+        {
+            self.jumps(&last, state)?;
+            self.motion(&last.y, y, dt)?;
+            self.gravity(state, y, dt)?;
+        }
+        Ok(())
+    }
+
+    /// What one state shows.
+    fn by_itself(&self, state: &ArmState) -> Result<(), Fault> {
+        let mass = &state.mass;
+        if let Some([row, column]) = asymmetry(mass) {
+            let (lower, upper) = (mass[(row, column)], mass[(column, row)]);
+            return Err(Fault::MassAsymmetric { row: row + 1, column: column + 1, lower, upper });
+        }
+        if let Some((joint, inertia)) = lightest(mass) {
+            return Err(Fault::MassFloor { joint: joint + 1, inertia, min: INERTIA });
+        }
+        for (joint, column) in state.jacobian.column_iter().enumerate() {
+            let length = column.fixed_rows::<3>(3).norm();
+            if (length - 1.0).abs() > self.scale * AXIS {
+                return Err(Fault::JacobianAxis { joint: joint + 1, length });
+            }
+        }
+        let fastest = CORIOLIS * mass.trace() * state.qd.norm_squared();
+        for joint in 0..7 {
+            let torque = state.coriolis[joint];
+            let max = self.scale * (fastest + CORIOLIS_REST * self.torque_max[joint]);
+            if torque.abs() > max {
+                return Err(Fault::Coriolis { joint: joint + 1, torque, max });
+            }
+        }
+        Ok(())
+    }
+
+    /// What depends on the joints alone changes no faster than they do.
+    fn jumps(&self, last: &Last, state: &ArmState) -> Result<(), Fault> {
+        let way: f64 = (state.q - last.y.q).iter().map(|moved| moved.abs()).sum();
+        // A column turns with the joints before and after it: no entry changes by more than the longest column's length per radian.
+        let longest = state.jacobian.amax().max(1.0) * 2.0;
+        let (change, max) =
+            ((state.jacobian - last.jacobian).amax(), self.scale * (JACOBIAN_JUMP + 2.0 * longest * way));
+        if change > max {
+            return Err(Fault::Jump { field: "jacobian", change, max });
+        }
+        if self.gravity_by == CompensatedBy::Law {
+            let (change, strongest) = ((state.gravity - last.gravity).amax(), self.torque_max.max());
+            let max = self.scale * strongest * (GRAVITY_JUMP + 2.0 * way);
+            if change > max {
+                return Err(Fault::Jump { field: "gravity", change, max });
+            }
+        }
+        Ok(())
+    }
+
+    /// Joints and tool move as their speeds say.
+    fn motion(&mut self, last: &Motion, y: &Measurement, dt: f64) -> Result<(), Fault> {
+        let (moved, told) = (y.q - last.q, 0.5 * dt * (y.qd + last.qd));
+        let tool_moved = difference(&y.pose, &last.pose);
+        let tool_told = 0.5 * dt * (y.twist + last.twist);
+        for window in &mut self.windows {
+            window.add([&moved, &told], [&tool_moved, &tool_told], dt);
+            window.check(self.scale)?;
+        }
+        Ok(())
+    }
+
+    /// For a while after a start at rest: the arm's momentum grows by the torques that the state tells of. What is missing or too much,
+    /// in the direction of gravity, is gravity with another sign, or compensated twice, or by nobody.
+    fn gravity(&mut self, state: &ArmState, y: &Measurement, dt: f64) -> Result<(), Fault> {
+        let Some(trial) = &mut self.trial else { return Ok(()) };
+        trial.time += dt;
+        trial.impulse += dt * (state.tau - y.bias + y.jacobian.tr_mul(&y.wrench));
+        let [least, most] = TRIAL;
+        if trial.time > most {
+            self.trial = None;
+            return Ok(());
+        }
+        let weight = state.gravity.norm();
+        if trial.time < least || weight == 0.0 {
+            return Ok(());
+        }
+        // M is taken as constant: a resting arm hardly moves in this time.
+        let unexplained = (y.mass * y.qd - trial.momentum - trial.impulse) / trial.time;
+        let along = unexplained.dot(&state.gravity) / weight;
+        if along.abs() > self.scale * GRAVITY_FLOOR.max(GRAVITY_SHARE * weight) {
+            let told = match self.gravity_by {
+                CompensatedBy::Law => weight,
+                CompensatedBy::Arm => 0.0,
+            };
+            return Err(Fault::Gravity { found: told - along, told });
+        }
+        Ok(())
+    }
+}
+
+impl Last {
+    fn of(state: &ArmState, y: &Measurement) -> Self {
+        let motion = Motion { q: y.q, qd: y.qd, pose: y.pose, twist: y.twist };
+        Self { y: motion, jacobian: state.jacobian, gravity: state.gravity }
+    }
+}
+
+/// The first joint whose pivot in M = L D L^T is below [`INERTIA`], with that pivot: its inertia while those before it are free.
+fn lightest(mass: &JointMatrix) -> Option<(usize, f64)> {
+    let mut l = JointMatrix::zeros();
+    let mut pivots = JointVector::zeros();
+    for j in 0..7 {
+        let mut pivot = mass[(j, j)];
+        for k in 0..j {
+            pivot -= l[(j, k)] * l[(j, k)] * pivots[k];
+        }
+        if pivot < INERTIA {
+            return Some((j, pivot));
+        }
+        pivots[j] = pivot;
+        for i in j + 1..7 {
+            let mut entry = mass[(i, j)];
+            for k in 0..j {
+                entry -= l[(i, k)] * l[(j, k)] * pivots[k];
+            }
+            l[(i, j)] = entry / pivot;
+        }
+    }
+    None
+}
+
+/// From one pose to the next (m, rad): of a turn twice the sine of half its angle, which is enough for a small one and grows with a large.
+fn difference(to: &Pose, from: &Pose) -> Vector6 {
+    let turn = to.rotation * from.rotation.inverse();
+    let sign = if turn.w < 0.0 { -2.0 } else { 2.0 };
+    stack(&(to.translation.vector - from.translation.vector), &(sign * turn.imag()))
+}

@@ -1,0 +1,54 @@
+//! What the arm took of what it was sent.
+
+use crate::host::status::Fault;
+use crate::spatial::JointVector;
+
+/// Torques that are remembered: an arm that has lost as many commands in a row has stopped by itself.
+const REMEMBERED: usize = 20;
+/// Time after which a torque that was never sent is a fault (s).
+const PATIENCE: f64 = 0.02;
+/// What rounding to single precision makes of a torque (Nm).
+const ROUNDING: f64 = 1e-3;
+
+/// The torques sent last. A lost command leaves an earlier one acting, so a rate counts from what the arm tells that it took, as long as
+/// that can be what it was sent.
+#[derive(Debug, Clone)]
+pub(crate) struct Sent {
+    torques: [JointVector; REMEMBERED],
+    next: usize,
+    /// Since the arm told of a torque that it was sent (s).
+    strange: f64,
+}
+
+impl Sent {
+    /// The arm has this torque.
+    pub(crate) fn new(torque: &JointVector) -> Self {
+        Self { torques: [*torque; REMEMBERED], next: 0, strange: 0.0 }
+    }
+
+    pub(crate) fn add(&mut self, torque: &JointVector) {
+        self.torques[self.next] = *torque;
+        self.next = (self.next + 1) % REMEMBERED;
+    }
+
+    /// The torque from which rates count, if `told` lies among what was sent.
+    ///
+    /// # Errors
+    /// If it has not for too long: the field is not filled, or holds another torque.
+    pub(crate) fn taken(&mut self, told: &JointVector, dt: f64) -> Result<Option<JointVector>, Fault> {
+        for joint in 0..7 {
+            let of = |f: fn(f64, f64) -> f64, from: f64| self.torques.iter().map(|sent| sent[joint]).fold(from, f);
+            let (low, high) = (of(f64::min, f64::INFINITY), of(f64::max, f64::NEG_INFINITY));
+            if !(low - ROUNDING..=high + ROUNDING).contains(&told[joint]) {
+                self.strange += dt;
+                if self.strange <= PATIENCE {
+                    return Ok(None);
+                }
+                let sent = self.torques[(self.next + REMEMBERED - 1) % REMEMBERED][joint];
+                return Err(Fault::TorqueTaken { joint: joint + 1, told: told[joint], sent });
+            }
+        }
+        self.strange = 0.0;
+        Ok(Some(*told))
+    }
+}
