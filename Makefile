@@ -85,11 +85,12 @@ check: setup
 		$(CARGO) deny --manifest-path $$workspace/Cargo.toml --offline check licenses bans sources || exit 1; done; \
 		else echo "skipped: licences of dependencies (cargo install cargo-deny)"; fi
 
-# docs/ as pages in book/: `cargo install mdbook --no-default-features` once. What leads out of the book leads to the repository.
+# The pages of docs/SUMMARY.md as a book in book/, with search and without a network. mdbook is installed once.
 book:
-	@command -v mdbook > /dev/null || { echo "mdbook is missing: cargo install mdbook --version 0.5.4 --no-default-features --locked"; exit 1; }
+	@command -v mdbook > /dev/null || { echo "mdbook is missing: cargo install mdbook --version 0.5.4 --no-default-features --features search --locked"; exit 1; }
+	$(PYTHON) scripts/book.py stage
 	mdbook build
-	sed -i -E 's#href="(\.\./[^"]*)\.html#href="\1.md#g' book/*.html
+	$(PYTHON) scripts/book.py check
 
 bench: setup
 	$(CARGO) bench --workspace
