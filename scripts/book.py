@@ -80,7 +80,8 @@ class Formula:
         name = token[1:]
         if not token.startswith("\\"):
             kind = "mn" if token[0].isdigit() else "mi" if token.isalpha() else "mo"
-            return f"<{kind}>{html.escape({'-': '−'}.get(token, token))}</{kind}>"
+            fixed = ' stretchy="false"' if token in "()" else ""
+            return f"<{kind}{fixed}>{html.escape({'-': '−'}.get(token, token))}</{kind}>"
         if name in GREEK:
             return f"<mi>{GREEK[name]}</mi>"
         if name in ("min", "log"):
@@ -88,7 +89,7 @@ class Formula:
         if name in SPACES:
             return f'<mspace width="{SPACES[name]}"/>'
         if name in ("lvert", "rvert"):
-            return "<mo>|</mo>"
+            return f'<mo form="{"prefix" if name == "lvert" else "postfix"}" stretchy="false">|</mo>'
         if name in ("left", "right"):
             return f"<mo>{self.take()}</mo>"
         if name in ACCENTS:
