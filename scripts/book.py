@@ -157,6 +157,8 @@ def convert(page, text, chapters, found, folder=None):
             path = path / "README.md"
         if path == Path("docs/SUMMARY.md"):
             return words
+        if not (ROOT / path).exists():
+            sys.exit(f"{page}: it links to {target}, which is not there")
         if (ROOT / path).is_dir():
             return words
         if path.suffix == ".md":
@@ -176,8 +178,6 @@ def convert(page, text, chapters, found, folder=None):
 
 
 def copy(path):
-    if not (ROOT / path).is_file():
-        sys.exit(f"{path}: a page links to it, and it is not there")
     target = STAGE / path
     target.parent.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(ROOT / path, target)
