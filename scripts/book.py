@@ -25,7 +25,7 @@ CODE = re.compile(r"(^```.*?^```|`[^`\n]+`|^    .*?$)", re.M | re.S)
 GREEK = {name: chr(code) for name, code in [
     ("alpha", 0x3B1), ("beta", 0x3B2), ("gamma", 0x3B3), ("delta", 0x3B4), ("varepsilon", 0x3B5), ("zeta", 0x3B6),
     ("mu", 0x3BC), ("pi", 0x3C0), ("tau", 0x3C4), ("Lambda", 0x39B),
-]}  # fmt: skip
+]}
 ACCENTS = {"dot": "\u02d9", "ddot": "\u00a8"}
 SPACES = {",": "0.17em", "qquad": "2em"}
 
@@ -215,4 +215,5 @@ def check():
 
 
 if __name__ == "__main__":
-    {"stage": stage, "check": check}[sys.argv[1] if len(sys.argv) == 2 and sys.argv[1] in ("stage", "check") else sys.exit(__doc__)]()
+    doing = {"stage": stage, "check": check}.get(sys.argv[1]) if len(sys.argv) == 2 else None
+    doing() if doing else sys.exit(__doc__)
