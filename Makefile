@@ -24,7 +24,7 @@ STUDIED = { for sweep in table-1:table-1 prior:prior prior-parts:prior parts:tab
 	$(RUN) sweep -- $(STUDY)/$${sweep%:*}.toml --out runs/study/$${sweep\#*:} --list; done; } \
 	| awk '$$1 ~ /^[0-9]+$$/ && $$4 <= 15 { print $$6 }'
 
-.PHONY: own-task setup demo test test-franka wheel test-python check book bench reproduce study gallery
+.PHONY: own-task setup demo test test-franka wheel test-python check book release bench reproduce study gallery
 
 # libtorch, pinned and verified, into third_party/libtorch (about 500 MB).
 setup:
@@ -85,11 +85,24 @@ check: setup
 		$(CARGO) deny --manifest-path $$workspace/Cargo.toml --offline check licenses bans sources || exit 1; done; \
 		else echo "skipped: licences of dependencies (cargo install cargo-deny)"; fi
 
-# docs/ as pages in book/: `cargo install mdbook --no-default-features` once. What leads out of the book leads to the repository.
+# The pages of docs/SUMMARY.md as a book in book/, with search and without a network. mdbook is installed once.
 book:
-	@command -v mdbook > /dev/null || { echo "mdbook is missing: cargo install mdbook --version 0.5.4 --no-default-features --locked"; exit 1; }
+	@command -v mdbook > /dev/null || { echo "mdbook is missing: cargo install mdbook --version 0.5.4 --no-default-features --features search --locked"; exit 1; }
+	$(PYTHON) scripts/book.py stage
 	mdbook build
-	sed -i -E 's#href="(\.\./[^"]*)\.html#href="\1.md#g' book/*.html
+	$(PYTHON) scripts/book.py check
+
+# What a tag carries, of the commit that is checked out: wheel, source archive, the crate `aforce`, checksums. Nothing is uploaded.
+VERSION = $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -1)
+DIST = target/dist
+release: wheel
+	@git diff --quiet HEAD || { echo "there are changes that are not committed: a release is of a commit"; exit 1; }
+	rm -rf $(DIST)
+	mkdir -p $(DIST)
+	git archive --prefix=aforce-workbench-$(VERSION)/ --output $(DIST)/aforce-workbench-$(VERSION).tar.gz HEAD
+	$(CARGO) package --package aforce
+	cp target/package/aforce-$(VERSION).crate target/wheels/aforce-*.whl $(DIST)
+	cd $(DIST) && sha256sum * > SHA256SUMS && cat SHA256SUMS
 
 bench: setup
 	$(CARGO) bench --workspace
