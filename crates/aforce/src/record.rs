@@ -116,6 +116,14 @@ const NO_NAME: [&str; 2] = ["invalid type: unit variant", "wanted string or tabl
 /// Likeness (Jaro) from which on a known key may be what was meant.
 const LIKE: f64 = 0.75;
 
+/// Of the `known` names the one that `unknown` is most like, if it may be what was meant.
+#[must_use]
+pub fn nearest<'a>(unknown: &str, known: &[&'a str]) -> Option<&'a str> {
+    let likeness = |known: &&str| strsim::jaro(known, unknown);
+    let nearest = known.iter().copied().max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
+    nearest.filter(|nearest| likeness(nearest) > LIKE)
+}
+
 /// The parser's message, told with the dotted key that it is about, and the nearest known key for an unknown one.
 fn explain(error: &Error, key: String) -> Problem {
     let message = error.message().replace('\n', ", ");
@@ -125,10 +133,9 @@ fn explain(error: &Error, key: String) -> Problem {
     let message = if let Some(unknown) = unknown {
         let section = key.strip_suffix(unknown).unwrap_or_default();
         let known: Vec<&str> = quoted.collect();
-        let likeness = |known: &&str| strsim::jaro(known, unknown);
-        let hint = match known.iter().copied().max_by(|a, b| likeness(a).total_cmp(&likeness(b))) {
-            Some(nearest) if likeness(&nearest) > LIKE => format!("did you mean \"{section}{nearest}\"?"),
-            _ => format!("known are {}", known.join(", ")),
+        let hint = match nearest(unknown, &known) {
+            Some(nearest) => format!("did you mean \"{section}{nearest}\"?"),
+            None => format!("known are {}", known.join(", ")),
         };
         format!("unknown key \"{key}\"; {hint}")
     } else {

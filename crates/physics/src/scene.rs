@@ -2,6 +2,7 @@
 
 use aforce::{Pose, Vector3};
 use nalgebra::{Translation3, Unit, UnitQuaternion};
+use serde::{Deserialize, Serialize};
 
 mod inertial;
 mod role;
@@ -25,7 +26,8 @@ pub struct Scene {
 }
 
 /// A medium at rest.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Air {
     /// kg/m3
     pub density: f64,
@@ -138,7 +140,8 @@ pub struct Actuator {
 }
 
 /// A collision shape on a body.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Geom {
     /// Unique name.
     pub name: String,
@@ -155,7 +158,8 @@ pub struct Geom {
 }
 
 /// Geometric primitives (m).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Shape {
     /// Half extents along x, y, z.
     Box(Vector3),

@@ -34,8 +34,8 @@ impl ArmStops {
     pub fn new(model: &Model, axes: &[Axis], dt: f64) -> Self {
         ArmStops {
             range: std::array::from_fn(|i| match axes[i].stop {
-                Stop::Constraint => axes[i].range,
-                Stop::Spring { .. } => [f64::NEG_INFINITY, f64::INFINITY],
+                Stop::Constraint if i < model.joints() => axes[i].range,
+                _ => [f64::NEG_INFINITY, f64::INFINITY],
             }),
             compliance: inverse(&model.mass(&model.kinematics(&JointVector::zeros()))).diagonal(),
             // Faster would be unstable.

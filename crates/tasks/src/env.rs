@@ -121,7 +121,9 @@ impl Env {
             let reason = if raised {
                 format!("{} m raise the table into the arm at its start; lower it", deviation.table_height)
             } else {
-                format!("the scene of {} leaves {} no room at its home pose", task.name(), plant.robot.name)
+                let parts = simulation.overlapping().join(" and ");
+                let (task, robot) = (task.name(), &plant.robot.name);
+                format!("the scene of {task} leaves {robot} no room at its home pose: {parts} overlap")
             };
             return Err(ConfigError::Contradiction { field: field.into(), reason });
         }
@@ -171,8 +173,11 @@ impl Env {
     /// Draws joint angles until they are within their ranges and the arm stands in nothing's way.
     fn place_arm(&mut self, rng: &mut ChaCha8Rng) {
         let (home, arm) = (self.task.start(&self.plant.robot), &self.plant.robot.arm);
+        let joints = self.plant.robot.joints;
         for _ in 0..MOST_STARTS {
-            let q = home.map(|q| q + self.config.initial_noise * standard_normal(rng));
+            let mut q = home.map(|q| q + self.config.initial_noise * standard_normal(rng));
+            // A seventh joint that there is not stays where it is.
+            q.iter_mut().zip(&home).skip(joints).for_each(|(q, home)| *q = *home);
             if q.iter().zip(arm.range).all(|(q, [low, high])| (low..=high).contains(q)) {
                 self.simulation.reset(&q);
                 if self.simulation.overlap() < LARGEST_OVERLAP {

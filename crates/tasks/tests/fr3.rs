@@ -9,7 +9,7 @@ use tasks::{Env, EnvConfig, TaskName, play};
 fn the_scripts_solve_every_task_with_an_fr3() {
     for (task, space) in [(TaskName::Lift, "aforce"), (TaskName::Door, "aforce"), (TaskName::Wipe, "aforce-force")] {
         let space = space.parse().unwrap();
-        let config = EnvConfig { task, space, robot: RobotName::Fr3, ..EnvConfig::default() };
+        let config = EnvConfig { task, space, robot: RobotName::Fr3.into(), ..EnvConfig::default() };
         let mut env = Env::new(config, 0).unwrap();
         assert_eq!(env.robot().name, "fr3");
         for seed in 0..4 {

@@ -98,16 +98,31 @@ impl Engine {
         self.deepest_in(&copy)
     }
 
+    /// The two geoms that overlap deepest as they stand now, by their places in the scene.
+    pub fn overlapping(&self) -> Option<[usize; 2]> {
+        let mut copy = copy(&self.world);
+        copy.step();
+        let place = |collider| self.geoms.iter().position(|(handle, _)| *handle == collider);
+        let pairs = self
+            .depths(&copy)
+            .filter_map(|(pair, depth)| Some(([place(pair.collider1)?, place(pair.collider2)?], depth)));
+        pairs.filter(|(_, depth)| *depth > 0.0).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(pair, _)| pair)
+    }
+
     fn deepest_in(&self, world: &PhysicsWorld) -> f64 {
+        self.depths(world).map(|(_, depth)| depth).fold(0.0, f64::max)
+    }
+
+    /// How deep the geoms of each pair overlap at each point (m).
+    fn depths<'a>(&'a self, world: &'a PhysicsWorld) -> impl Iterator<Item = (&'a ContactPair, f64)> {
         let soft = |pair: &ContactPair| {
             let layer = self.soft_layer.as_ref().filter(|layer| layer.between(pair.collider1, pair.collider2));
             layer.map_or(0.0, |layer| layer.pad.travel)
         };
-        let depths = world.narrow_phase.contact_pairs().flat_map(|pair| {
+        world.narrow_phase.contact_pairs().flat_map(move |pair| {
             let points = pair.manifolds().iter().flat_map(|manifold| &manifold.points);
-            points.map(move |point| -point.dist - soft(pair))
-        });
-        depths.fold(0.0, f64::max)
+            points.map(move |point| (pair, -point.dist - soft(pair)))
+        })
     }
 
     pub(super) fn role(&self, collider: ColliderHandle) -> Option<Role> {

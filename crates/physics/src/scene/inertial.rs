@@ -2,9 +2,11 @@
 
 use aforce::{Pose, Vector3};
 use nalgebra::Matrix3;
+use serde::{Deserialize, Serialize};
 
 /// Mass properties in the body frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Inertial {
     /// kg
     pub mass: f64,
