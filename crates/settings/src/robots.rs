@@ -58,3 +58,53 @@ pub(crate) fn make_room(base: &mut Table, layer: &Table) {
 fn of(layer: &mut Table) -> Option<&mut Value> {
     layer.get_mut("env")?.get_mut("robot")
 }
+
+#[cfg(test)]
+mod tests {
+    use physics::robots::RobotName;
+    use tasks::EnvConfig;
+
+    use super::*;
+    use crate::{Source, env};
+
+    /// A robot of one's own in a configuration, from the values that a file of it would have.
+    fn own(name: &str) -> Table {
+        let robot = Robot { name: name.into(), ..RobotName::Ur5e.robot() };
+        let choice = Value::try_from(RobotChoice::Own(Box::new(robot))).unwrap();
+        Table::from_iter([("env".into(), Value::Table(Table::from_iter([("robot".into(), choice)])))])
+    }
+
+    fn layers(tables: Vec<Table>) -> Result<EnvConfig, String> {
+        let named = tables.into_iter().map(|table| (Source::named("keys"), table)).collect();
+        env(EnvConfig::default(), named).map_err(|error| error.to_string())
+    }
+
+    /// What stands in a run's `config.toml` reads back to the last bit, and one robot replaces another as a whole.
+    #[test]
+    fn a_robot_stands_in_a_configuration_with_every_number() {
+        let table = |text: &str| text.parse::<Table>().unwrap();
+        let mine = layers(vec![own("mine")]).unwrap();
+        assert_eq!(mine.robot.robot(), Robot { name: "mine".into(), ..RobotName::Ur5e.robot() });
+        let text = toml::to_string_pretty(&own("mine")).unwrap();
+        assert_eq!(layers(vec![table(&text)]).unwrap(), mine);
+        assert_eq!(layers(vec![own("other"), own("mine")]).unwrap(), mine);
+        assert_eq!(layers(vec![own("mine"), table("env.robot = 'fr3'")]).unwrap().robot, RobotName::Fr3.into());
+        assert_eq!(layers(vec![table("env.robot = 'fr3'"), own("mine")]).unwrap(), mine);
+        // A key of it is changed as any other, and checked.
+        let raised = layers(vec![own("mine"), table("env.robot.mount.height = 0.8")]).unwrap();
+        assert_eq!(raised.robot.robot().mount.height, 0.8);
+        let error = layers(vec![own("mine"), table("env.robot.mount.height = 80.0")]).unwrap_err();
+        assert_eq!(error, "env.robot.mount.height = 80 is not allowed; allowed: -10 to 10");
+    }
+
+    #[test]
+    fn files_count_from_the_folder_of_who_names_them() {
+        let mut layer: Table = "env.robot = 'arms/mine.toml'".parse().unwrap();
+        count_from(&mut layer, Path::new("a"));
+        assert_eq!(layer["env"]["robot"].as_str(), Some("a/arms/mine.toml"));
+        let mut layer: Table = "env.robot = 'fr3'".parse().unwrap();
+        count_from(&mut layer, Path::new("a"));
+        assert_eq!(layer["env"]["robot"].as_str(), Some("fr3"));
+        assert!(named("none.urdf", Path::new("a")).unwrap_err().starts_with("a/none.urdf: "));
+    }
+}

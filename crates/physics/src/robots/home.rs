@@ -98,15 +98,20 @@ fn share(start: u32, joint: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
     use crate::robots::RobotName;
 
-    /// The Panda's own home is found, which has the flange where it is wanted, and those of two other arms are what was found.
+    /// The Panda's own home is found, and every robot's home is one: its flange is where the Panda's is.
     #[test]
     fn a_home_is_found_with_the_elbow_up() {
-        for name in [RobotName::Identified, RobotName::Iiwa14, RobotName::Ur5e] {
-            let robot = name.robot();
+        let panda = RobotName::Identified.robot();
+        let found = panda.home_like_the_pandas().unwrap();
+        assert!((found - panda.home).amax() < 0.01, "{found}");
+        let flange = |robot: &Robot, q: &JointVector| robot.bare_model().kinematics(q).tool;
+        for robot in RobotName::ALL.map(RobotName::robot) {
             let found = robot.home_like_the_pandas().unwrap();
-            assert!((found - robot.home).amax() < 0.01, "{name}: {found}");
+            let error = pose_error(&flange(&robot, &found), &flange(&robot, &robot.home));
+            assert!(error.amax() < 1e-3, "{}: {error}", robot.name);
         }
     }
 

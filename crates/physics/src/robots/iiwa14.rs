@@ -115,6 +115,7 @@ pub fn iiwa14() -> Robot {
         // Menagerie's `attachment_site`. The hand is mounted with half a turn, which keeps joint 7 away from its ends.
         flange: pose([0.0, 0.0, 0.045], [0.0, 0.0, 0.0, 1.0]),
         home: HOME.into(),
+        // Lower and farther away than the Panda's: the links are longer, and the elbow would be bent to its end.
         mount: Mount::column(0.72, 0.2),
         never_touch: NEVER_TOUCH.into(),
         ..other

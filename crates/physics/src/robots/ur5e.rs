@@ -10,7 +10,7 @@ use aforce::{Arm, Pose};
 
 use super::panda::capsule;
 use super::{JOINTS, Link, Mount, Robot, fr3};
-use crate::scene::{Inertial, Role};
+use crate::scene::{Inertial, Role, at};
 
 type Capsule = ([f64; 3], [f64; 3], f64);
 
@@ -70,7 +70,7 @@ const LINKS: [Data; 6] = [
         mass: 1.3,
         com: [0.0, 0.01634, -0.0018],
         moments: [WRIST[0], WRIST[0], WRIST[1]],
-        capsules: &[([0.0, 0.0, -0.045], [0.0, 0.0, 0.0], 0.045), ([0.0, 0.0, 0.0], [0.0, 0.05, 0.0], 0.045)],
+        capsules: &[([0.0, 0.0, -0.045], [0.0, 0.0, 0.0], 0.045), ([0.0, 0.0, 0.0], [0.0, 0.045, 0.0], 0.045)],
     },
     Data {
         frame: ([0.0, 0.0996, -2.042830148012698e-11], [1.570796326589793, PI, PI]),
@@ -125,17 +125,18 @@ pub fn ur5e() -> Robot {
         },
         base: vec![capsule("link0", 0, Role::Fixture, [0.0, 0.0, 0.07], [0.0, 0.0, 0.075], 0.065)],
         links: std::array::from_fn(link),
-        // `tool0`.
-        flange: Pose::identity(),
+        // `tool0`, and an adapter of 3.5 cm: the hand reaches 2.6 cm behind its flange.
+        flange: at([0.0, 0.0, 0.035]),
         home: HOME.into(),
-        mount: Mount::column(0.912, 0.16),
+        // Lower than the Panda's: with the forearm level, pressing down does not pull the hand towards the base.
+        mount: Mount::column(0.74, 0.1),
         never_touch: NEVER_TOUCH.into(),
         ..other
     }
 }
 
 /// The flange where the Panda's is, the elbow up.
-const HOME: [f64; JOINTS] = [-0.31347, -1.426_93, 2.302_21, -2.567_18, -1.531_65, -1.882_39, 0.0];
+const HOME: [f64; JOINTS] = [-0.37083, -1.909_58, 2.100_37, -1.880_28, -1.524_79, -1.939_38, 0.0];
 
 /// Neighbours.
 const NEVER_TOUCH: [[u8; 2]; 7] = [[0, 1], [1, 2], [2, 3], [3, 4], [4, 5], [5, 6], [6, 7]];
