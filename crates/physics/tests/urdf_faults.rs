@@ -185,6 +185,10 @@ fn what_is_unusual_and_right_is_read() {
     let choices = Choices { tool: Some("tool".into()), ..Choices::default() };
     let heavier = read(&welded, &choices).unwrap();
     assert!((heavier.links[6].inertial.mass - plain.links[6].inertial.mass - 0.5).abs() < 1e-12);
+    // A frame with the numbers that makers write where they have none.
+    let all = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"].map(|part| format!("{part}=\"1e-8\"")).join(" ");
+    let tiny = format!("<inertial><mass value=\"1e-8\"/><inertia {all}/></inertial>");
+    assert!(read(&with("<link name=\"tool\"/>", &format!("<link name=\"tool\">{tiny}</link>")), &choices).is_ok());
     // Byte order mark, entities, a root that is called as MuJoCo calls its own.
     let marked = format!(
         "\u{feff}<?xml version=\"1.0\"?><!DOCTYPE robot [<!ENTITY m \"2\">]>{}",

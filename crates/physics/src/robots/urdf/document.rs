@@ -11,8 +11,8 @@ use super::shapes::{Collision, collisions};
 use crate::robots::check::impossible;
 use crate::scene::{Inertial, pose};
 
-/// Most deviation from zero of the inertia of something that is meant to have none (kg m2).
-const NOTHING: f64 = 1e-12;
+/// An inertia below this is next to none, and need not be a body's (kg m2): makers write small numbers for frames.
+const NOTHING: f64 = 1e-6;
 
 /// The links and joints of a URDF.
 #[derive(Debug, Clone)]
@@ -180,7 +180,7 @@ fn inertial(node: Node, at: &str) -> Result<Inertial, UrdfError> {
         return Err(UrdfError::new(format!("{at}: {reason}")));
     }
     if mass == 0.0 && !is_point {
-        return Err(UrdfError::new(format!("{at}: it has an inertia and a mass of 0 kg")));
+        return Err(UrdfError::new(format!("{at}: it has an inertia and a mass of 0 kg; both or neither is wanted")));
     }
     Ok(Inertial { mass, com: Vector3::zeros(), inertia }.transformed(&origin(node, at)?))
 }
