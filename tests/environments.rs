@@ -98,7 +98,7 @@ fn torques_keep_to_the_limits_of_the_plant() {
     ];
     for (robot, max, change) in sets {
         let controller = ControllerConfig { policy_hz: 500, ..ControllerConfig::default() };
-        let config = EnvConfig { space: space("osc"), robot, controller, ..EnvConfig::default() };
+        let config = EnvConfig { space: space("osc"), robot: robot.into(), controller, ..EnvConfig::default() };
         let mut env = Env::new(config, 1).unwrap();
         env.reset(Some(1));
         // What holds the arm at its start.

@@ -47,7 +47,8 @@ fn digests() -> String {
     for (space, robot) in setups.chain([("aforce", RobotName::Identified)]) {
         for task in TaskName::BUILT_IN {
             for random in [true, false] {
-                let config = EnvConfig { task, space: space.parse().unwrap(), robot, ..EnvConfig::default() };
+                let config =
+                    EnvConfig { task, space: space.parse().unwrap(), robot: robot.into(), ..EnvConfig::default() };
                 let digest = digest(config, random);
                 lines += &format!("DIGEST {} {space} {robot:?} random={random} {digest:016x}\n", task.as_str());
             }

@@ -21,6 +21,8 @@ const PRECISION: f64 = 1e-9;
 /// Dry friction of all joints, those of the arm first.
 pub(crate) struct DryFriction {
     joints: Vec<Joint>,
+    /// How many of them are the arm's.
+    of_arm: usize,
     /// Largest impulse of each joint of the arm in a step (Nm s).
     arm_limit: JointVector,
     /// What damping adds to the arm's mass matrix in a step (kg m2).
@@ -45,12 +47,12 @@ struct Joint {
 }
 
 impl DryFriction {
-    /// Friction of the joints `axes`, of which [`DryFriction::apply`] is told the inertia of the first seven, and which have
+    /// Friction of the joints `axes`, of which [`DryFriction::apply`] is told the inertia of the first `of_arm`, and which have
     /// the given `inertias` (kg m2 or kg); for steps of `dt` (s).
     ///
     /// # Panics
     /// If a friction is below 0 or not finite.
-    pub fn new(axes: &[Axis], inertias: &[f64], dt: f64) -> Self {
+    pub fn new(axes: &[Axis], inertias: &[f64], of_arm: usize, dt: f64) -> Self {
         for Axis { name, friction, .. } in axes {
             assert!(
                 *friction >= 0.0 && friction.is_finite(),
@@ -62,10 +64,13 @@ impl DryFriction {
             inertia: inertia + axis.damping * dt,
             damping: axis.damping,
         };
+        let arm =
+            |value: fn(&Axis) -> f64| JointVector::from_fn(|i, _| if i < of_arm { value(&axes[i]) * dt } else { 0.0 });
         DryFriction {
             joints: axes.iter().zip(inertias).map(joint).collect(),
-            arm_limit: JointVector::from_fn(|i, _| axes[i].friction * dt),
-            arm_damping: JointVector::from_fn(|i, _| axes[i].damping * dt),
+            of_arm,
+            arm_limit: arm(|axis| axis.friction),
+            arm_damping: arm(|axis| axis.damping),
             dt,
             missed: vec![0.0; axes.len()],
             predicted: vec![0.0; axes.len()],
@@ -81,7 +86,7 @@ impl DryFriction {
     /// Adds friction to the `efforts` (Nm or N) of the coming step; `velocity` is that of each joint (rad/s or m/s).
     pub fn apply(&mut self, arm: &Measurement, velocity: impl Fn(usize) -> f64, efforts: &mut [f64]) {
         self.apply_to_arm(arm, efforts);
-        for (i, joint) in self.joints.iter().enumerate().skip(7).filter(|(_, joint)| joint.limit > 0.0) {
+        for (i, joint) in self.joints.iter().enumerate().skip(self.of_arm).filter(|(_, joint)| joint.limit > 0.0) {
             let v = velocity(i);
             let driven = joint.inertia * v + self.dt * (efforts[i] - joint.damping * v + self.missed[i]);
             let impulse = (-driven).clamp(-joint.limit, joint.limit);
@@ -96,7 +101,8 @@ impl DryFriction {
         }
         self.mass = arm.mass + JointMatrix::from_diagonal(&self.arm_damping);
         let factors = self.mass.cholesky().expect("a mass matrix");
-        let effort = JointVector::from_fn(|i, _| efforts[i] + self.missed[i]) - arm.bias;
+        let acting = |i: usize| if i < self.of_arm { efforts[i] + self.missed[i] } else { 0.0 };
+        let effort = JointVector::from_fn(|i, _| acting(i)) - arm.bias;
         // Damping in the mass matrix and in the force cancel in the momentum.
         let driven = arm.mass * arm.qd + effort * self.dt;
         let free = factors.solve(&driven);
@@ -107,8 +113,8 @@ impl DryFriction {
             impulse = stick(&factors, &free, &self.arm_limit);
             after = factors.solve(&(driven + impulse));
         }
-        self.predicted[..7].copy_from_slice(after.as_slice());
-        for (effort, impulse) in efforts.iter_mut().zip(&impulse) {
+        self.predicted[..self.of_arm].copy_from_slice(&after.as_slice()[..self.of_arm]);
+        for (effort, impulse) in efforts.iter_mut().zip(&impulse).take(self.of_arm) {
             *effort += impulse / self.dt;
         }
     }
@@ -116,10 +122,12 @@ impl DryFriction {
     /// The step is over, and the joints have the given `velocity`.
     pub fn learn(&mut self, velocity: impl Fn(usize) -> f64) {
         if self.arm_limit != JointVector::zeros() {
-            let missed = self.mass * SVector::from_fn(|i, _| velocity(i) - self.predicted[i]) / self.dt;
-            self.missed.iter_mut().zip(&missed).for_each(|(sum, missed)| *sum += missed);
+            let of_arm = self.of_arm;
+            let change = |i| if i < of_arm { velocity(i) - self.predicted[i] } else { 0.0 };
+            let missed = self.mass * SVector::from_fn(|i, _| change(i)) / self.dt;
+            self.missed.iter_mut().zip(&missed).take(of_arm).for_each(|(sum, missed)| *sum += missed);
         }
-        for (i, joint) in self.joints.iter().enumerate().skip(7).filter(|(_, joint)| joint.limit > 0.0) {
+        for (i, joint) in self.joints.iter().enumerate().skip(self.of_arm).filter(|(_, joint)| joint.limit > 0.0) {
             self.missed[i] += joint.inertia * (velocity(i) - self.predicted[i]) / self.dt;
         }
     }
@@ -187,6 +195,6 @@ mod tests {
                 .axes()
                 .to_vec();
         axes[2].friction = -0.1;
-        DryFriction::new(&axes, &[1.0; 9], 0.002);
+        DryFriction::new(&axes, &[1.0; 9], 7, 0.002);
     }
 }

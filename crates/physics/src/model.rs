@@ -26,7 +26,12 @@ pub struct Model {
     armature: JointVector,
     /// The tool point in the frame of link 7.
     tool: Pose,
+    /// Joints that move: 7, or 6 where link 7 is welded to link 6.
+    joints: usize,
 }
+
+/// Inertia in the mass matrix of a seventh joint that there is not (kg m2). It couples with nothing, so any number above 0 will do.
+const NO_JOINT: f64 = 1.0;
 
 /// Where the links are.
 #[derive(Debug, Clone, Copy)]
@@ -45,7 +50,7 @@ impl Model {
     /// changes the inertia of link 7 by at most 0.6 %.
     ///
     /// # Panics
-    /// If the scene has no bodies link1 to link7, `tool` is not on the arm, or a link has no axis.
+    /// If the scene has no bodies link1 to link7, `tool` is not on the arm, or one of links 1 to 6 has no axis.
     pub fn new(scene: &Scene, tool: usize, offset: [f64; 3]) -> Self {
         let links: [usize; 7] = std::array::from_fn(|i| scene.body(&format!("link{}", i + 1)));
         let mut inertials = [Inertial::NONE; 7];
@@ -62,9 +67,17 @@ impl Model {
                 if i == 0 { base * frame } else { frame }
             }),
             inertials,
-            armature: JointVector::from_fn(|i, _| axis(&scene.bodies[links[i]]).armature),
+            armature: JointVector::from_fn(|i, _| axis(&scene.bodies[links[i]]).map_or(NO_JOINT, |axis| axis.armature)),
             tool: tool * at(offset),
+            joints: links.iter().take_while(|&&link| axis(&scene.bodies[link]).is_some()).count(),
         }
+    }
+
+    /// Joints that move: 7, or 6. The seventh joint of an arm of six stands still: its column of the Jacobian and its bias torque are
+    /// zero, and in the mass matrix it has nothing but a number on the diagonal. A controller of seven joints then does with the six what a
+    /// controller of six would do, and asks the seventh for no torque.
+    pub fn joints(&self) -> usize {
+        self.joints
     }
 
     /// Forward kinematics.
@@ -81,7 +94,7 @@ impl Model {
     /// Geometric Jacobian at the tool point in world axes: twist = J qd.
     pub fn jacobian(&self, k: &Kinematics) -> Jacobian {
         let mut jacobian = Jacobian::zeros();
-        for (i, (link, z)) in k.links.iter().zip(&k.axes).enumerate() {
+        for (i, (link, z)) in k.links.iter().zip(&k.axes).enumerate().take(self.joints) {
             let arm = k.tool.translation.vector - link.translation.vector;
             jacobian.fixed_view_mut::<3, 1>(0, i).copy_from(&z.cross(&arm));
             jacobian.fixed_view_mut::<3, 1>(3, i).copy_from(z);
@@ -104,6 +117,9 @@ impl Model {
         let mut composite = Inertial::NONE;
         for i in (0..7).rev() {
             composite = composite.merged(&bodies[i]);
+            if i >= self.joints {
+                continue;
+            }
             let z = k.axes[i];
             // Force and moment (about the centre of mass) that accelerate everything from
             // link i outwards with qdd_i = 1.
@@ -124,7 +140,7 @@ impl Model {
     /// Gravity, centrifugal and Coriolis torque (Nm): what holds the motion at qdd = 0.
     /// Joint damping and friction are not in it.
     pub fn bias(&self, k: &Kinematics, qd: &JointVector) -> JointVector {
-        bias_of(k, &self.moved(k), qd)
+        bias_of(k, &self.moved(k), qd, self.joints)
     }
 
     /// Energy of the arm (J): kinetic plus potential, the latter zero at z = 0.
@@ -152,13 +168,13 @@ impl Model {
             twist: jacobian * qd,
             jacobian,
             mass: self.mass_of(&k, &bodies),
-            bias: bias_of(&k, &bodies, &qd),
+            bias: bias_of(&k, &bodies, &qd, self.joints),
             wrench,
         }
     }
 }
 
-fn bias_of(k: &Kinematics, bodies: &[Inertial; 7], qd: &JointVector) -> JointVector {
+fn bias_of(k: &Kinematics, bodies: &[Inertial; 7], qd: &JointVector, joints: usize) -> JointVector {
     // Outwards: velocity and acceleration, the base accelerating against gravity.
     let mut omega = Vector3::zeros();
     let mut alpha = Vector3::zeros();
@@ -189,7 +205,9 @@ fn bias_of(k: &Kinematics, bodies: &[Inertial; 7], qd: &JointVector) -> JointVec
         moment += (at - origin).cross(&force) + moments[i];
         force += forces[i];
         at = origin;
-        tau[i] = moment.dot(&k.axes[i]);
+        if i < joints {
+            tau[i] = moment.dot(&k.axes[i]);
+        }
     }
     tau
 }
@@ -212,9 +230,9 @@ fn carrier(scene: &Scene, index: usize, links: &[usize; 7]) -> Option<(usize, Po
     Some((link, pose * body.pose * slid))
 }
 
-fn axis(body: &Body) -> &Axis {
+fn axis(body: &Body) -> Option<&Axis> {
     match &body.joint {
-        Joint::Hinge(axis) | Joint::Slide(axis) => axis,
-        joint => panic!("body {:?} has no axis but {joint:?}", body.name),
+        Joint::Hinge(axis) | Joint::Slide(axis) => Some(axis),
+        Joint::Fixed | Joint::Free => None,
     }
 }

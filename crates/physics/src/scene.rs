@@ -2,6 +2,7 @@
 
 use aforce::{Pose, Vector3};
 use nalgebra::{Translation3, Unit, UnitQuaternion};
+use serde::{Deserialize, Serialize};
 
 mod hole;
 mod hull;
@@ -33,7 +34,8 @@ pub struct Scene {
 }
 
 /// A medium at rest.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Air {
     /// kg/m3
     pub density: f64,
@@ -148,7 +150,8 @@ pub struct Actuator {
 }
 
 /// A collision shape on a body.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Geom {
     /// Unique name.
     pub name: String,
@@ -165,7 +168,8 @@ pub struct Geom {
 }
 
 /// A collision shape (m), which is also what is drawn.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Shape {
     /// Half extents along x, y, z.
     Box(Vector3),

@@ -151,7 +151,7 @@ impl Simulation {
             tool: scene.moving_root(tool).0.expect("the tool is carried by the arm"),
             payload: plant.deviation.payload,
             efforts: vec![0.0; engine.axes().len()],
-            friction: DryFriction::new(engine.axes(), &inertias, engine_dt),
+            friction: DryFriction::new(engine.axes(), &inertias, model.joints(), engine_dt),
             stops: ArmStops::new(&model, engine.axes(), engine_dt),
             engine,
             model,
@@ -182,15 +182,17 @@ impl Simulation {
         &self.model
     }
 
-    /// Starts an episode: arm at rest at `q`, gripper half open, no load, no push, no reading of a contact.
+    /// Starts an episode: arm at rest at `q`, gripper half open, no load, no push, no reading of a contact. A seventh angle of an arm
+    /// of six joints is not looked at.
     ///
     /// Free bodies stay where they are: [`place`](Self::place) them. The engine keeps the contacts that it has found, with the
     /// forces that its solver starts from: to the bit an episode repeats in a new simulation.
     pub fn reset(&mut self, q: &JointVector) {
-        for (i, &q) in q.iter().enumerate() {
+        let joints = self.model.joints();
+        for (i, &q) in q.iter().enumerate().take(joints) {
             self.engine.set_coordinate(i, q, 0.0);
         }
-        for i in 7..self.efforts.len() {
+        for i in joints..self.efforts.len() {
             self.engine.set_coordinate(i, 0.0, 0.0);
         }
         if let Some([left, right]) = self.fingers {
@@ -288,7 +290,8 @@ impl Simulation {
 
     /// Takes in where the engine has brought the arm.
     fn look(&mut self) {
-        let joint = |i, _| self.engine.coordinate(i);
+        let joints = self.model.joints();
+        let joint = |i, _| if i < joints { self.engine.coordinate(i) } else { (0.0, 0.0) };
         let (q, qd) = (JointVector::from_fn(|i, j| joint(i, j).0), JointVector::from_fn(|i, j| joint(i, j).1));
         self.arm = self.model.measure(q, qd, Wrench::zeros());
     }
@@ -311,7 +314,8 @@ impl Simulation {
     /// Advances by one of the engine's steps, of `dt` seconds.
     fn advance(&mut self, tau: &JointVector, grip: f64, dt: f64) -> Result<(), Diverged> {
         self.efforts.fill(0.0);
-        self.efforts[..7].copy_from_slice(tau.as_slice());
+        let joints = self.model.joints();
+        self.efforts[..joints].copy_from_slice(&tau.as_slice()[..joints]);
         if let (Some(gripper), Some(fingers)) = (&mut self.gripper, self.fingers) {
             let efforts = gripper.update(grip, fingers.map(|finger| self.engine.coordinate(finger).0), dt);
             for (finger, effort) in fingers.into_iter().zip(efforts) {
@@ -327,9 +331,9 @@ impl Simulation {
         if !self.efforts.iter().all(|e| e.is_finite()) {
             return Err(Diverged);
         }
-        let driven = JointVector::from_column_slice(&self.efforts[..7]);
+        let driven = JointVector::from_fn(|i, _| if i < joints { self.efforts[i] } else { 0.0 });
         let stopped = driven + self.stops.torque(&self.arm, &driven);
-        self.efforts[..7].copy_from_slice(stopped.as_slice());
+        self.efforts[..joints].copy_from_slice(&stopped.as_slice()[..joints]);
         self.friction.apply(&self.arm, |i| self.engine.coordinate(i).1, &mut self.efforts);
         if self.push != Vector3::zeros() {
             self.engine.push(self.tool, &self.push, &self.arm.pose.translation.vector);

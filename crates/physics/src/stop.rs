@@ -33,9 +33,9 @@ impl ArmStops {
     /// Stops of the arm `model`, whose joints are the first of `axes`, for steps of `dt` (s).
     pub fn new(model: &Model, axes: &[Axis], dt: f64) -> Self {
         ArmStops {
-            range: std::array::from_fn(|i| match axes[i].stop {
-                Stop::Constraint => axes[i].range,
-                Stop::Spring { .. } => [f64::NEG_INFINITY, f64::INFINITY],
+            range: std::array::from_fn(|i| match axes.iter().take(model.joints()).nth(i) {
+                Some(Axis { stop: Stop::Constraint, range, .. }) => *range,
+                _ => [f64::NEG_INFINITY, f64::INFINITY],
             }),
             compliance: inverse(&model.mass(&model.kinematics(&JointVector::zeros()))).diagonal(),
             // Faster would be unstable.

@@ -10,7 +10,7 @@ use tasks::EnvConfig;
 use toml::{Table, Value};
 
 use crate::source::Source;
-use crate::{setup, spaces};
+use crate::{robots, setup, spaces};
 
 /// What a file of settings is.
 pub const WANTED: &str = "a TOML file is wanted, such as a run's config.toml";
@@ -25,6 +25,7 @@ pub fn of_file(path: &Path, text: String) -> Result<(Source, Table)> {
     ensure!(!table.contains_key("group"), "{name}: the file of a sweep: give it to `sweep`");
     let folder = path.parent().unwrap_or(Path::new(""));
     spaces::work_out(&mut table, folder).map_err(|problem| anyhow!("{name}: {problem:#}"))?;
+    robots::count_from(&mut table, folder);
     Ok((Source::file(name, text), table))
 }
 
@@ -42,6 +43,8 @@ pub fn layered<T: DeserializeOwned>(mut base: Table, layers: Vec<(Source, Table)
         if let Some(key) = list_for_a_table(&base, &table, "") {
             return Err(anyhow!("{}: {key} is a list; a table is wanted, name = value", source.at(&key)));
         }
+        robots::work_out(&mut table).map_err(|problem| anyhow!("{}: {problem}", source.at("env.robot")))?;
+        robots::make_room(&mut base, &table);
         spaces::lay_over(&mut base, table);
         // Each layer at once: what is wrong is told with the layer that it is in.
         record::read::<T>(base.clone()).map_err(|problem| anyhow!("{}: {problem}", source.at(&problem.key)))?;
@@ -155,8 +158,15 @@ mod tests {
             ("env.task = 3", "keys: env.task: a name in quotes is wanted"),
             (
                 "env.robot = 'ur5'",
-                "keys: env.robot: unknown variant `ur5`, expected one of `robosuite`, `identified`, `fr3`",
+                "keys: env.robot: no robot is called \"ur5\"; did you mean \"ur5e\"? known are robosuite, identified, fr3, iiwa14, ur5e, or a \
+                 file that ends with .toml or .urdf",
             ),
+            (
+                "env.robot = 3",
+                "keys: env.robot: invalid type: integer `3`, expected a robot's name in quotes, or a file",
+            ),
+            ("env.robot = 'none.urdf'", "keys: env.robot: none.urdf: "),
+            ("env.robot.home = [0.0]", "keys: env.robot: missing field `name`"),
             (
                 "env.space.stiffness.adaptive.delta_sign = 3",
                 "env.space.stiffness.adaptive.delta_sign: a name in quotes is wanted",

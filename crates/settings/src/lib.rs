@@ -1,8 +1,9 @@
-//! The settings of an environment: layers of keys, of which the last wins, a file, names of action spaces and set-ups.
+//! The settings of an environment: layers of keys, of which the last wins, a file, names of action spaces, robots and set-ups.
 //!
 //! Needs no libtorch: the programs lay a learner's settings beside these, Python's environments have no others.
 
 mod layers;
+pub mod robots;
 pub mod setup;
 mod source;
 pub mod spaces;

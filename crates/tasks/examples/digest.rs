@@ -22,7 +22,8 @@ fn main() {
         for task in TaskName::BUILT_IN {
             for space in ActionSpace::built_in() {
                 let name = space.to_string();
-                let (digest, diverged) = digest(EnvConfig { task, space, robot, ..EnvConfig::default() }, actions);
+                let (digest, diverged) =
+                    digest(EnvConfig { task, space, robot: robot.into(), ..EnvConfig::default() }, actions);
                 let (robot, task) = (robot.as_str(), task.as_str());
                 println!("{robot:<10} {task:<5} {name:<24} {digest:016x} {diverged} diverged");
             }

@@ -143,7 +143,10 @@ impl Env {
             let reason = if raised {
                 format!("{table_height} m raise the table into the arm at its start; lower it")
             } else {
-                format!("the scene of {} leaves {} no room at its start", task.name(), plant.robot.name)
+                let deepest = simulation.overlaps(0.0).into_iter().max_by(|a, b| a.depth.total_cmp(&b.depth));
+                let parts = deepest.map_or_else(String::new, |overlap| overlap.geoms.join(" and "));
+                let (task, robot) = (task.name(), &plant.robot.name);
+                format!("the scene of {task} leaves {robot} no room at its start: {parts} overlap")
             };
             return Err(ConfigError::Contradiction { field: field.into(), reason });
         }
@@ -219,8 +222,11 @@ impl Env {
     /// Draws joint angles until they are within their ranges and the arm stands in nothing's way.
     fn place_arm(&mut self, rng: &mut ChaCha8Rng) {
         let (start, arm) = (self.task.start(&self.plant.robot), &self.plant.robot.arm);
+        let joints = self.plant.robot.joints;
         for _ in 0..MOST_STARTS {
-            let q = start.q.map(|q| q + self.config.initial_noise * standard_normal(rng));
+            let mut q = start.q.map(|q| q + self.config.initial_noise * standard_normal(rng));
+            // A seventh joint that there is not stays where it is.
+            q.iter_mut().zip(&start.q).skip(joints).for_each(|(q, start)| *q = *start);
             if q.iter().zip(arm.range).all(|(q, [low, high])| (low..=high).contains(q)) {
                 put(&mut self.simulation, &start, &q);
                 if self.simulation.overlap() < LARGEST_OVERLAP {

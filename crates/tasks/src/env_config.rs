@@ -3,7 +3,7 @@
 use aforce::record;
 use aforce::{ActionSpace, ConfigError, ControllerConfig, within};
 use physics::SimulationConfig;
-use physics::robots::RobotName;
+use physics::robots::RobotChoice;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use toml::Table;
@@ -25,7 +25,7 @@ pub struct EnvConfig {
     /// The action space.
     pub space: ActionSpace,
     /// The robot: its kinematics, inertia, limits and shapes.
-    pub robot: RobotName,
+    pub robot: RobotChoice,
     /// Actions until an episode is truncated. Door's penalty and all of Wipe's reward are scaled with it.
     pub horizon: u32,
     /// Standard deviation of the joint angles around the home pose at reset (rad). Angles out of range, and those with which
@@ -96,6 +96,9 @@ impl EnvConfig {
         within("env.force_penalty.weight", weight, 0.0..=1e3)?;
         within("env.motion_price", self.motion_price, 0.0..=1e3)?;
         self.create_task()?;
+        if let RobotChoice::Own(robot) = &self.robot {
+            robot.validate().map_err(|error| error.below("env.robot"))?;
+        }
         self.protection.validate().map_err(|error| error.below("env"))?;
         self.observation.validate().map_err(|error| error.below("env"))?;
         self.disturbance.validate(self.task).map_err(|error| error.below("env"))?;
@@ -114,7 +117,7 @@ impl Default for EnvConfig {
         EnvConfig {
             task: TaskName::default(),
             space: "aforce".parse().expect("a built-in space"),
-            robot: RobotName::default(),
+            robot: RobotChoice::default(),
             horizon: 500,
             initial_noise: 0.02,
             motion_price: 0.0,

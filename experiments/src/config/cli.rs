@@ -6,8 +6,10 @@ use aforce::ActionSpace;
 use anyhow::Result;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use physics::robots::RobotChoice;
+use serde::Serialize;
 use settings::setup::SETUPS;
-use settings::spaces;
+use settings::{robots, spaces};
 use tasks::TaskName;
 use toml::Value;
 
@@ -46,6 +48,9 @@ pub struct EnvArgs {
     /// own, which ends with .toml
     #[arg(long, value_name = "NAME|FILE", value_parser = parse_space)]
     pub space: Option<ActionSpace>,
+    /// Robot: robosuite (a Panda), identified, fr3, iiwa14, ur5e; or one of one's own, a file that ends with .toml or .urdf
+    #[arg(long, value_name = "NAME|FILE", value_parser = parse_robot)]
+    pub robot: Option<RobotChoice>,
 }
 
 /// The configuration of a run.
@@ -93,7 +98,9 @@ impl EnvArgs {
     /// The flags as keys of the configuration.
     pub fn overrides(&self) -> Vec<(String, Value)> {
         let task = self.task.map(|task| ("env.task".into(), Value::String(task.as_str().into())));
-        self.settings.overrides(self.space.as_ref()).into_iter().chain(task).collect()
+        let robot = self.robot.as_ref().map(|robot| ("env.robot".into(), value(robot)));
+        // The robot first, as the space: a key of it changes the one named.
+        robot.into_iter().chain(self.settings.overrides(self.space.as_ref())).chain(task).collect()
     }
 }
 
@@ -114,7 +121,16 @@ impl RunArgs {
 
 /// An action space as a value of a configuration.
 pub fn record(space: &ActionSpace) -> Value {
-    Value::try_from(space).expect("a record is a table")
+    value(space)
+}
+
+fn value(setting: &impl Serialize) -> Value {
+    Value::try_from(setting).expect("a setting is a value")
+}
+
+/// Reads a robot for clap: its name, or a file.
+fn parse_robot(text: &str) -> Result<RobotChoice, String> {
+    robots::named(text, Path::new(""))
 }
 
 /// Reads an action space for clap: its name, or a file.

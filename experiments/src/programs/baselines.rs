@@ -127,7 +127,8 @@ impl Arguments {
         let tasks = if self.tasks.is_empty() { vec![self.settings.resolve()?.env.task] } else { self.tasks.clone() };
         let mut setups: Vec<RunConfig> = vec![];
         for (task, space) in tasks.iter().flat_map(|&task| spaces.iter().map(move |space| (task, space))) {
-            let env = EnvArgs { settings: self.settings.clone(), task: Some(task), space: Some(space.clone()) };
+            let env =
+                EnvArgs { settings: self.settings.clone(), task: Some(task), space: Some(space.clone()), robot: None };
             let config = env.resolve()?;
             if setups.iter().any(|other| same_setup(other, &config)) {
                 return Err(bad(format!("{} with {space} is asked for twice", task.as_str())));

@@ -324,7 +324,7 @@ mod tests {
             (with(|env| env.task = tasks::TaskName::WIPE), "wipe, not lift"),
             (with(|env| env.controller.policy_hz = 10), "10 actions a second, not 20"),
             (with(|env| env.initial_noise = 0.1), "0.1, not 0.02"),
-            (with(|env| env.robot = physics::robots::RobotName::Identified), "env.robot"),
+            (with(|env| env.robot = physics::robots::RobotName::Identified.into()), "env.robot"),
         ] {
             assert!(apart.as_ref().is_some_and(|apart| apart.contains(words)), "{apart:?}");
         }

@@ -59,7 +59,7 @@ impl Run<'_> {
         let config = EnvConfig {
             task: TaskName::WIPE,
             space: (*space).clone(),
-            robot: setup.robot,
+            robot: setup.robot.into(),
             horizon: (patience * f64::from(setup.controller.policy_hz)) as u32,
             initial_noise: 0.0,
             disturbance: disturbance.clone(),

@@ -3,31 +3,48 @@
 //! One more robot is one more file here, with a function that makes its [`Robot`], and its name in [`RobotName`]. Units are
 //! SI. A shape or an inertia is given in the frame of the body that has it.
 
+mod check;
+mod choice;
+mod file;
 pub mod fr3;
+mod home;
+mod iiwa14;
+mod name;
 pub mod panda;
+mod ur5e;
 pub mod urdf;
-
-use std::str::FromStr;
 
 use aforce::{Arm, JointVector, Pose};
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::scene::{Actuator, Air, Axis, Body, Geom, Inertial, Joint, Scene, Stop, pose};
+pub use choice::RobotChoice;
+pub use file::{RobotFileError, is_file, read};
+pub use name::RobotName;
 
-/// The number of joints of every arm here: what [`JointVector`] has room for.
+use crate::scene::{Actuator, Air, Axis, Body, Geom, Inertial, Joint, Role, Scene, Shape, Stop, at, pose};
+
+/// The largest number of joints of an arm here: what [`JointVector`] has room for.
 pub const JOINTS: usize = 7;
 
-/// An arm of seven revolute joints on its mount, with a flange that carries a tool.
-#[derive(Debug, Clone)]
+/// An arm of seven revolute joints, or of six, on its mount, with a flange that carries a tool.
+///
+/// Law, observation and tables have seven joints. Of an arm of six, link 7 is welded to link 6 and carries flange and tool, the seventh
+/// angle is 0, and the seventh column of the Jacobian is empty. So the six move as under a law for six joints (the null space is
+/// empty), and nothing but a constant is added to what is observed. The other way, the number of joints as a parameter of every type,
+/// would have touched 30 files and the interface of every host, for the same torques.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Robot {
     /// What settings and messages call it: [`RobotName::as_str`].
     pub name: String,
+    /// Joints that move: 7 or 6.
+    pub joints: usize,
     /// Ranges and limits of the joints, their rotors, and how fast the maker lets the tool move.
     pub arm: Arm,
     /// Shapes of the base, in the base frame.
     pub base: Vec<Geom>,
-    /// Links 1 to 7: link i turns about its own z axis by joint angle i.
+    /// Links 1 to 7: link i turns about its own z axis by joint angle i, but for link 7 of an arm of six joints.
     pub links: [Link; JOINTS],
     /// Pose of the flange's frame, `right_hand`, in the frame of link 7.
     pub flange: Pose,
@@ -48,8 +65,12 @@ pub struct Robot {
     pub air: Option<Air>,
 }
 
+/// Between a column and what stands on it, and the floor (m).
+const GAP: f64 = 0.005;
+
 /// What one joint moves.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Link {
     /// Its frame in that of the link before it (of the base for link 1), with the joint at zero.
     pub frame: Pose,
@@ -64,7 +85,8 @@ pub struct Link {
 }
 
 /// What an arm stands on.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Mount {
     /// Height of the base frame above the floor (m).
     pub height: f64,
@@ -72,6 +94,24 @@ pub struct Mount {
     pub behind_table: f64,
     /// Shapes, in the base frame.
     pub geoms: Vec<Geom>,
+}
+
+impl Mount {
+    /// A column below the base, whose frame is `height` above the floor and `behind_table` from the table's edge (m).
+    pub fn column(height: f64, behind_table: f64) -> Self {
+        // The base's own shapes begin above it.
+        let half_length = height / 2.0 - GAP;
+        let column = Geom {
+            name: "pedestal_column".into(),
+            shape: Shape::Cylinder { half_length, radius: 0.1 },
+            pose: at([0.0, 0.0, -height / 2.0]),
+            friction: 1.0,
+            role: Role::Fixture,
+            color: [90, 92, 98],
+        };
+        let geoms = if half_length > 0.0 { vec![column] } else { vec![] };
+        Mount { height, behind_table, geoms }
+    }
 }
 
 impl Robot {
@@ -113,13 +153,11 @@ impl Robot {
             geoms: self.base.clone(),
         });
         for (i, link) in self.links.iter().enumerate() {
-            let joint = format!("joint{}", i + 1);
-            parent = scene.add(Body {
-                name: format!("link{}", i + 1),
-                parent: Some(parent),
-                pose: link.frame,
-                joint: Joint::Hinge(Axis {
-                    name: joint.clone(),
+            let name = format!("joint{}", i + 1);
+            let joint = if i < self.joints {
+                scene.actuators.push(Actuator { joint: name.clone(), max_effort: self.arm.torque_max[i] });
+                Joint::Hinge(Axis {
+                    name,
                     direction: Vector3::z_axis(),
                     range: self.arm.range[i],
                     damping: link.damping,
@@ -128,11 +166,18 @@ impl Robot {
                     spring: 0.0,
                     rest: 0.0,
                     stop: Stop::Constraint,
-                }),
+                })
+            } else {
+                Joint::Fixed
+            };
+            parent = scene.add(Body {
+                name: format!("link{}", i + 1),
+                parent: Some(parent),
+                pose: link.frame,
+                joint,
                 inertial: link.inertial,
                 geoms: link.geoms.clone(),
             });
-            scene.actuators.push(Actuator { joint, max_effort: self.arm.torque_max[i] });
         }
         scene.add(Body {
             name: "right_hand".into(),
@@ -146,7 +191,8 @@ impl Robot {
 }
 
 /// What a gripper weighs. Shapes, travel and servos are the same on every robot here: all carry the maker's hand.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct GripperInertials {
     /// The gripper without its fingers, in the gripper frame.
     pub palm: Inertial,
@@ -168,71 +214,15 @@ pub fn tool_pose(distance: f64) -> Pose {
     Pose::from_parts(Translation3::new(0.0, 0.0, distance), tool_rotation())
 }
 
-/// The robots by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum RobotName {
-    /// A Panda with the round numbers of robosuite: results are comparable with what is published for its tasks.
-    #[default]
-    Robosuite,
-    /// A Panda with parameters that were identified on a real arm.
-    Identified,
-    /// A Franka Research 3 with its maker's parameters.
-    Fr3,
-}
-
-impl RobotName {
-    /// All robots.
-    pub const ALL: [RobotName; 3] = [RobotName::Robosuite, RobotName::Identified, RobotName::Fr3];
-
-    /// The name used in files and on command lines.
-    pub fn as_str(self) -> &'static str {
-        match self {
-            RobotName::Robosuite => "robosuite",
-            RobotName::Identified => "identified",
-            RobotName::Fr3 => "fr3",
-        }
-    }
-
-    /// The robot itself.
-    pub fn robot(self) -> Robot {
-        match self {
-            RobotName::Robosuite => panda::robosuite(),
-            RobotName::Identified => panda::identified(),
-            RobotName::Fr3 => fr3::fr3(),
-        }
-    }
-}
-
-impl FromStr for RobotName {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let names = Self::ALL.map(Self::as_str).join(", ");
-        let known = Self::ALL.into_iter().find(|robot| robot.as_str() == text);
-        known.ok_or_else(|| format!("no robot is called {text:?}; known are {names}"))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_robot_goes_by_its_name() {
-        for name in RobotName::ALL {
-            assert_eq!(name.robot().name, name.as_str());
-            assert_eq!(name.as_str().parse(), Ok(name));
-        }
-        let error = "ur5".parse::<RobotName>().unwrap_err();
-        assert_eq!(error, "no robot is called \"ur5\"; known are robosuite, identified, fr3");
-    }
 
     /// Masses and moments of inertia that matter can have, and a home between the ends of the joints.
     #[test]
     fn every_robot_can_be_built() {
         for robot in RobotName::ALL.map(RobotName::robot) {
-            for (i, (link, [low, high])) in robot.links.iter().zip(robot.arm.range).enumerate() {
+            for (i, (link, [low, high])) in robot.links.iter().zip(robot.arm.range).enumerate().take(robot.joints) {
                 let moments = link.inertial.inertia.symmetric_eigenvalues();
                 assert!(link.inertial.mass > 0.0 && moments.min() > 0.0, "{} link {}", robot.name, i + 1);
                 assert!((low..=high).contains(&robot.home[i]), "{} joint {}", robot.name, i + 1);

@@ -67,6 +67,7 @@ pub fn robosuite() -> Robot {
     ];
     Robot {
         name: "robosuite".into(),
+        joints: JOINTS,
         arm: Arm {
             torque_max: [80.0, 80.0, 80.0, 80.0, 80.0, 12.0, 12.0],
             torque_rate_max: [f64::INFINITY; JOINTS],
@@ -203,7 +204,7 @@ fn link_geoms(link: usize) -> Vec<Geom> {
         .collect()
 }
 
-fn capsule(link: &str, k: usize, role: Role, a: [f64; 3], b: [f64; 3], radius: f64) -> Geom {
+pub(super) fn capsule(link: &str, k: usize, role: Role, a: [f64; 3], b: [f64; 3], radius: f64) -> Geom {
     let (pose, half_length) = between(a, b);
     Geom {
         name: format!("{link}_{k}"),

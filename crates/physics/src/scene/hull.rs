@@ -7,6 +7,7 @@ use aforce::Vector3;
 use nalgebra::Matrix3;
 use rapier3d_f64::math as rapier;
 use rapier3d_f64::parry::transformation::try_convex_hull;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::Inertial;
@@ -14,8 +15,9 @@ use super::Inertial;
 /// Thinner than this part of its length, a cloud of points is flat.
 const FLAT: f64 = 1e-6;
 
-/// The convex hull of points (m), in the frame in which they were given. A copy shares its points with the original.
-#[derive(Debug, Clone, PartialEq)]
+/// The convex hull of points (m), in the frame in which they were given. A copy shares its points with the original. A file has its corners.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<Vector3>", into = "Vec<Vector3>")]
 pub struct Hull(Arc<Surface>);
 
 #[derive(Debug, PartialEq)]
@@ -39,6 +41,20 @@ pub enum HullError {
     /// The engine's algorithm gave up, or left out a point.
     #[error("no hull was found: some points may differ by rounding errors only")]
     Numerical,
+}
+
+impl TryFrom<Vec<Vector3>> for Hull {
+    type Error = HullError;
+
+    fn try_from(points: Vec<Vector3>) -> Result<Hull, HullError> {
+        Hull::new(&points)
+    }
+}
+
+impl From<Hull> for Vec<Vector3> {
+    fn from(hull: Hull) -> Self {
+        hull.corners().to_vec()
+    }
 }
 
 impl Hull {

@@ -4,11 +4,13 @@ use std::f64::consts::PI;
 
 use aforce::{Pose, Vector3};
 use nalgebra::Matrix3;
+use serde::{Deserialize, Serialize};
 
 use super::Shape;
 
 /// Mass properties in the body frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Inertial {
     /// kg
     pub mass: f64,

@@ -1,7 +1,10 @@
 //! Who meets whom: what a geom belongs to decides what it collides with.
 
+use serde::{Deserialize, Serialize};
+
 /// What a geom belongs to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Role {
     /// Floor, table, mount, the arm's base.
     Fixture,

@@ -6,7 +6,7 @@ use aforce::record::overlay;
 use anyhow::{Context, Result};
 use output::program::bad;
 use serde::Deserialize;
-use settings::{parse, spaces};
+use settings::{parse, robots, spaces};
 use toml::{Table, Value};
 
 use crate::config::cli::record;
@@ -45,6 +45,7 @@ impl File {
             let named = spaces::of_value(space.clone(), folder);
             *space = record(&named.map_err(|problem| wrong(format!("spaces: {problem:#}")))?);
         }
+        file.count_robots_from(folder);
         let Some(base) = &file.extends else { return Ok(file) };
         let base = File::read(&folder.join(base), readers).with_context(|| format!("{}: extends", path.display()))?;
         let mut run = base.run;
@@ -52,6 +53,21 @@ impl File {
         let group = if file.group.is_empty() { base.group } else { file.group };
         let (variants, halving) = (file.variants.or(base.variants), file.halving.or(base.halving));
         Ok(File { run, group, variants, halving, ..file })
+    }
+
+    /// Files of robots count from the folder of the file that names them.
+    fn count_robots_from(&mut self, folder: &Path) {
+        let variants = self.variants.iter_mut().flatten().filter_map(|(_, settings)| settings.as_table_mut());
+        let groups = self.group.iter_mut();
+        let (runs, varied): (Vec<_>, Vec<_>) = groups.map(|group| (&mut group.run, &mut group.vary)).unzip();
+        for settings in variants.chain(runs).chain([&mut self.run]) {
+            robots::count_from(settings, folder);
+        }
+        for value in varied.into_iter().filter_map(|vary| vary.get_mut("env.robot")?.as_array_mut()).flatten() {
+            if let Value::String(text) = value {
+                *text = robots::counted_from(text, folder);
+            }
+        }
     }
 
     /// Those of the file in its order; one without a name if there are none.

@@ -191,6 +191,9 @@ fn an_empty_column_is_no_number() {
     assert!(Columns::read(&folder.eval()).unwrap().values("sucess_any").is_err(), "a misspelt column");
 }
 
+/// What a program that saves a table makes of its text.
+type Change = fn(&str) -> String;
+
 /// What editors, pandas and spreadsheets make of the tables of a finished run says the same, or is refused with its place.
 #[test]
 fn a_table_that_another_program_saved_says_the_same_or_is_refused() {
@@ -202,28 +205,28 @@ fn a_table_that_another_program_saved_says_the_same_or_is_refused() {
     let whole = summary_of(&folder, root.path());
     let tables = [folder.episodes(), folder.eval(), folder.progress()];
     let before = tables.each_ref().map(|table| fs_err::read_to_string(table).unwrap());
-    let saved = |change: &dyn Fn(&str) -> String| {
+    let saved = |change: Change| {
         tables.iter().zip(&before).for_each(|(table, text)| fs_err::write(table, change(text)).unwrap());
         RunSummary::of(&Record::of_folder(&folder).unwrap(), root.path())
     };
     assert!(before[0].contains("true"));
-    let alike: [(&str, &dyn Fn(&str) -> String); 5] = [
-        ("no last line end", &|text| text.trim_end().into()),
-        ("pandas", &|text| text.replace("true", "True").replace("false", "False")),
-        ("Excel", &|text| {
+    let alike: [(&str, Change); 5] = [
+        ("no last line end", |text| text.trim_end().into()),
+        ("pandas", |text| text.replace("true", "True").replace("false", "False")),
+        ("Excel", |text| {
             format!("\u{feff}{}", text.replace("true", "TRUE").replace("false", "FALSE").replace('\n', "\r\n"))
         }),
-        ("quotes", &|text| text.lines().map(|line| format!("\"{}\"\n", line.replace(',', "\",\""))).collect()),
-        ("empty lines", &|text| format!("{text}\n\n")),
+        ("quotes", |text| text.lines().map(|line| format!("\"{}\"\n", line.replace(',', "\",\""))).collect()),
+        ("empty lines", |text| format!("{text}\n\n")),
     ];
     for (name, change) in alike {
         assert_eq!(saved(change).unwrap(), whole, "{name}");
     }
-    let refused: [(&dyn Fn(&str) -> String, &str); 4] = [
-        (&|text| text.replace(',', ";").replace('.', ","), "line 1: the columns are divided by ';'"),
-        (&|text| text.split_once('\n').unwrap().1.into(), "the names of the columns is missing"),
-        (&|text| text.replace(",16.0,", ",1e999,"), "line 17: penalty is \"1e999\", not a number"),
-        (&|text| text.trim_end().rsplit_once(',').unwrap().0.into(), "line: 17"),
+    let refused: [(Change, &str); 4] = [
+        (|text| text.replace(',', ";").replace('.', ","), "line 1: the columns are divided by ';'"),
+        (|text| text.split_once('\n').unwrap().1.into(), "the names of the columns is missing"),
+        (|text| text.replace(",16.0,", ",1e999,"), "line 17: penalty is \"1e999\", not a number"),
+        (|text| text.trim_end().rsplit_once(',').unwrap().0.into(), "line: 17"),
     ];
     for (change, reason) in refused {
         let told = format!("{:#}", saved(change).unwrap_err());

@@ -1,0 +1,124 @@
+//! Where an arm stands at the start of an episode, found for one of which nobody has said it.
+
+use aforce::{JointVector, Pose, pose_error};
+
+use super::{JOINTS, Robot, panda};
+use crate::model::Model;
+use crate::scene::{Scene, at};
+
+/// Starts of the search.
+const STARTS: u32 = 1024;
+/// Steps of each.
+const STEPS: usize = 100;
+/// Damping of a step (m2, rad2): short of a singular posture it makes no difference.
+const DAMPING: f64 = 1e-4;
+/// Distance from the end of a joint that is enough, as a share of its range.
+const ROOM: f64 = 0.06;
+/// Manipulability that is enough (m3): the Panda's home has 0.019.
+const MANIPULABILITY: f64 = 0.019;
+/// Where a search ends (m, rad).
+const PRECISION: f64 = 1e-10;
+
+impl Robot {
+    /// Joint angles (rad) that bring the flange where the Panda's is at the start of an episode: above the table, facing down. Of those
+    /// that were found the one with the highest elbow, well within the joints' ranges and far from singular. `None`: the arm does not
+    /// reach.
+    pub(super) fn home_like_the_pandas(&self) -> Option<JointVector> {
+        let panda = panda::robosuite();
+        let shift = [self.mount.behind_table - panda.mount.behind_table, 0.0, panda.mount.height - self.mount.height];
+        let model = panda.bare_model();
+        let goal = at(shift) * model.kinematics(&panda.home).tool;
+        let model = self.bare_model();
+        let found = (0..STARTS).filter_map(|start| self.reach(&model, &goal, start));
+        found.max_by(|a, b| self.worth(&model, a).total_cmp(&self.worth(&model, b)))
+    }
+
+    /// The arm on the world's origin, its flange the tool.
+    fn bare_model(&self) -> Model {
+        let mut scene = Scene::default();
+        let flange = self.add_to(&mut scene, Pose::identity());
+        Model::new(&scene, flange, [0.0; 3])
+    }
+
+    /// Lower and upper end of a joint, within a turn of zero.
+    fn ends(&self, joint: usize) -> [f64; 2] {
+        let [low, high] = self.arm.range[joint];
+        let half_turn = std::f64::consts::PI;
+        [low.max(-half_turn).min(high), high.min(half_turn).max(low)]
+    }
+
+    /// Damped least squares from one start to `goal`.
+    fn reach(&self, model: &Model, goal: &Pose, start: u32) -> Option<JointVector> {
+        let mut q = JointVector::from_fn(|i, _| {
+            let [low, high] = self.ends(i);
+            // Some joints begin at zero, which keeps an arm in its plane of symmetry.
+            if start >> i & 1 == 0 { 0.0_f64.clamp(low, high) } else { low + (high - low) * share(start, i) }
+        });
+        for _ in 0..STEPS {
+            let k = model.kinematics(&q);
+            let error = pose_error(goal, &k.tool);
+            if error.norm() < PRECISION {
+                return Some(q);
+            }
+            let jacobian = model.jacobian(&k);
+            let normal =
+                jacobian * jacobian.transpose() + nalgebra::Matrix6::identity() * DAMPING * error.norm().min(1.0);
+            q += jacobian.tr_mul(&normal.cholesky()?.solve(&error));
+            q = JointVector::from_fn(|i, _| {
+                let [low, high] = self.ends(i);
+                if i < self.joints { q[i].clamp(low, high) } else { 0.0 }
+            });
+        }
+        None
+    }
+
+    /// How good a posture is to start from: the mean height of the links, short of a posture that is near the end of a joint or near
+    /// singular.
+    fn worth(&self, model: &Model, q: &JointVector) -> f64 {
+        let k = model.kinematics(q);
+        let jacobian = model.jacobian(&k);
+        let manipulability = (jacobian * jacobian.transpose()).determinant().max(0.0).sqrt();
+        let room = (0..self.joints).map(|i| {
+            let [low, high] = self.arm.range[i];
+            (q[i] - low).min(high - q[i]) / (high - low)
+        });
+        let height = k.links.iter().map(|link| link.translation.z).sum::<f64>().max(0.0);
+        height * room.fold(ROOM, f64::min) * manipulability.min(MANIPULABILITY)
+    }
+}
+
+/// Shares in [0, 1) that fill the space of joint angles evenly: multiples of the powers of one irrational number for all joints.
+fn share(start: u32, joint: usize) -> f64 {
+    // The root of x^8 = x + 1, for seven joints.
+    const ROOT: f64 = 1.0969815577985598;
+    debug_assert!(joint < JOINTS);
+    let step = libm::pow(ROOT, -(joint as f64 + 1.0));
+    (0.5 + f64::from(start) * step).fract()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robots::RobotName;
+
+    /// The Panda's own home is found, and every robot's home is one: its flange is where the Panda's is.
+    #[test]
+    fn a_home_is_found_with_the_elbow_up() {
+        let panda = RobotName::Identified.robot();
+        let found = panda.home_like_the_pandas().unwrap();
+        assert!((found - panda.home).amax() < 0.01, "{found}");
+        let flange = |robot: &Robot, q: &JointVector| robot.bare_model().kinematics(q).tool;
+        for robot in RobotName::ALL.map(RobotName::robot) {
+            let found = robot.home_like_the_pandas().unwrap();
+            let error = pose_error(&flange(&robot, &found), &flange(&robot, &robot.home));
+            assert!(error.amax() < 1e-3, "{}: {error}", robot.name);
+        }
+    }
+
+    #[test]
+    fn an_arm_that_is_too_far_away_has_no_home() {
+        let mut robot = RobotName::Identified.robot();
+        robot.mount.behind_table += 1.0;
+        assert_eq!(robot.home_like_the_pandas(), None);
+    }
+}

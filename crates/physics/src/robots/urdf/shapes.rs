@@ -1,0 +1,60 @@
+//! The collision shapes of a URDF.
+
+use aforce::{Pose, Vector3};
+use nalgebra::Translation3;
+use roxmltree::Node;
+
+use super::document::{child, origin, required, vector};
+use super::error::UrdfError;
+use crate::scene::Shape;
+
+/// A shape of a link, in the link's frame, or what stands where one should.
+#[derive(Debug, Clone)]
+pub(super) enum Collision {
+    Shape {
+        shape: Shape,
+        pose: Pose,
+    },
+    /// A mesh, and its file.
+    Mesh(String),
+}
+
+/// The collision shapes of the link `node`, which messages call `at`.
+pub(super) fn collisions(node: Node, at: &str) -> Result<Vec<Collision>, UrdfError> {
+    node.children().filter(|node| node.has_tag_name("collision")).map(|node| collision(node, at)).collect()
+}
+
+fn collision(node: Node, at: &str) -> Result<Collision, UrdfError> {
+    let wrong = |what: String| UrdfError::new(format!("{at}: {what}"));
+    let geometry = child(node, "geometry").and_then(|geometry| geometry.children().find(Node::is_element));
+    let geometry = geometry.ok_or_else(|| wrong("a <collision> has no shape in its <geometry>".into()))?;
+    let pose = origin(node, at)?;
+    let number = |attribute: &str| {
+        let value = required(geometry, attribute, at)?;
+        let tag = geometry.tag_name().name();
+        if value > 0.0 { Ok(value) } else { Err(wrong(format!("<{tag} {attribute}=\"{value}\">; it must be above 0"))) }
+    };
+    let shape = match geometry.tag_name().name() {
+        "box" => {
+            let size = vector(geometry, "size", at)?.ok_or_else(|| wrong("<box> has no size".into()))?;
+            let half = Vector3::from(size) / 2.0;
+            if half.min() <= 0.0 {
+                return Err(wrong(format!("a <box> of the size {size:?}; each must be above 0")));
+            }
+            Shape::Box(half)
+        }
+        "cylinder" => Shape::Cylinder { half_length: number("length")? / 2.0, radius: number("radius")? },
+        "capsule" => Shape::Capsule { half_length: number("length")? / 2.0, radius: number("radius")? },
+        "sphere" => Shape::Sphere { radius: number("radius")? },
+        "mesh" => return Ok(Collision::Mesh(geometry.attribute("filename").unwrap_or_default().into())),
+        other => {
+            return Err(wrong(format!("a collision shape <{other}>; known are box, cylinder, sphere and capsule")));
+        }
+    };
+    Ok(Collision::Shape { shape, pose })
+}
+
+/// The pose at a point of it without turning.
+pub(super) fn turned_back(turn: &nalgebra::UnitQuaternion<f64>) -> Pose {
+    Pose::from_parts(Translation3::identity(), turn.inverse())
+}

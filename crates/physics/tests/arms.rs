@@ -1,0 +1,54 @@
+//! Every robot's model is that of the arm which is exported for MuJoCo: kinematics, mass matrix and bias torques, in 70 random states.
+//! `scripts/arms_reference.py` made the reference.
+
+mod mujoco_reference;
+
+use aforce::{JointMatrix, JointVector};
+use mujoco_reference::reference;
+use physics::model::Model;
+use physics::robots::RobotName;
+use physics::scene::pose;
+use physics::scenes::wipe;
+
+/// The references carry 12 digits. Differences are relative to the largest entry.
+#[test]
+fn dynamics_are_those_of_the_exported_arm_in_mujoco() {
+    let rows = reference("states_arms.csv", 1);
+    for name in RobotName::ALL {
+        let (scene, tool) = wipe::scene(&name.robot(), wipe::TABLE_HEIGHT, wipe::TABLE_FRICTION);
+        let model = Model::new(&scene, tool, [0.0; 3]);
+        assert_eq!(model.joints(), if name == RobotName::Ur5e { 6 } else { 7 });
+        let of_robot = rows.iter().filter(|(names, _)| names[0] == name.as_str());
+        let mut worst = [0.0f64; 3];
+        let mut count = 0;
+        for (_, numbers) in of_robot {
+            let column = |from: usize| JointVector::from_column_slice(&numbers[from..from + 7]);
+            let (q, qd, bias) = (column(0), column(7), column(42));
+            let mass = JointMatrix::from_fn(|i, j| numbers[14 + i.max(j) * (i.max(j) + 1) / 2 + i.min(j)]);
+            let &[x, y, z, qw, qx, qy, qz] = &numbers[49..] else { panic!("56 numbers in a row") };
+            let k = model.kinematics(&q);
+            let differences = [
+                (model.mass(&k) - mass).amax() / mass.amax(),
+                (model.bias(&k, &qd) - bias).amax() / bias.amax(),
+                aforce::pose_error(&k.tool, &pose([x, y, z], [qw, qx, qy, qz])).amax(),
+            ];
+            worst = std::array::from_fn(|i| worst[i].max(differences[i]));
+            count += 1;
+        }
+        println!("{name}: mass, bias, pose within {worst:?}");
+        assert_eq!(count, 70, "{name}");
+        assert!(worst.into_iter().all(|difference| difference < 1e-9), "{name}: mass, bias, pose differ by {worst:?}");
+    }
+}
+
+/// The seventh joint of an arm of six moves nothing, and nothing moves it.
+#[test]
+fn a_joint_that_there_is_not_is_empty() {
+    let robot = RobotName::Ur5e.robot();
+    let (scene, tool) = wipe::scene(&robot, wipe::TABLE_HEIGHT, wipe::TABLE_FRICTION);
+    let model = Model::new(&scene, tool, [0.0; 3]);
+    let y = model.measure(robot.home, JointVector::repeat(0.3), Default::default());
+    assert_eq!(y.jacobian.column(6).amax(), 0.0);
+    assert_eq!((y.mass.column(6).fixed_rows::<6>(0).amax(), y.mass[(6, 6)], y.bias[6]), (0.0, 1.0, 0.0));
+    assert!(y.jacobian.fixed_columns::<6>(0).determinant().abs() > 1e-3);
+}

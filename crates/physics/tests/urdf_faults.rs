@@ -1,0 +1,235 @@
+//! What public reports say about URDFs: read rightly, or refused by the name of the link or joint.
+
+mod small_urdf;
+
+use aforce::{JointVector, Pose, Vector3};
+use nalgebra::UnitQuaternion;
+use physics::model::Model;
+use physics::robots::urdf::{self, Choices, Document, UrdfError};
+use physics::robots::{Robot, RobotName};
+use physics::scene::Scene;
+use small_urdf::arm;
+
+fn read(text: &str, choices: &Choices) -> Result<Robot, UrdfError> {
+    urdf::robot(&Document::parse(text)?, choices, &RobotName::Fr3.robot())
+}
+
+fn error(text: &str) -> String {
+    read(text, &Choices::default()).unwrap_err().to_string()
+}
+
+/// The arm of seven joints with `old` replaced wherever it stands.
+fn with(old: &str, new: &str) -> String {
+    let text = arm(7);
+    assert!(text.contains(old), "{old}");
+    text.replace(old, new)
+}
+
+/// The same with an element more.
+fn and(more: &str) -> String {
+    with("</robot>", &format!("{more}</robot>"))
+}
+
+#[test]
+fn what_no_arm_has_is_refused_by_its_link() {
+    for (text, words) in [
+        (with("<link name=\"l3\"><inertial", "<link name=\"l3\"><nothing"), "no URDF: "),
+        (with(small_urdf::INERTIAL, ""), "link \"l1\", which joint \"j1\" moves, has no mass"),
+        (small_urdf::inertial_of_l5("-1", "0.02", "0.03"), "link \"l5\": a mass of -1 kg; it must be at least 0"),
+        (small_urdf::inertial_of_l5("0", "0.02", "0.03"), "link \"l5\": it has an inertia and a mass of 0 kg"),
+        (small_urdf::inertial_of_l5("0", "0", "0"), "link \"l5\", which joint \"j5\" moves, has no mass"),
+        (small_urdf::inertial_of_l5("nan", "0.02", "0.03"), "link \"l5\": <mass value=\"nan\">; wanted: one number"),
+        (small_urdf::inertial_of_l5("2", "-0.02", "0.03"), "link \"l5\": principal moments of inertia of -2.000e-2"),
+        (
+            small_urdf::inertial_of_l5("2", "0.2", "0.03"),
+            "no body has them, as the largest exceeds the sum of the others",
+        ),
+        (and("<link name=\"l3\"/>"), "two links are called \"l3\""),
+        (and("<link name=\"elsewhere\"/>"), "links \"base\" and \"elsewhere\" both have no parent"),
+        (
+            with("<parent link=\"l4\"/>", "<parent link=\"l44\"/>"),
+            "joint \"j5\": its parent \"l44\" is no link of the file",
+        ),
+        (
+            and("<joint name=\"more\" type=\"fixed\"><parent link=\"base\"/><child link=\"l5\"/></joint>"),
+            "link \"l5\" is the child of two joints",
+        ),
+        (
+            and("<joint name=\"more\" type=\"fixed\"><parent link=\"tool\"/><child link=\"base\"/></joint>"),
+            "no link is without a parent",
+        ),
+        (
+            and(
+                "<link name=\"a\"/><link name=\"b\"/><joint name=\"ab\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint>\
+                 <joint name=\"ba\" type=\"fixed\"><parent link=\"b\"/><child link=\"a\"/></joint>",
+            ),
+            "link \"a\" is below itself",
+        ),
+        (
+            and("<xacro:include filename=\"x\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\"/>"),
+            "<xacro:include> is left in it",
+        ),
+        (with("<robot", "<sdf").replace("</robot", "</sdf"), "no URDF: its element is <sdf>"),
+    ] {
+        let error = error(&text);
+        assert!(error.contains(words), "{error}, not {words}");
+    }
+}
+
+#[test]
+fn what_no_joint_has_is_refused_by_its_name() {
+    let axis = "<axis xyz=\"0 0 1\"/>";
+    let limit = |joint: &str, limit: &str| small_urdf::limit_of(joint, limit);
+    for (text, words) in [
+        (with("name=\"j5\"", "name=\"j4\""), "two joints are called \"j4\""),
+        (
+            with("xyz=\"0 0 0.3\"", "xyz=\"0,5 0 0 0.3\""),
+            "joint \"j1\": <origin xyz=\"0,5 0 0 0.3\">; wanted: 3 numbers",
+        ),
+        (with("xyz=\"0 0 0.3\"", "xyz=\"0 0 0.3 m\""), "joint \"j1\": <origin xyz=\"0 0 0.3 m\">"),
+        (with(axis, "<axis xyz=\"0 0 nan\"/>"), "joint \"j1\": <axis xyz=\"0 0 nan\">"),
+        (with(axis, "<axis xyz=\"0 0 0\"/>"), "joint \"j1\": the axis 0 0 0 has no direction"),
+        (limit("j4", ""), "joint \"j4\": it is revolute and has no <limit lower=... upper=...>"),
+        (limit("j4", "lower=\"2\" upper=\"-2\" effort=\"80\" velocity=\"2\""), "joint \"j4\": a range of 2 to -2 rad"),
+        (limit("j4", "lower=\"-165\" upper=\"165\" effort=\"80\" velocity=\"2\""), "are these degrees?"),
+        (limit("j4", "lower=\"nan\" upper=\"2\" effort=\"80\" velocity=\"2\""), "joint \"j4\": <limit lower=\"nan\">"),
+        (limit("j4", "lower=\"-2\" upper=\"2\" effort=\"0\" velocity=\"2\""), "a largest torque (effort) of 0 Nm"),
+        (limit("j4", "lower=\"-2\" upper=\"2\" effort=\"80\""), "the key `speed_max` of a robot file"),
+        (
+            with("<parent link=\"l4\"/>", "<mimic joint=\"j1\"/><parent link=\"l4\"/>"),
+            "joint \"j5\" follows \"j1\" (<mimic>)",
+        ),
+        (
+            with("<parent link=\"l4\"/>", "<dynamics friction=\"-0.1\"/><parent link=\"l4\"/>"),
+            "joint \"j5\": a friction of -0.1; it must be at least 0",
+        ),
+        (with("name=\"j4\" type=\"revolute\"", "name=\"j4\" type=\"prismatic\""), "j4 (prismatic)"),
+        (
+            arm(5),
+            "the way to \"tool\" has j1 (revolute), j2 (revolute), j3 (revolute), j4 (revolute), j5 (revolute); six or",
+        ),
+    ] {
+        let error = error(&text);
+        assert!(error.contains(words), "{error}, not {words}");
+    }
+}
+
+#[test]
+fn links_that_are_asked_for_are_there() {
+    let wrong = |choices: Choices| read(&arm(7), &choices).unwrap_err().to_string();
+    let name = |name: &str| Some(name.to_string());
+    assert_eq!(
+        wrong(Choices { tool: name("tol"), ..Choices::default() }),
+        "tool: no link \"tol\"; did you mean \"tool\"?"
+    );
+    assert!(wrong(Choices { base: name("bath"), ..Choices::default() }).starts_with("base: no link \"bath\""));
+    let aside = wrong(Choices { base: name("tool"), tool: name("l7"), ..Choices::default() });
+    assert_eq!(aside, "base: link \"tool\" is not on the way to \"l7\"");
+    let pairs = vec![["l1".to_string(), "l9".to_string()]];
+    assert!(wrong(Choices { never_touch: pairs, ..Choices::default() }).starts_with("never_touch: no link \"l9\""));
+    // Two ends, neither of them called as a flange is.
+    let two = and(
+        "<link name=\"camera\"/><joint name=\"c\" type=\"fixed\"><parent link=\"l7\"/><child link=\"camera\"/></joint>",
+    );
+    assert_eq!(
+        error(&two),
+        "which link is the flange? The key `tool` of a robot file says it; the arm ends in tool, camera"
+    );
+    assert!(read(&two.replace("\"tool\"", "\"tool0\""), &Choices::default()).is_ok());
+    // An arm on what moves: the joints above the base do not count.
+    let on_a_lift = with(
+        "</robot>",
+        "<link name=\"cart\"/><joint name=\"up\" type=\"prismatic\"><parent link=\"cart\"/><child link=\"base\"/></joint></robot>",
+    );
+    assert!(error(&on_a_lift).contains("up (prismatic), j1 (revolute)"));
+    let robot = read(&on_a_lift, &Choices { base: name("base"), ..Choices::default() }).unwrap();
+    assert_eq!(robot, Robot { name: robot.name.clone(), ..read(&arm(7), &Choices::default()).unwrap() });
+}
+
+fn tool_at(robot: &Robot, q: &JointVector) -> Pose {
+    let mut scene = Scene::default();
+    let flange = robot.add_to(&mut scene, Pose::identity());
+    Model::new(&scene, flange, [0.0; 3]).kinematics(q).tool
+}
+
+/// The frame of the flange is the link's own, whatever the axis of the joint that moves it.
+#[test]
+fn a_flange_keeps_the_frame_of_its_link() {
+    let text = small_urdf::with_last_axis("0 1 0");
+    let robot = read(&text, &Choices { tool: Some("l7".into()), ..Choices::default() }).unwrap();
+    let upright = tool_at(&robot, &JointVector::zeros());
+    assert!(upright.rotation.angle() < 1e-12, "{upright}");
+    let mut q = JointVector::zeros();
+    q[6] = 0.3;
+    let expected = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 0.3);
+    assert!(tool_at(&robot, &q).rotation.angle_to(&expected) < 1e-12);
+}
+
+#[test]
+fn what_is_unusual_and_right_is_read() {
+    let plain = read(&arm(7), &Choices::default()).unwrap();
+    // A joint without end has a stated effort and speed.
+    let endless = small_urdf::limit_of("j3", "effort=\"80\" velocity=\"2\"")
+        .replace("name=\"j3\" type=\"revolute\"", "name=\"j3\" type=\"continuous\"");
+    assert_eq!(read(&endless, &Choices::default()).unwrap().arm.range[2], [-100.0, 100.0]);
+    // Without them the choices may say them.
+    let silent = endless.replace("<limit effort=\"80\" velocity=\"2\"/>", "");
+    let said = Choices { speed_max: Some(vec![2.0; 7]), torque_max: Some(vec![80.0; 7]), ..Choices::default() };
+    assert_eq!(read(&silent, &said).unwrap().arm, read(&endless, &Choices::default()).unwrap().arm);
+    // A weight at a point, which is welded to a link; a frame without mass; a link that is named as one of this project's.
+    let inertia = "<inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" iyz=\"0\" izz=\"0\"/>";
+    let welded = and(&format!(
+        "<link name=\"link3\"><inertial><mass value=\"0.5\"/>{inertia}</inertial></link>\
+         <joint name=\"w\" type=\"fixed\"><parent link=\"l7\"/><child link=\"link3\"/></joint>"
+    ));
+    let choices = Choices { tool: Some("tool".into()), ..Choices::default() };
+    let heavier = read(&welded, &choices).unwrap();
+    assert!((heavier.links[6].inertial.mass - plain.links[6].inertial.mass - 0.5).abs() < 1e-12);
+    // A frame with the numbers that makers write where they have none.
+    let all = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"].map(|part| format!("{part}=\"1e-8\"")).join(" ");
+    let tiny = format!("<inertial><mass value=\"1e-8\"/><inertia {all}/></inertial>");
+    assert!(read(&with("<link name=\"tool\"/>", &format!("<link name=\"tool\">{tiny}</link>")), &choices).is_ok());
+    // Byte order mark, entities, a root that is called as MuJoCo calls its own.
+    let marked = format!(
+        "\u{feff}<?xml version=\"1.0\"?><!DOCTYPE robot [<!ENTITY m \"2\">]>{}",
+        with("value=\"2\"", "value=\"&m;\"")
+    );
+    assert_eq!(read(&marked, &Choices::default()).unwrap(), plain);
+    assert_eq!(read(&with("\"base\"", "\"world\""), &Choices::default()).unwrap(), plain);
+}
+
+/// Shapes are read where links have them; a mesh is refused with what to do.
+#[test]
+fn shapes_are_those_of_the_file() {
+    use physics::scene::{Role, Shape};
+    let shape = |shape: &str| {
+        let link =
+            format!("<link name=\"l4\"><collision><origin xyz=\"0 0 0.1\"/><geometry>{shape}</geometry></collision>");
+        with("<link name=\"l4\">", &link)
+    };
+    for (text, expected) in [
+        ("<box size=\"0.2 0.4 0.6\"/>", Shape::Box(Vector3::new(0.1, 0.2, 0.3))),
+        ("<cylinder radius=\"0.1\" length=\"0.4\"/>", Shape::Cylinder { half_length: 0.2, radius: 0.1 }),
+        ("<capsule radius=\"0.1\" length=\"0.4\"/>", Shape::Capsule { half_length: 0.2, radius: 0.1 }),
+        ("<sphere radius=\"0.1\"/>", Shape::Capsule { half_length: 1e-4, radius: 0.1 }),
+    ] {
+        let robot = read(&shape(text), &Choices::default()).unwrap();
+        let [geom] = &robot.links[3].geoms[..] else { panic!("{text}: {:?}", robot.links[3].geoms) };
+        assert_eq!((geom.name.as_str(), geom.shape, geom.role), ("l4_0", expected, Role::Link(4)));
+    }
+    for (text, words) in [
+        (
+            "<mesh filename=\"package://a/b.stl\"/>",
+            "link \"l4\": its collision shape is the mesh \"package://a/b.stl\"",
+        ),
+        ("<cylinder radius=\"0.1\"/>", "link \"l4\": <cylinder> has no length"),
+        ("<sphere radius=\"-1\"/>", "link \"l4\": <sphere radius=\"-1\">; it must be above 0"),
+        ("<box size=\"1 1\"/>", "link \"l4\": <box size=\"1 1\">; wanted: 3 numbers"),
+        ("<cone radius=\"1\"/>", "link \"l4\": a collision shape <cone>; known are box, cylinder, sphere and capsule"),
+    ] {
+        let error = error(&shape(text));
+        assert!(error.starts_with(words), "{error}");
+    }
+    let choices = Choices { without_shapes: true, ..Choices::default() };
+    assert!(read(&shape("<mesh filename=\"b.stl\"/>"), &choices).unwrap().links[3].geoms.is_empty());
+}
