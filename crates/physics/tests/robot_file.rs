@@ -55,7 +55,10 @@ fn a_robot_file_says_what_the_urdf_does_not() {
     assert!((robot.flange.translation.vector.norm() - 0.2).abs() < 1e-12);
     assert!(robot.never_touch.contains(&[1, 4]) && robot.never_touch.contains(&[4, 5]));
     let [capsule] = &robot.links[1].geoms[..] else { panic!("{:?}", robot.links[1].geoms) };
-    assert_eq!((capsule.shape, capsule.role), (Shape::Capsule { half_length: 0.15, radius: 0.05 }, Role::Link(2)));
+    assert_eq!(
+        (capsule.shape.clone(), capsule.role),
+        (Shape::Capsule { half_length: 0.15, radius: 0.05 }, Role::Link(2))
+    );
 }
 
 #[test]
