@@ -41,7 +41,7 @@ pub struct Arguments {
     /// Last picture of the episode
     #[arg(long, value_name = "FILE.png")]
     png: Option<PathBuf>,
-    /// Twelve moments of the episode in one picture
+    /// Twelve moments of the episode in one picture, the last two seconds after the task is done
     #[arg(long, value_name = "FILE.png")]
     sheet: Option<PathBuf>,
     /// The episode as an animation
@@ -132,9 +132,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         })
     });
     let beside = beside.transpose()?;
-    let mut pictures = Pictures { arguments, tiles: vec![], beside: beside_it, film: None };
+    // A sheet ends with the task, and when that is shows only once the episode was played.
+    let sheet_end = match sheet {
+        Some(_) => sheet::last_action(&play(arguments, &arguments.source, |_, _, _| Ok(()))?),
+        None => 0,
+    };
+    let mut pictures = Pictures { arguments, sheet_end, tiles: vec![], beside: beside_it, film: None };
     let playback = play(arguments, &arguments.source, |env, step, playback| pictures.add(env, step, playback))?;
-    pictures.finish()?;
+    pictures.finish(&playback)?;
     if let Some(stem) = &plot {
         plot::write_with_png(&playback.title, &playback.traces.panels(), stem)?;
     }
@@ -232,6 +237,8 @@ impl Arguments {
 /// The ray-cast pictures that were asked for.
 struct Pictures<'a> {
     arguments: &'a Arguments,
+    /// The last action on the contact sheet.
+    sheet_end: u32,
     tiles: Vec<Image>,
     /// The second episode's part of the animation.
     beside: Vec<Image>,
@@ -267,8 +274,8 @@ impl Pictures<'_> {
             writer.push(&frame)?;
             self.film = Some(Film { writer, frames: frames + 1, last });
         }
-        if sheet.is_some() && (sheet::shows(actions, last) || step.terminated || step.truncated) {
-            self.tiles.push(picture());
+        if sheet.is_some() && sheet::shows(actions, self.sheet_end) {
+            self.tiles.push(playback.tile(env, step, *view, width, height));
         }
         if let Some(path) = png.as_ref().filter(|_| step.terminated || step.truncated || actions == last) {
             write_png(&picture(), path)?;
@@ -276,14 +283,14 @@ impl Pictures<'_> {
         Ok(())
     }
 
-    fn finish(self) -> Result<()> {
+    fn finish(self, playback: &Playback) -> Result<()> {
         if let Some(mut film) = self.film {
             for frame in film.frames..self.beside.len() {
                 film.writer.push(&pair(&film.last, &self.beside, frame))?;
             }
             film.writer.finish()?;
         }
-        if let Some((path, sheet)) = self.arguments.sheet.as_ref().zip(sheet::compose(&self.tiles)) {
+        if let Some((path, sheet)) = self.arguments.sheet.as_ref().zip(sheet::titled(&self.tiles, playback)) {
             write_png(&sheet, path)?;
         }
         Ok(())
