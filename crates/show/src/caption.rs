@@ -14,9 +14,9 @@ pub fn caption(image: &mut Image, text: &str) {
     letters(image, text, scale);
 }
 
-/// The picture with one line of ASCII text on a light strip below it, or above it.
-pub fn with_strip(image: &Image, text: &str, below: bool) -> Image {
-    let scale = (image.height / 120).min(image.width / dots(text)).max(1);
+/// The picture with one line of ASCII text on a light strip below it, or above it, in letters of which so many fit beside each other.
+pub fn with_strip(image: &Image, text: &str, fitting: usize, below: bool) -> Image {
+    let scale = (image.width / (6 * fitting + 1)).min(image.width / dots(text)).max(1);
     let mut strip = Image { height: STRIP * scale, rgb: PAPER.repeat(STRIP * scale * image.width), ..*image };
     letters(&mut strip, text, scale);
     let parts = if below { [image, &strip] } else { [&strip, image] };
@@ -115,7 +115,7 @@ mod tests {
     fn a_strip_stands_above_or_below_the_whole_picture() {
         let image = Image { width: 40, height: 30, rgb: vec![100; 3 * 1200] };
         for (below, at) in [(true, 0), (false, 11)] {
-            let with = with_strip(&image, "2 s", below);
+            let with = with_strip(&image, "2 s", 3, below);
             assert_eq!((with.width, with.height, with.rgb.len()), (40, 41, 3 * 40 * 41));
             assert_eq!(with.rgb[3 * 40 * at..][..image.rgb.len()], image.rgb);
             assert!(with.rgb.contains(&30), "letters");

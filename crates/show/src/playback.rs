@@ -139,7 +139,7 @@ impl Playback {
     /// A picture of the present moment for a contact sheet: the scene, the contact force as an arrow, below it the time.
     pub fn tile(&self, env: &Env, step: &Step, view: View, width: usize, height: usize) -> Image {
         let done = if step.success { ", task done" } else { "" };
-        with_strip(&scene(env, view, width, height), &format!("{:.2} s{done}", self.traces.time()), true)
+        with_strip(&scene(env, view, width, height), &format!("{:.2} s{done}", self.traces.time()), 36, true)
     }
 
     /// A picture to stand beside that of another action space: large letters say the space, the time, how many times faster than

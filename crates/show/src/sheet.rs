@@ -27,7 +27,7 @@ pub fn titled(tiles: &[Image], playback: &Playback) -> Option<Image> {
         Some(first) => format!("task done at {first:.2} s"),
         None => format!("task not done in {:.2} s", playback.traces.time()),
     };
-    Some(with_strip(&compose(tiles)?, &format!("{}: {done}", playback.title), false))
+    Some(with_strip(&compose(tiles)?, &format!("{}: {done}", playback.title), 80, false))
 }
 
 /// Whether the moment after `action` of `actions` (from 1) is on the sheet: the first, the last, and
