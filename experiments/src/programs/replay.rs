@@ -28,6 +28,9 @@ pub struct Arguments {
     /// Which of the evaluation episodes: its start. What is drawn at random on the way (--random, --sample) is not what `evaluate` drew
     #[arg(long, default_value_t = 0)]
     episode: u32,
+    /// The start that a table calls so in its column episode_seed, in place of one of the evaluation's
+    #[arg(long, value_name = "SEED", conflicts_with = "episode")]
+    episode_seed: Option<u64>,
     /// The episode as a page for a browser: turn it, play it, scrub it, with all curves
     #[arg(long, value_name = "FILE.html")]
     html: Option<PathBuf>,
@@ -211,7 +214,7 @@ fn play(
     on_step: impl FnMut(&Env, &Step, &Playback) -> Result<()>,
 ) -> Result<Playback> {
     let Player { mut env, mut policy, .. } = source.open()?;
-    let seed = evaluation_seed(arguments.episode);
+    let seed = arguments.episode_seed.unwrap_or_else(|| evaluation_seed(arguments.episode));
     let actions = arguments.actions.unwrap_or(env.config().horizon);
     Playback::play(&mut env, |env| policy.act(env), seed, actions, &source.describe(), on_step)
 }
