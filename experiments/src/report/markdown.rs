@@ -290,7 +290,7 @@ mod tests {
 
     fn text(runs: &[RunSummary]) -> String {
         let groups = groups(runs);
-        tables(sections(&groups)[0], &groups, &comparison(&groups))
+        tables(sections(&groups)[0], &groups, &comparison(&groups), &["curves_lift.svg"])
     }
 
     #[test]
