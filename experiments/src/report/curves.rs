@@ -113,12 +113,15 @@ fn heading(task: &str, seeds: impl Iterator<Item = usize> + Clone) -> String {
         (fewest, most) if fewest == most => format!("{most} seeds"),
         _ => format!("{fewest} to {most} seeds"),
     };
-    let spread = if fewest >= FEWEST_FOR_INTERVAL {
-        "interquartile mean and 95 % interval"
+    let of = if most == 1 {
+        ""
+    } else if fewest >= FEWEST_FOR_INTERVAL {
+        ", interquartile mean and 95 % interval"
+    } else if most < FEWEST_FOR_INTERVAL {
+        ", interquartile mean and range"
     } else {
-        "interquartile mean and range"
+        ", interquartile mean and 95 % interval or range"
     };
-    let of = if most == 1 { String::new() } else { format!(", {spread}") };
     format!("{task} while learning: {count}{of}")
 }
 
