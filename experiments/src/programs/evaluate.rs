@@ -8,7 +8,7 @@ use crate::run::csv_writer::CsvWriter;
 use crate::run::disturbances::{self, Case};
 use crate::run::rollout::evaluate;
 use crate::run::rows::{CaseKey, EvaluationKey};
-use crate::run::seeds::evaluation_seed;
+use crate::run::seeds::{episode_seed, evaluation_seed};
 use crate::run::source::{Player, SourceArgs};
 use anyhow::{Context, Result, ensure};
 use clap::Parser;
@@ -31,7 +31,7 @@ pub struct Arguments {
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
     episodes: u32,
     /// The start that a table calls so in its column episode_seed, in place of the evaluation's (repeatable)
-    #[arg(long, value_name = "SEED", conflicts_with = "episodes")]
+    #[arg(long, value_name = "SEED", value_parser = episode_seed, conflicts_with = "episodes")]
     episode_seed: Vec<u64>,
     /// Play the episodes undisturbed and under every disturbance that this TOML file lists
     #[arg(long, value_name = "FILE")]

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use crate::run::seeds::evaluation_seed;
+use crate::run::seeds::{episode_seed, evaluation_seed};
 use crate::run::source::{Player, SourceArgs, Which};
 use anyhow::Result;
 use clap::Parser;
@@ -29,7 +29,7 @@ pub struct Arguments {
     #[arg(long, default_value_t = 0)]
     episode: u32,
     /// The start that a table calls so in its column episode_seed, in place of one of the evaluation's
-    #[arg(long, value_name = "SEED", conflicts_with = "episode")]
+    #[arg(long, value_name = "SEED", value_parser = episode_seed, conflicts_with = "episode")]
     episode_seed: Option<u64>,
     /// The episode as a page for a browser: turn it, play it, scrub it, with all curves
     #[arg(long, value_name = "FILE.html")]
