@@ -115,7 +115,7 @@ mod tests {
     fn a_strip_stands_above_or_below_the_whole_picture() {
         let image = Image { width: 40, height: 30, rgb: vec![100; 3 * 1200] };
         for (below, at) in [(true, 0), (false, 11)] {
-            let with = with_strip(&image, "2 s", 3, below);
+            let with = with_strip(&image, "2 s", 6, below);
             assert_eq!((with.width, with.height, with.rgb.len()), (40, 41, 3 * 40 * 41));
             assert_eq!(with.rgb[3 * 40 * at..][..image.rgb.len()], image.rgb);
             assert!(with.rgb.contains(&30), "letters");
