@@ -83,7 +83,7 @@ def check_task(program, browser, folder, task):
             page.page.evaluate("id => document.getElementById(id).checked = false", mark)
         page.page.click(f"#cameras button:text-is('{view.capitalize()}')")
         page.scrub(actions - 1)
-        caption = 9 * (HEIGHT // 180)
+        caption = 11 * (HEIGHT // 180)
         drawn, cast = page.look()[caption:], numpy.asarray(Image.open(png))[caption:]
         assert drawn.shape == cast.shape, (drawn.shape, cast.shape)
         page.scrub(0)
@@ -120,8 +120,10 @@ def check_controls(program, browser, folder):
     page.page.mouse.move(box["x"] + 150, box["y"] + 180)
     page.page.mouse.up()
     changes("turning the other view")
+    page.page.keyboard.down("Control")
     page.page.mouse.wheel(0, -300)
-    changes("the wheel")
+    page.page.keyboard.up("Control")
+    changes("the wheel with Ctrl")
     # Slowly, so that a slow machine finds it still playing.
     page.page.select_option("#speed", "0.1")
     page.page.click("#play")

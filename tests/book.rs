@@ -57,6 +57,22 @@ fn observation(task: &str) -> String {
     table("| entry | unit | centre | scale |", rows.iter().map(row))
 }
 
+/// How Python makes the task, and the shapes that it has there.
+fn gymnasium(task: &str, space: &str) -> String {
+    let env = env(task, space);
+    let config = env.config();
+    let (seen, done) = (env.observation_components().len(), env.action_dim());
+    let other = if *space == *EnvConfig::default().space.name { String::new() } else { format!(", space=\"{space}\"") };
+    let id = format!("aforce/{}{}-v0", task[..1].to_uppercase(), &task[1..]);
+    let seconds = config.horizon / config.controller.policy_hz;
+    [
+        format!("[From Python](python.md): `gym.make(\"{id}\"{other})`, {} actions in {seconds} s.\n", config.horizon),
+        format!("- Action: `Box(-1.0, 1.0, ({done},), float32)`"),
+        format!("- Observation: `Box(-inf, inf, ({seen},), float32)`; with `scaled=True` -10 to 10\n"),
+    ]
+    .join("\n")
+}
+
 fn reward(task: &str) -> String {
     let names = env(task, "aforce").reward_terms().map(|name| format!("`{name}`")).collect::<Vec<_>>();
     format!("Its terms: {}.\n", names.join(", "))
@@ -147,6 +163,7 @@ fn made(kind: &str) -> String {
         ["action", task, space] => action(task, space),
         ["observation", task] => observation(task),
         ["reward", task] => reward(task),
+        ["gymnasium", task, space] => gymnasium(task, space),
         ["record", space] => record(space),
         ["follows", space] => follows(space),
         ["measured", space] => measured(space),

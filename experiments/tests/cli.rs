@@ -251,6 +251,24 @@ fn a_grid_of_disturbances_becomes_one_table() {
     let energy = rows.column("energy_j").unwrap();
     assert!(energy[0] != energy[2] && energy[1] != energy[3]);
 
+    // A row's own start is played again.
+    let (again, film) = (folder.path().join("again.csv"), folder.path().join("again.html"));
+    let common =
+        ["--expert", "--task", "lift", "--space", "osc", "--set", "env.horizon=30", "--episode-seed", starts[1]];
+    program("evaluate").args(common).arg("--csv").arg(&again).assert().success();
+    let row = CsvTable::read(&again).unwrap();
+    assert_eq!(
+        (row.column("episode_seed").unwrap(), row.column("energy_j").unwrap()),
+        (vec![starts[1]], vec![energy[1]])
+    );
+    let told = program("replay").args(common).arg("--html").arg(&film).assert().success().get_output().stdout.clone();
+    let per_action = format!("{:.2} J per action", energy[1].parse::<f64>().unwrap() / 30.0);
+    expect(&String::from_utf8(told).unwrap(), &[&per_action]);
+    expect(
+        &error(program("replay").args(common).args(["--episode", "1", "--html", "unmade.html"]), 2),
+        &["--episode-seed"],
+    );
+
     std::fs::remove_file(&table).unwrap();
     let refused = [
         (

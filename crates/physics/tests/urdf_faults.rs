@@ -215,7 +215,7 @@ fn shapes_are_those_of_the_file() {
     ] {
         let robot = read(&shape(text), &Choices::default()).unwrap();
         let [geom] = &robot.links[3].geoms[..] else { panic!("{text}: {:?}", robot.links[3].geoms) };
-        assert_eq!((geom.name.as_str(), geom.shape, geom.role), ("l4_0", expected, Role::Link(4)));
+        assert_eq!((geom.name.as_str(), geom.shape.clone(), geom.role), ("l4_0", expected, Role::Link(4)));
     }
     for (text, words) in [
         (

@@ -1,9 +1,11 @@
-//! A line of text in a picture.
+//! A line of text in a picture, or below it.
 
 use physics::camera::Image;
 
 const PAPER: [u8; 3] = [250, 250, 250];
 const INK: [u8; 3] = [30, 30, 30];
+/// Dots of a strip of text from top to bottom: those of a glyph, and one of paper above and below.
+const STRIP: usize = 11;
 
 /// Writes one line of ASCII text at the top left, dark on a light strip.
 pub fn caption(image: &mut Image, text: &str) {
@@ -12,12 +14,21 @@ pub fn caption(image: &mut Image, text: &str) {
     letters(image, text, scale);
 }
 
+/// The picture with one line of ASCII text on a light strip below it, or above it, in letters of which so many fit beside each other.
+pub fn with_strip(image: &Image, text: &str, fitting: usize, below: bool) -> Image {
+    let scale = (image.width / (6 * fitting + 1)).min(image.width / dots(text)).max(1);
+    let mut strip = Image { height: STRIP * scale, rgb: PAPER.repeat(STRIP * scale * image.width), ..*image };
+    letters(&mut strip, text, scale);
+    let parts = if below { [image, &strip] } else { [&strip, image] };
+    Image { height: image.height + strip.height, rgb: parts.map(|part| part.rgb.as_slice()).concat(), ..*image }
+}
+
 /// Writes one line of ASCII text on a light strip across the top, in twice the letters of [`caption`] where they fit; below the
 /// strip a line of the `color`, "#rrggbb".
 pub fn heading(image: &mut Image, text: &str, color: Option<&str>) {
     let scale = (image.height / 90).min(image.width / dots(text)).max(1);
     let row = 3 * image.width;
-    let (strip, line) = ((9 * scale).min(image.height), (11 * scale).min(image.height));
+    let (strip, line) = ((STRIP * scale).min(image.height), ((STRIP + 2) * scale).min(image.height));
     image.rgb[..strip * row].as_chunks_mut::<3>().0.fill(PAPER);
     let hex = |at: usize| color.and_then(|color| u8::from_str_radix(color.get(at..at + 2)?, 16).ok());
     if let (Some(r), Some(g), Some(b)) = (hex(1), hex(3), hex(5)) {
@@ -34,25 +45,33 @@ fn dots(text: &str) -> usize {
 /// Each dot has `scale` pixels each way.
 fn letters(image: &mut Image, text: &str, scale: usize) {
     let dots = dots(text);
-    for row in 0..(9 * scale).min(image.height) {
+    for row in 0..(STRIP * scale).min(image.height) {
         for column in 0..(dots * scale).min(image.width) {
-            // One dot of paper around each glyph of 5 x 7.
+            // One dot of paper around each glyph of 5 x 9.
             let (x, y) = (column / scale, row / scale);
             let glyph = text.as_bytes().get(x / 6).map_or(0, |&byte| glyph(byte));
-            let inside = x % 6 > 0 && (1..8).contains(&y);
-            let ink = inside && glyph >> (35 - 5 * (y - 1) - x % 6) & 1 == 1;
+            let inside = x % 6 > 0 && (1..STRIP - 1).contains(&y);
+            let ink = inside && glyph >> (45 - 5 * (y - 1) - x % 6) & 1 == 1;
             let at = 3 * (row * image.width + column);
             image.rgb[at..at + 3].copy_from_slice(if ink { &INK } else { &PAPER });
         }
     }
 }
 
-/// 35 dots, rows from the top, leftmost first, the last dot in the lowest bit.
+/// 45 dots, rows from the top, leftmost first, the last dot in the lowest bit. The last two rows are below the line.
 fn glyph(byte: u8) -> u64 {
-    FONT[usize::from(if (b' '..=b'~').contains(&byte) { byte } else { b'?' } - b' ')]
+    match byte {
+        b'g' => 0x0003e318bc2e,
+        b'j' => 0x020184210a4c,
+        b'p' => 0x0007a318fa10,
+        b'q' => 0x0003e318bc21,
+        b'y' => 0x00046318bc2e,
+        b' '..=b'~' => FONT[usize::from(byte - b' ')] << 10,
+        _ => glyph(b'?'),
+    }
 }
 
-/// Space to tilde, drawn for this file.
+/// Space to tilde, drawn for this file: the seven rows above the line.
 #[rustfmt::skip]
 const FONT: [u64; 95] = [
     0x000000000, 0x108421004, 0x294a00000, 0x295f57d4a, 0x11f4717c4, 0x672222273, 0x325264e4d, 0x108400000, 0x088842082,
@@ -80,9 +99,26 @@ mod tests {
             caption(&mut image, "");
             heading(&mut image, "t 1.25 s", Some("#0072b2"));
         }
-        let mut image = Image { width: 8, height: 9, rgb: vec![100; 3 * 72] };
+        let mut image = Image { width: 8, height: 11, rgb: vec![100; 3 * 88] };
         caption(&mut image, "L");
         let ink = |row: usize, column: usize| image.rgb[3 * (8 * row + column)] == 30;
         assert!((1..8).all(|row| ink(row, 1)) && (1..6).all(|column| ink(7, column)) && !ink(1, 2) && !ink(8, 1));
+    }
+
+    #[test]
+    fn small_letters_hang_below_the_line_and_capitals_do_not() {
+        let below_line = |letter: u8| glyph(letter) & 0b11111_11111 > 0;
+        assert_eq!((b'!'..=b'~').filter(|&letter| below_line(letter)).collect::<Vec<_>>(), b"gjpqy");
+    }
+
+    #[test]
+    fn a_strip_stands_above_or_below_the_whole_picture() {
+        let image = Image { width: 40, height: 30, rgb: vec![100; 3 * 1200] };
+        for (below, at) in [(true, 0), (false, 11)] {
+            let with = with_strip(&image, "2 s", 6, below);
+            assert_eq!((with.width, with.height, with.rgb.len()), (40, 41, 3 * 40 * 41));
+            assert_eq!(with.rgb[3 * 40 * at..][..image.rgb.len()], image.rgb);
+            assert!(with.rgb.contains(&30), "letters");
+        }
     }
 }

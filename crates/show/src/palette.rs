@@ -82,7 +82,7 @@ pub fn colors(labels: &[&str]) -> Vec<String> {
 }
 
 /// A colour `#rrggbb` with a share of a grey in it, of which 0 is black and 255 white.
-pub(crate) fn mixed(color: &str, grey: u8, share: f64) -> String {
+fn mixed(color: &str, grey: u8, share: f64) -> String {
     let channel = |at: usize| {
         let value = f64::from(u8::from_str_radix(&color[at..at + 2], 16).expect("a colour of the palette"));
         (value + share * (f64::from(grey) - value)).round() as u8

@@ -8,7 +8,7 @@ use output::file;
 use physics::camera::Image;
 use tasks::{Env, Episode, Outcome, Step};
 
-use crate::caption::{caption, heading};
+use crate::caption::{caption, heading, with_strip};
 use crate::inputs::Inputs;
 use crate::recording::{Recording, contact_force, tool};
 use crate::traces::Traces;
@@ -134,6 +134,12 @@ impl Playback {
         let (time, total) = (self.traces.time(), self.total);
         caption(&mut image, &format!("{}  {time:5.2} s  return {total:5.1} {done:4}", self.title));
         image
+    }
+
+    /// A picture of the present moment for a contact sheet: the scene, the contact force as an arrow, below it the time.
+    pub fn tile(&self, env: &Env, step: &Step, view: View, width: usize, height: usize) -> Image {
+        let done = if step.success { ", task done" } else { "" };
+        with_strip(&scene(env, view, width, height), &format!("{:.2} s{done}", self.traces.time()), 36, true)
     }
 
     /// A picture to stand beside that of another action space: large letters say the space, the time, how many times faster than

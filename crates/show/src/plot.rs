@@ -23,6 +23,7 @@ mod heat_map;
 mod legend;
 mod panel;
 mod pens;
+mod reach;
 
 /// One curve.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -34,8 +35,8 @@ pub struct Series {
     pub points: Vec<(f64, f64)>,
     /// Around the curve, pale: (x, low, high). Must be finite.
     pub band: Vec<(f64, f64, f64)>,
-    /// What the curve sums up, one thin line each.
-    pub members: Vec<Vec<(f64, f64)>>,
+    /// (x, y) of dots that belong to no curve.
+    pub dots: Vec<(f64, f64)>,
 }
 
 impl Series {
@@ -43,6 +44,18 @@ impl Series {
     pub fn new(label: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
         Series { label: label.into(), points, ..Series::default() }
     }
+}
+
+/// How far an axis reaches.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub enum Reach {
+    /// As far as what is drawn.
+    #[default]
+    All,
+    /// As far as most of it: what lies far outside is cut off at the edge, where a triangle in its colour points outward.
+    Most,
+    /// From here to there.
+    Between(f64, f64),
 }
 
 /// One pair of axes with its curves.
@@ -64,6 +77,8 @@ pub struct Panel {
     pub logarithmic: bool,
     /// Zero belongs to both axes.
     pub from_zero: bool,
+    /// How far the y axis reaches.
+    pub y_reach: Reach,
 }
 
 /// Size of one panel in SVG units: two by two of them are about 1000 x 700.
@@ -164,7 +179,7 @@ fn draw(title: &str, panels: &[Panel]) -> Scene {
         .render();
     let dots = |label: &str| {
         let mut of_label = panels.iter().flat_map(|panel| &panel.series).filter(|series| series.label == label);
-        of_label.all(|series| series.points.is_empty() && series.members.iter().all(|points| points.len() == 1))
+        of_label.all(|series| series.points.is_empty())
     };
     let curves = labels.iter().map(|label| (*label, pens::pen_of(&pens, label), dots(label)));
     let marks = marks.iter().enumerate().map(|(index, label)| (*label, pens::of_mark(index), false));

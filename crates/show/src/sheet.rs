@@ -2,11 +2,33 @@
 
 use physics::camera::Image;
 
+use crate::caption::with_strip;
+use crate::playback::Playback;
+
 /// Moments on a sheet.
 const TILES: u32 = 12;
 const COLUMNS: usize = 4;
 /// White between tiles (pixels).
 const GAP: usize = 4;
+
+/// How long after the task is done a sheet goes on (s): what comes then is rest.
+const AFTER: f64 = 2.0;
+
+/// The last action on the sheet of an episode: two seconds after the task is first done, or where the episode ends.
+pub fn last_action(playback: &Playback) -> u32 {
+    let actions = playback.traces.actions();
+    let first = playback.episode.outcome().number("time_to_success_s");
+    first.map_or(actions, |first| ((first + AFTER) * playback.rate).round() as u32).min(actions)
+}
+
+/// The tiles below a line that says whose episode it is and when the task was done; `None` without tiles.
+pub fn titled(tiles: &[Image], playback: &Playback) -> Option<Image> {
+    let done = match playback.episode.outcome().number("time_to_success_s") {
+        Some(first) => format!("task done at {first:.2} s"),
+        None => format!("task not done in {:.2} s", playback.traces.time()),
+    };
+    Some(with_strip(&compose(tiles)?, &format!("{}: {done}", playback.title), 80, false))
+}
 
 /// Whether the moment after `action` of `actions` (from 1) is on the sheet: the first, the last, and
 /// evenly between.

@@ -192,3 +192,35 @@ fn the_page_plays_links_to_a_moment_and_has_curves_without_webgl() {
     let changed = early.iter().zip(&late).filter(|(a, b)| a.abs_diff(**b) > 20).count();
     assert!(changed > early.len() / 200, "{changed} of {}", early.len());
 }
+
+#[test]
+fn keys_work_wherever_the_focus_is_and_a_telephone_keeps_the_play_bar() {
+    let Some(program) = chromium() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("page.html");
+    page::write(&file, &door(60), &[]).unwrap();
+    let browser = Browser { program: &program, page: &file };
+
+    let press =
+        "press = key => document.activeElement.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }))";
+    let on = |id: &str| {
+        format!("(byId('{id}').focus(), press('Home'), press('ArrowRight'), present), (press('End'), present)")
+    };
+    let pace = "(byId('loop').focus(), press('+'), byId('speed').value), (press('-'), press('-'), byId('speed').value)";
+    let help = "(press('?'), byId('help').open), (press('End'), press('?'), byId('help').open)";
+    let places = ["speed", "scrub", "play", "follow"].map(on).join(", ");
+    let answer = browser.ask(&format!("({press}, 0), {places}, {pace}, {help}"), &[]);
+    assert_eq!(answer[1..], [1.0, 59.0, 1.0, 59.0, 1.0, 59.0, 1.0, 59.0, 2.0, 0.5, 1.0, 0.0]);
+
+    // However far the page is scrolled, the bar is at the bottom, and a finger hits what is to be hit.
+    let bar = "(scrollTo(0, 900), innerHeight - byId('bar').getBoundingClientRect().bottom), scrollY > 500";
+    let targets = "[...document.querySelectorAll('button, select, #scrub, label')].filter(e => e.offsetParent || e.closest('#bar'))";
+    let smallest = format!("Math.min(...{targets}.map(e => e.getBoundingClientRect().height))");
+    let answer = browser.ask(&format!("{bar}, {smallest}"), &["--window-size=500,844"]);
+    assert!(answer[..2] == [0.0, 1.0] && answer[2] >= 44.0, "{answer:?}");
+
+    // A curve of an axis and an action space never look alike.
+    let colors = "Array.from({ length: 8 }, (_, k) => `--c${k}`), '--run0', '--run1'";
+    let answer = browser.ask(&format!("new Set([{colors}].flat().map(hex)).size"), &[]);
+    assert_eq!(answer, [10.0]);
+}

@@ -172,7 +172,7 @@ fn panels(rows: &[Row]) -> Vec<Panel> {
     let tasks = TaskName::all().into_iter().map(|task| (task, of_task(task))).filter(|(_, rows)| !rows.is_empty());
     let dot = |(at, row): (usize, &&Row)| Series {
         label: row.space.clone(),
-        members: vec![vec![(row.number("energy_per_action_j"), at as f64 + 1.0)]],
+        dots: vec![(row.number("energy_per_action_j"), at as f64 + 1.0)],
         ..Series::default()
     };
     let panel = |(task, rows): (TaskName, Vec<&Row>)| Panel {

@@ -8,7 +8,7 @@ use crate::run::csv_writer::CsvWriter;
 use crate::run::disturbances::{self, Case};
 use crate::run::rollout::evaluate;
 use crate::run::rows::{CaseKey, EvaluationKey};
-use crate::run::seeds::evaluation_seed;
+use crate::run::seeds::{episode_seed, evaluation_seed};
 use crate::run::source::{Player, SourceArgs};
 use anyhow::{Context, Result, ensure};
 use clap::Parser;
@@ -30,6 +30,9 @@ pub struct Arguments {
     /// Episodes to play
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
     episodes: u32,
+    /// The start that a table calls so in its column episode_seed, in place of the evaluation's (repeatable)
+    #[arg(long, value_name = "SEED", value_parser = episode_seed, conflicts_with = "episodes")]
+    episode_seed: Vec<u64>,
     /// Play the episodes undisturbed and under every disturbance that this TOML file lists
     #[arg(long, value_name = "FILE")]
     disturb: Option<PathBuf>,
@@ -63,11 +66,15 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     // It appears when it is complete.
     let file = arguments.csv.as_deref().map(file::unfinished).transpose()?;
     let mut table = file.as_ref().map_or_else(|| Ok(CsvWriter::discard()), |file| CsvWriter::append(file.path()))?;
-    introduce(arguments, &player);
+    let starts = match &arguments.episode_seed[..] {
+        [] => (0..arguments.episodes).map(evaluation_seed).collect(),
+        named => named.to_vec(),
+    };
+    introduce(arguments, &player, starts.len());
     if arguments.disturb.is_some() {
-        compare(&mut player, cases, arguments.episodes, &mut table)?;
+        compare(&mut player, cases, &starts, &mut table)?;
     } else {
-        let outcomes = play(&mut player, arguments.episodes, |key, outcome| table.write((key, outcome)))?;
+        let outcomes = play(&mut player, &starts, |key, outcome| table.write((key, outcome)))?;
         print(&outcomes);
     }
     if let Some((file, path)) = file.zip(arguments.csv.as_ref()) {
@@ -81,7 +88,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
 }
 
 /// Says who plays, where and how often.
-fn introduce(arguments: &Arguments, player: &Player) {
+fn introduce(arguments: &Arguments, player: &Player, episodes: usize) {
     let (source, config) = (&arguments.source, &player.config);
     let env = &config.env;
     program::say(format_args!("{:<12}{}", "policy", source.describe()));
@@ -99,25 +106,24 @@ fn introduce(arguments: &Arguments, player: &Player) {
         program::say(format_args!("{:<12}since training: {changed}", "changed"));
     }
     let seconds = f64::from(env.horizon) / f64::from(env.controller.policy_hz);
-    let episodes = arguments.episodes;
     program::say(format_args!(
         "{:<12}{episodes} of {} actions ({seconds} s), the same starts for every policy",
         "episodes", env.horizon
     ));
 }
 
-/// Plays the evaluation episodes; `write` gets a row for each.
+/// Plays an episode from each of `starts`; `write` gets a row for each.
 fn play(
     player: &mut Player,
-    episodes: u32,
+    starts: &[u64],
     write: impl FnMut(EvaluationKey, &Outcome) -> Result<()>,
 ) -> Result<Vec<Outcome>> {
     let Player { config, env, policy, step, .. } = player;
-    evaluate(env, policy, (0..episodes).map(evaluation_seed), *step, &RunId::of(config), write)
+    evaluate(env, policy, starts.iter().copied(), *step, &RunId::of(config), write)
 }
 
 /// Plays the same episodes under every disturbance, and prints by how much each changes them.
-fn compare(player: &mut Player, cases: Vec<(Case, Env)>, episodes: u32, table: &mut CsvWriter) -> Result<()> {
+fn compare(player: &mut Player, cases: Vec<(Case, Env)>, starts: &[u64], table: &mut CsvWriter) -> Result<()> {
     program::say("changes are means over pairs of episodes with the same start, +- their standard error");
     program::say(format_args!(
         "  {:<28} {:>7} {:>7} {:>8} {:>18} {:>18} {:>18}",
@@ -131,7 +137,7 @@ fn compare(player: &mut Player, cases: Vec<(Case, Env)>, episodes: u32, table: &
         player.config.env.disturbance = case.disturbance.clone();
         player.env = env;
         let key = CaseKey { disturbance: &case.name };
-        let outcomes = play(player, episodes, |row, outcome| table.write((&key, row, outcome)))?;
+        let outcomes = play(player, starts, |row, outcome| table.write((&key, row, outcome)))?;
         if undisturbed.is_empty() {
             undisturbed = outcomes.clone();
         }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use crate::run::seeds::evaluation_seed;
+use crate::run::seeds::{episode_seed, evaluation_seed};
 use crate::run::source::{Player, SourceArgs, Which};
 use anyhow::Result;
 use clap::Parser;
@@ -28,6 +28,9 @@ pub struct Arguments {
     /// Which of the evaluation episodes: its start. What is drawn at random on the way (--random, --sample) is not what `evaluate` drew
     #[arg(long, default_value_t = 0)]
     episode: u32,
+    /// The start that a table calls so in its column episode_seed, in place of one of the evaluation's
+    #[arg(long, value_name = "SEED", value_parser = episode_seed, conflicts_with = "episode")]
+    episode_seed: Option<u64>,
     /// The episode as a page for a browser: turn it, play it, scrub it, with all curves
     #[arg(long, value_name = "FILE.html")]
     html: Option<PathBuf>,
@@ -41,7 +44,7 @@ pub struct Arguments {
     /// Last picture of the episode
     #[arg(long, value_name = "FILE.png")]
     png: Option<PathBuf>,
-    /// Twelve moments of the episode in one picture
+    /// Twelve moments of the episode in one picture, the last two seconds after the task is done
     #[arg(long, value_name = "FILE.png")]
     sheet: Option<PathBuf>,
     /// The episode as an animation
@@ -132,9 +135,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         })
     });
     let beside = beside.transpose()?;
-    let mut pictures = Pictures { arguments, tiles: vec![], beside: beside_it, film: None };
+    // A sheet ends with the task, and when that is shows only once the episode was played.
+    let sheet_end = match sheet {
+        Some(_) => sheet::last_action(&play(arguments, &arguments.source, |_, _, _| Ok(()))?),
+        None => 0,
+    };
+    let mut pictures = Pictures { arguments, sheet_end, tiles: vec![], beside: beside_it, film: None };
     let playback = play(arguments, &arguments.source, |env, step, playback| pictures.add(env, step, playback))?;
-    pictures.finish()?;
+    pictures.finish(&playback)?;
     if let Some(stem) = &plot {
         plot::write_with_png(&playback.title, &playback.traces.panels(), stem)?;
     }
@@ -206,7 +214,7 @@ fn play(
     on_step: impl FnMut(&Env, &Step, &Playback) -> Result<()>,
 ) -> Result<Playback> {
     let Player { mut env, mut policy, .. } = source.open()?;
-    let seed = evaluation_seed(arguments.episode);
+    let seed = arguments.episode_seed.unwrap_or_else(|| evaluation_seed(arguments.episode));
     let actions = arguments.actions.unwrap_or(env.config().horizon);
     Playback::play(&mut env, |env| policy.act(env), seed, actions, &source.describe(), on_step)
 }
@@ -232,6 +240,8 @@ impl Arguments {
 /// The ray-cast pictures that were asked for.
 struct Pictures<'a> {
     arguments: &'a Arguments,
+    /// The last action on the contact sheet.
+    sheet_end: u32,
     tiles: Vec<Image>,
     /// The second episode's part of the animation.
     beside: Vec<Image>,
@@ -267,8 +277,8 @@ impl Pictures<'_> {
             writer.push(&frame)?;
             self.film = Some(Film { writer, frames: frames + 1, last });
         }
-        if sheet.is_some() && (sheet::shows(actions, last) || step.terminated || step.truncated) {
-            self.tiles.push(picture());
+        if sheet.is_some() && sheet::shows(actions, self.sheet_end) {
+            self.tiles.push(playback.tile(env, step, *view, width, height));
         }
         if let Some(path) = png.as_ref().filter(|_| step.terminated || step.truncated || actions == last) {
             write_png(&picture(), path)?;
@@ -276,14 +286,14 @@ impl Pictures<'_> {
         Ok(())
     }
 
-    fn finish(self) -> Result<()> {
+    fn finish(self, playback: &Playback) -> Result<()> {
         if let Some(mut film) = self.film {
             for frame in film.frames..self.beside.len() {
                 film.writer.push(&pair(&film.last, &self.beside, frame))?;
             }
             film.writer.finish()?;
         }
-        if let Some((path, sheet)) = self.arguments.sheet.as_ref().zip(sheet::compose(&self.tiles)) {
+        if let Some((path, sheet)) = self.arguments.sheet.as_ref().zip(sheet::titled(&self.tiles, playback)) {
             write_png(&sheet, path)?;
         }
         Ok(())

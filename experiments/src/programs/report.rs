@@ -35,7 +35,7 @@ use show::plot;
 /// reached.csv (actions until an evaluation returns 450, with runs that never come there), profiles.csv (the share of runs above each return),
 /// aggregates.csv (interquartile means over the tasks of a space), robustness.csv (what disturbances cost, where `evaluate --disturb` left a disturbed.csv in the folders of runs),
 /// and, in the folder of each experiment, tables_TASK.md (the paper's table, beside what others published), curves_TASK
-/// (learning curves with every seed) and energy_return (a dot per run); and NAME from every NAME.j2 in these folders: text
+/// (learning curves, at most four spaces in a figure) and energy_return (a dot per run); and NAME from every NAME.j2 in these folders: text
 /// that people wrote, with figures from the tables. Where the folder has an energy_ratio.toml, energy_ratio.csv and a plot of
 /// it are the ratios of energy that it asks for. Runs are compared within the folder that holds their tasks: an
 /// experiment. A sweep that is still going on is reported as far as it has come. A finished run that cannot be read is left
@@ -245,16 +245,22 @@ impl<'a> Report<'a> {
             tell_commits(section, of_section.iter().map(|(_, row)| row.commit.as_str()).collect());
             let out = self.out.join(section.experiment);
             fs_err::create_dir_all(&out)?;
-            let curves = out.join(format!("curves_{}", section.task));
-            plot::write(&section.name(), &curves::of_runs(&of_section)?, &curves)?;
+            let mut pictures = vec![];
+            for figure in curves::figures(&of_section)? {
+                let curves = out.join(format!("curves_{}{}", section.task, figure.suffix));
+                plot::write(&figure.title, &figure.panels, &curves)?;
+                pictures.push(curves.with_extension("svg"));
+            }
+            let names: Vec<_> = pictures.iter().filter_map(|path| path.file_name()?.to_str()).collect();
             let tables = out.join(format!("tables_{}.md", section.task));
-            file::replace(&tables, markdown::tables(*section, groups, comparison).as_bytes())?;
-            self.written.extend([tables, curves.with_extension("svg")]);
+            file::replace(&tables, markdown::tables(*section, groups, comparison, &names).as_bytes())?;
+            self.written.push(tables);
+            self.written.extend(pictures);
         }
         for experiment in sections.iter().map(|section| section.experiment).collect::<BTreeSet<_>>() {
             let panels = scatter::energy_and_return(experiment, sections, groups);
             let dots = self.out.join(experiment).join("energy_return");
-            plot::write(experiment, &panels, &dots)?;
+            plot::write("Return and energy: a dot per run", &panels, &dots)?;
             self.written.push(dots.with_extension("svg"));
         }
         Ok(())

@@ -1,10 +1,12 @@
 //! Learning curves, drawn from the tables of runs: of one run, and of a sweep.
 
+use aforce::ActionSpace;
 use anyhow::Result;
 use output::statistics::{FEWEST_FOR_INTERVAL, iqm, iqm_interval, range};
-use show::plot::{self, Panel, Series};
+use show::plot::{self, Panel, Reach, Series};
 
 use crate::config::{self, RunConfig, RunId};
+use crate::report::groups::Section;
 use crate::report::record::{Record, Table};
 use crate::report::summary::{self, RunSummary};
 use crate::run::folder::RunFolder;
@@ -13,15 +15,26 @@ use crate::run::folder::RunFolder;
 const WINDOW: usize = 20;
 
 /// What is drawn: title, unit, column.
-const PANELS: [[&str; 3]; 3] = [
-    ["Return", "return", "return"],
-    ["Success at the end of an episode", "share of episodes", "success"],
-    ["Mechanical energy", "J per action", "energy_per_action_j"],
-];
+const PANELS: [[&str; 3]; 3] =
+    [["Return", "return", "return"], SUCCESS, ["Mechanical energy", "J per action", "energy_per_action_j"]];
+const SUCCESS: [&str; 3] = ["Success at the end of an episode", "% of episodes", "success"];
 /// Of one run only.
 const STIFFNESS: [&str; 3] = ["Stiffness along the axes, mean", "N/m", "stiffness_translation_n_per_m"];
 /// Of several runs.
 const FORCE: [&str; 3] = ["Contact force that 99 % of the actions stay below", "N", "p99_contact_force_n"];
+
+/// A figure with the curves of at most [`MOST`] groups of runs, to be written as `curves_TASK` with the suffix.
+pub struct Figure {
+    /// What its name has behind the task's.
+    pub suffix: String,
+    /// For a stranger.
+    pub title: String,
+    /// Its panels.
+    pub panels: Vec<Panel>,
+}
+
+/// Groups of runs in a figure: with more, curves and bands cannot be told apart.
+const MOST: usize = 4;
 
 /// Draws `curves.svg` of a run.
 ///
@@ -38,7 +51,10 @@ pub fn draw(folder: &RunFolder) -> Result<()> {
         for (policy, table) in policies.iter().zip(&evaluations) {
             series.push(Series::new(format!("evaluation, {policy} action"), in_thousands(table.mean_by_step(column)?)));
         }
-        Ok(panel(title, unit, series))
+        if column == SUCCESS[2] {
+            series.iter_mut().for_each(|series| in_percent(&mut series.points));
+        }
+        Ok(panel([title, unit, column], series))
     });
     plot::write(&title(&run.config), &panels.collect::<Result<Vec<_>>>()?, &folder.curves())
 }
@@ -49,31 +65,98 @@ fn title(config: &RunConfig) -> String {
     format!("{task}, {}, seed {seed}", summary::label(&config.env.space.name, &config.variant, config.preset.name))
 }
 
-/// The evaluations of runs that are compared. For each action space, variant and preset: every seed, their interquartile mean as
-/// far as all of them have come, and its 95 % interval, or the range of too few seeds.
+/// The evaluations of runs of one task that are compared. For each action space, variant and preset: the interquartile mean of its
+/// seeds as far as all of them have come, and its 95 % interval, or the range of too few seeds. More than [`MOST`] of them are spread over
+/// several figures: the built-in spaces, then what was made of them to find out why, each beside AFORCE.
 ///
 /// # Errors
 /// If a table cannot be read.
-pub fn of_runs(runs: &[(&Record, &RunSummary)]) -> Result<Vec<Panel>> {
+pub fn figures(runs: &[(&Record, &RunSummary)]) -> Result<Vec<Figure>> {
     // The preset is told where there are two.
     let one_preset = runs.iter().all(|(_, run)| run.preset == runs[0].1.preset);
     let label = |run: &RunSummary| if one_preset { config::label(&run.space, &run.variant) } else { run.label() };
-    let mut labels: Vec<String> = vec![];
+    let mut labels: Vec<(String, &RunSummary)> = vec![];
     for (_, run) in runs {
-        if !labels.contains(&label(run)) {
-            labels.push(label(run));
+        if labels.iter().all(|(known, _)| *known != label(run)) {
+            labels.push((label(run), run));
         }
     }
     let tables = runs.iter().map(|(run, _)| run.evaluations("mean")).collect::<Result<Vec<_>>>()?;
-    let drawn = |&[title, unit, column]: &[&str; 3]| {
-        let of_group = |group: &String| {
-            let seeds = runs.iter().zip(&tables).filter(|((_, run), _)| label(run) == *group);
-            let seeds = seeds.map(|(_, table)| Ok(in_thousands(table.mean_by_step(column)?)));
-            Ok(over_seeds(group, seeds.collect::<Result<_>>()?))
+    let of_labels = |(suffix, labels): (String, Vec<&str>)| {
+        let of_group = |group: &str, column: &str| {
+            let seeds = runs.iter().zip(&tables).filter(|((_, run), _)| label(run) == group);
+            let seeds = seeds.map(|(_, table)| {
+                let mut points = in_thousands(table.mean_by_step(column)?);
+                if column == SUCCESS[2] {
+                    in_percent(&mut points);
+                }
+                Ok(points)
+            });
+            Ok(over_seeds(group, &seeds.collect::<Result<Vec<_>>>()?))
         };
-        Ok(panel(title, unit, labels.iter().map(of_group).collect::<Result<_>>()?))
+        let drawn = |&[title, unit, column]: &[&str; 3]| {
+            let series = labels.iter().map(|group| of_group(group, column)).collect::<Result<_>>()?;
+            Ok(panel([title, unit, column], series))
+        };
+        let panels = PANELS.iter().chain([&FORCE]).map(drawn).collect::<Result<_>>()?;
+        let seeds = |group: &&str| runs.iter().filter(|(_, run)| label(run) == **group).count();
+        Ok(Figure { suffix, title: heading(&Section::of(runs[0].1).title(), labels.iter().map(seeds)), panels })
     };
-    PANELS.iter().chain([&FORCE]).map(drawn).collect()
+    spread(&labels).into_iter().map(of_labels).collect()
+}
+
+/// What a figure of a task shows, in words.
+fn heading(task: &str, seeds: impl Iterator<Item = usize> + Clone) -> String {
+    let (fewest, most) = (seeds.clone().min().unwrap_or(0), seeds.max().unwrap_or(0));
+    let count = match (fewest, most) {
+        (1, 1) => "one seed".into(),
+        (fewest, most) if fewest == most => format!("{most} seeds"),
+        _ => format!("{fewest} to {most} seeds"),
+    };
+    let of = if most == 1 {
+        ""
+    } else if fewest >= FEWEST_FOR_INTERVAL {
+        ", interquartile mean and 95 % interval"
+    } else if most < FEWEST_FOR_INTERVAL {
+        ", interquartile mean and range"
+    } else {
+        ", interquartile mean and 95 % interval or range"
+    };
+    format!("{task} while learning: {count}{of}")
+}
+
+/// The labels of each figure with its suffix.
+fn spread<'a>(labels: &'a [(String, &RunSummary)]) -> Vec<(String, Vec<&'a str>)> {
+    if labels.len() <= MOST {
+        return vec![(String::new(), labels.iter().map(|(label, _)| label.as_str()).collect())];
+    }
+    let is_aforce =
+        |run: &RunSummary| ["aforce", "aforce-force"].contains(&run.space.as_str()) && run.variant.is_empty();
+    let aforce: Vec<&str> =
+        labels.iter().filter(|(_, run)| is_aforce(run)).map(|(label, _)| label.as_str()).take(1).collect();
+    let others = labels.iter().filter(|(label, _)| !aforce.contains(&label.as_str()));
+    // AFORCE's own kin, whatever is not built in and every variant is an ablation.
+    let is_rival = |run: &RunSummary| {
+        run.variant.is_empty() && !run.space.starts_with("aforce") && run.space.parse::<ActionSpace>().is_ok()
+    };
+    let (rivals, ablations): (Vec<_>, Vec<_>) = others.partition(|(_, run)| is_rival(run));
+    let mut figures = vec![];
+    for (name, of_kind) in [("", rivals), ("_ablations", ablations)] {
+        let room = MOST - aforce.len();
+        // As even as can be.
+        let size = of_kind.len().div_ceil(of_kind.len().div_ceil(room).max(1)).max(1);
+        for (index, chunk) in of_kind.chunks(size).enumerate() {
+            let suffix = if index == 0 { name.into() } else { format!("{name}_{}", index + 1) };
+            figures
+                .push((suffix, aforce.iter().copied().chain(chunk.iter().map(|(label, _)| label.as_str())).collect()));
+        }
+    }
+    figures
+}
+
+/// Shares to percent.
+fn in_percent(points: &mut [(f64, f64)]) {
+    points.iter_mut().for_each(|(_, share)| *share *= 100.0);
 }
 
 fn in_thousands(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
@@ -82,9 +165,9 @@ fn in_thousands(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
 }
 
 /// One curve for the curves of several seeds.
-fn over_seeds(label: &str, mut seeds: Vec<Vec<(f64, f64)>>) -> Series {
-    if seeds.len() == 1 {
-        return Series::new(label, seeds.remove(0));
+fn over_seeds(label: &str, seeds: &[Vec<(f64, f64)>]) -> Series {
+    if let [seed] = seeds {
+        return Series::new(label, seed.clone());
     }
     let common = seeds.iter().map(Vec::len).min().unwrap_or(0);
     let at = |i: usize| (seeds[0][i].0, seeds.iter().map(|seed| seed[i].1).collect::<Vec<_>>());
@@ -94,16 +177,17 @@ fn over_seeds(label: &str, mut seeds: Vec<Vec<(f64, f64)>>) -> Series {
         let [low, high] = if enough { iqm_interval(&values) } else { range(&values) };
         (x, low, high)
     });
-    Series { band: band.collect(), points, members: seeds, label: label.into() }
+    Series { band: band.collect(), ..Series::new(label, points) }
 }
 
-fn panel(title: &str, unit: &str, series: Vec<Series>) -> Panel {
+fn panel([title, unit, column]: [&str; 3], series: Vec<Series>) -> Panel {
     Panel {
         title: title.into(),
         x_label: "actions (thousands)".into(),
         y_label: unit.into(),
         series,
         from_zero: true,
+        y_reach: if column == SUCCESS[2] { Reach::Between(0.0, 100.0) } else { Reach::Most },
         ..Panel::default()
     }
 }
@@ -111,14 +195,38 @@ fn panel(title: &str, unit: &str, series: Vec<Series>) -> Panel {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::groups::tests::runs;
 
     #[test]
     fn a_group_is_summed_up_as_far_as_all_its_seeds_have_come() {
         let seeds = vec![vec![(10.0, 1.0), (20.0, 5.0), (30.0, 6.0)], vec![(10.0, 3.0), (20.0, 5.0)]];
-        let series = over_seeds("aforce", seeds.clone());
-        assert_eq!(series.members, seeds);
+        let series = over_seeds("aforce", &seeds);
         assert_eq!(series.points, [(10.0, 2.0), (20.0, 5.0)]);
         assert_eq!(series.band, [(10.0, 1.0, 3.0), (20.0, 5.0, 5.0)]);
-        assert_eq!(over_seeds("aforce", seeds[1..].to_vec()), Series::new("aforce", seeds[1].clone()));
+        assert_eq!(over_seeds("aforce", &seeds[1..]), Series::new("aforce", seeds[1].clone()));
+    }
+
+    #[test]
+    fn rivals_come_first_then_ablations_and_aforce_is_in_every_figure() {
+        let spread_over = |spaces: &[&str]| {
+            let all: Vec<RunSummary> = spaces.iter().flat_map(|space| runs(space, 1)).collect();
+            let labels: Vec<_> = all.iter().map(|run| (run.label(), run)).collect();
+            let figures = spread(&labels).into_iter();
+            figures.map(|(suffix, labels)| format!("{suffix}: {}", labels.join(" "))).collect::<Vec<_>>()
+        };
+        assert_eq!(spread_over(&["aforce", "floor", "osc", "mean"]), [": aforce floor osc mean"]);
+        let many = ["aforce", "floor", "floor-ff", "mean", "no-ff", "osc", "stiff", "variable"];
+        let expected =
+            [": aforce osc variable", "_ablations: aforce floor floor-ff mean", "_ablations_2: aforce no-ff stiff"];
+        assert_eq!(spread_over(&many), expected);
+    }
+
+    #[test]
+    fn a_heading_says_how_many_seeds_and_what_the_band_is() {
+        let of = |seeds: &[usize]| heading("Lift", seeds.iter().copied());
+        assert_eq!(of(&[10, 10]), "Lift while learning: 10 seeds, interquartile mean and 95 % interval");
+        assert_eq!(of(&[3, 10]), "Lift while learning: 3 to 10 seeds, interquartile mean and 95 % interval or range");
+        assert_eq!(of(&[3]), "Lift while learning: 3 seeds, interquartile mean and range");
+        assert_eq!(of(&[1]), "Lift while learning: one seed");
     }
 }

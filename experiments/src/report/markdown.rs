@@ -10,8 +10,8 @@ use crate::report::run_tables::SOLVED;
 use crate::report::summary::RunSummary;
 use output::statistics::{FEWEST_FOR_INTERVAL, deviation, iqm, iqm_interval, mean, range};
 
-/// The runs of a section in Markdown: notes, curves, return, energy, the comparison with `aforce`, safety.
-pub fn tables(section: Section, groups: &[Group], comparison: &[ComparisonRow]) -> String {
+/// The runs of a section in Markdown: notes, the pictures with its `curves`, return, energy, the comparison with `aforce`, safety.
+pub fn tables(section: Section, groups: &[Group], comparison: &[ComparisonRow], curves: &[&str]) -> String {
     let Section { experiment, task } = section;
     let groups: Vec<&Group> = groups.iter().filter(|group| group.section == section).collect();
     let comparison: Vec<_> = comparison.iter().filter(|row| row.experiment == experiment && row.task == task).collect();
@@ -25,7 +25,7 @@ pub fn tables(section: Section, groups: &[Group], comparison: &[ComparisonRow]) 
     let steps = steps.into_iter().collect::<Vec<_>>().join(" or ");
     let mut parts = vec![format!("# {title}{of}: at most {steps} per action and axis\n")];
     parts.extend(notes(&groups));
-    parts.push(format!("![Learning curves](curves_{task}.svg)\n"));
+    parts.extend(curves.iter().map(|picture| format!("![Learning curves]({picture})\n")));
     let mut tables = vec![returns(&groups), energies(&groups)];
     tables.extend(orders_and_ratios(&groups, &comparison));
     tables.push(safety(&groups));
@@ -290,7 +290,7 @@ mod tests {
 
     fn text(runs: &[RunSummary]) -> String {
         let groups = groups(runs);
-        tables(sections(&groups)[0], &groups, &comparison(&groups))
+        tables(sections(&groups)[0], &groups, &comparison(&groups), &["curves_lift.svg"])
     }
 
     #[test]

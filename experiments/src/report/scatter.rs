@@ -37,7 +37,7 @@ fn dots(group: &Group) -> Series {
     let is_known = |dot: &(f64, f64)| !dot.0.is_nan() && !dot.1.is_nan();
     Series {
         label: label(group.space, group.variant),
-        members: group.runs.iter().map(|run| dot(run)).filter(is_known).map(|dot| vec![dot]).collect(),
+        dots: group.runs.iter().map(|run| dot(run)).filter(is_known).collect(),
         ..Series::default()
     }
 }
@@ -65,9 +65,9 @@ mod tests {
         all.extend(door);
         let groups = groups(&all);
         let panels = energy_and_return("", &sections(&groups), &groups);
-        let dots = |panel: &Panel| panel.series.iter().map(|series| series.members.len()).collect::<Vec<_>>();
+        let dots = |panel: &Panel| panel.series.iter().map(|series| series.dots.len()).collect::<Vec<_>>();
         assert_eq!((panels[0].title.as_str(), dots(&panels[0])), ("Lift", vec![3, 2]));
         assert_eq!((panels[1].title.as_str(), dots(&panels[1])), ("Door", vec![1]));
-        assert_eq!(panels[1].series[0].members, [[(2.5, 60.0)]]);
+        assert_eq!(panels[1].series[0].dots, [(2.5, 60.0)]);
     }
 }

@@ -20,9 +20,28 @@ pub fn evaluation_seed(index: u32) -> u64 {
     sub_seed(0, "evaluation", u64::from(index))
 }
 
+/// The seed that a table writes in its column `episode_seed`: hexadecimal after 0x, or decimal as older tables have it.
+///
+/// # Errors
+/// If the text is neither, in words.
+pub fn episode_seed(text: &str) -> Result<u64, String> {
+    let number = text.strip_prefix("0x").map_or_else(|| text.parse(), |digits| u64::from_str_radix(digits, 16));
+    number.map_err(|_| {
+        "neither 0x and up to 16 hexadecimal digits nor a number of 64 bits, as the column episode_seed has them".into()
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn seeds_are_read_as_tables_have_them() {
+        assert_eq!((episode_seed("0xff"), episode_seed("18446744073709551615")), (Ok(255), Ok(u64::MAX)));
+        for wrong in ["", "0x", "ff", "-3", "2.5e18", "0x10000000000000000"] {
+            assert!(episode_seed(wrong).is_err(), "{wrong}");
+        }
+    }
 
     #[test]
     fn streams_differ_and_repeat() {

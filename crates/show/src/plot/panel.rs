@@ -3,19 +3,21 @@
 use std::sync::Arc;
 
 use kuva::TickFormat;
+use kuva::plot::scatter::MarkerShape;
 use kuva::plot::{BandPlot, LinePlot, ScatterPlot};
 use kuva::render::annotations::ReferenceLine;
 use kuva::render::layout::Layout;
 use kuva::render::plots::Plot;
 use kuva::render::theme::Theme;
 
-use super::pens::{of_mark, pale, pen_of};
-use super::{LABEL_SIZE, LINE_WIDTH, Panel};
+use super::pens::{of_mark, pen_of};
+use super::{LABEL_SIZE, LINE_WIDTH, Panel, Reach, reach};
 use crate::axis::Range;
 
 const TITLE_SIZE: u32 = 17;
 const TICK_SIZE: u32 = 13;
-const MEMBER_WIDTH: f64 = 0.6;
+/// Radius of a dot, and of the triangle where something is cut off.
+const DOT_SIZE: f64 = 4.0;
 const BAND_OPACITY: f64 = 0.18;
 
 pub(super) fn draw(panel: &Panel, pens: &[(&str, String)], marks: &[&str]) -> (Vec<Plot>, Layout) {
@@ -25,34 +27,42 @@ pub(super) fn draw(panel: &Panel, pens: &[(&str, String)], marks: &[&str]) -> (V
     let x_scale = |x: f64| if x_logarithmic { x.log10() } else { x };
     let y_scale = |y: f64| if y_logarithmic { y.log10() } else { y };
     let inside = |x: f64, y: f64| [x, y, x_scale(x), y_scale(y)].into_iter().all(drawable);
-    let mut dots = false;
+    let limits = reach::limits(panel);
+    let within = |y: f64| limits.map_or(y, |[low, high]| y.clamp(low, high));
+    let mut has_dots = false;
     // Bands lie below all lines.
     for series in panel.series.iter().filter(|series| !series.band.is_empty()) {
-        let (x, (low, high)): (Vec<_>, (Vec<_>, Vec<_>)) = series.band.iter().map(|&(x, l, h)| (x, (l, h))).unzip();
+        let of_band = series.band.iter().map(|&(x, low, high)| (x, (within(low), within(high))));
+        let (x, (low, high)): (Vec<_>, (Vec<_>, Vec<_>)) = of_band.unzip();
         low.iter().chain(&high).for_each(|&y| y_range.include(y_scale(y)));
         let color = pen_of(pens, &series.label);
         plots.push(Plot::from(BandPlot::new(x, low, high).with_color(color).with_opacity(BAND_OPACITY)));
     }
-    // Members lie below what sums them up, whichever it is; where nothing does, they are what is shown.
-    let members = panel.series.iter().flat_map(|series| {
+    for series in &panel.series {
         let color = pen_of(pens, &series.label);
-        let color = if series.points.is_empty() { color.into() } else { pale(color) };
-        series.members.iter().map(move |points| (points, MEMBER_WIDTH, color.clone()))
-    });
-    let sums = panel.series.iter().map(|series| (&series.points, LINE_WIDTH, pen_of(pens, &series.label).to_string()));
-    for (points, width, color) in members.chain(sums) {
-        let points: Vec<_> = points.iter().copied().filter(|&(x, y)| inside(x, y)).collect();
-        for &(x, y) in &points {
+        let visible = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {
+            points.iter().filter(|(x, y)| inside(*x, *y)).map(|&(x, y)| (x, within(y))).collect()
+        };
+        let (curve, dots) = (visible(&series.points), visible(&series.dots));
+        for &(x, y) in curve.iter().chain(&dots) {
             x_range.include(x_scale(x));
             y_range.include(y_scale(y));
         }
-        dots |= points.len() == 1;
-        plots.push(if points.len() == 1 {
-            // A line of one point has no length.
-            Plot::from(ScatterPlot::new().with_data(points).with_color(color).with_size(4.0))
+        if curve.len() > 1 {
+            plots.push(Plot::from(LinePlot::new().with_data(curve).with_color(color).with_stroke_width(LINE_WIDTH)));
         } else {
-            Plot::from(LinePlot::new().with_data(points).with_color(color).with_stroke_width(width))
-        });
+            // A line of one point has no length.
+            has_dots |= !curve.is_empty();
+            plots.push(Plot::from(scatter(curve, color)));
+        }
+        has_dots |= !dots.is_empty();
+        plots.push(Plot::from(scatter(dots, color)));
+        if let Some(limits) = limits {
+            for (x, edge) in reach::beyond(series, limits) {
+                let outward = if edge == limits[1] { MarkerShape::Triangle } else { MarkerShape::TriangleDown };
+                plots.push(Plot::from(scatter(vec![(x, edge)], color).with_marker(outward)));
+            }
+        }
     }
     let empty = x_range == Range::EMPTY;
     if !panel.rows.is_empty() {
@@ -63,8 +73,12 @@ pub(super) fn draw(panel: &Panel, pens: &[(&str, String)], marks: &[&str]) -> (V
         x_range.include(0.0);
         y_range.include(0.0);
     }
+    if let Reach::Between(low, high) = panel.y_reach {
+        y_range.include(low);
+        y_range.include(high);
+    }
     // Lines may end at the edge; half a dot would be missing there.
-    let (x_axis, y_axis) = (x_range.axis(if dots { 0.03 } else { 0.0 }), y_range.axis(0.04));
+    let (x_axis, y_axis) = (x_range.axis(if has_dots { 0.03 } else { 0.0 }), y_range.axis(0.04));
     let x_axis = if x_logarithmic { x_axis.powers_of_ten() } else { x_axis };
     let y_axis = if y_logarithmic { y_axis.powers_of_ten() } else { y_axis };
     // A cell without plots would vanish, axes and all.
@@ -104,7 +118,11 @@ pub(super) fn draw(panel: &Panel, pens: &[(&str, String)], marks: &[&str]) -> (V
     (plots, layout)
 }
 
+fn scatter(points: Vec<(f64, f64)>, color: &str) -> ScatterPlot {
+    ScatterPlot::new().with_data(points).with_color(color).with_size(DOT_SIZE)
+}
+
 /// Finite, and far enough from overflow for the sums and differences of axis scaling.
-fn drawable(value: f64) -> bool {
+pub(super) fn drawable(value: f64) -> bool {
     value.abs() < 1e100
 }
