@@ -47,6 +47,35 @@ fn tables(text: &str) -> Vec<(Option<String>, String)> {
     blocks
 }
 
+/// An arm with the links that the book's robot file names.
+fn six_joints() -> String {
+    let joints = [
+        ("shoulder_link", "0 0 0.1625", "0 0 0"),
+        ("upper_arm_link", "0 0 0", "1.5708 0 0"),
+        ("forearm_link", "-0.425 0 0", "0 0 0"),
+        ("wrist_1_link", "-0.3922 0 0.1333", "0 0 0"),
+        ("wrist_2_link", "0 -0.0997 0", "1.5708 0 0"),
+        ("wrist_3_link", "0 0.0996 0", "1.5708 3.14159 3.14159"),
+        ("tool0", "0 0 0", "0 0 0"),
+    ];
+    let mut parent = "base_link";
+    let mut urdf = "<robot name=\"arm\"><link name=\"base_link\"/>".to_string();
+    for (link, xyz, rpy) in joints {
+        let kind = if link == "tool0" { "fixed" } else { "revolute" };
+        let inertial = "<inertial><mass value=\"2\"/><inertia ixx=\"0.02\" iyy=\"0.02\" izz=\"0.02\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>";
+        let inertial = if link == "tool0" { "" } else { inertial };
+        urdf += &format!(
+            "<link name=\"{link}\">{inertial}</link>
+             <joint name=\"to_{link}\" type=\"{kind}\">
+               <parent link=\"{parent}\"/><child link=\"{link}\"/><origin xyz=\"{xyz}\" rpy=\"{rpy}\"/><axis xyz=\"0 0 1\"/>
+               <limit lower=\"-3\" upper=\"3\" effort=\"150\" velocity=\"3\"/>
+             </joint>"
+        );
+        parent = link;
+    }
+    urdf + "</robot>"
+}
+
 /// `arguments` for `program`, such that little is done.
 fn cheap(program: &str, arguments: &[String]) -> Vec<String> {
     let mut cheap = arguments.to_vec();
@@ -100,6 +129,7 @@ fn every_command_and_every_table_of_the_book_is_taken() {
             let told = String::from_utf8_lossy(&output.stderr);
             assert!(output.status.success(), "{}: {name} {}: {told}", page.display(), arguments.join(" "));
         };
+        fs::write(here.join("arm.urdf"), six_joints()).unwrap();
         for (name, block) in tables(&text) {
             let file = name.unwrap_or_else(|| "block.toml".into());
             fs::write(here.join(&file), &block).unwrap();
@@ -107,6 +137,8 @@ fn every_command_and_every_table_of_the_book_is_taken() {
                 run("sweep", &[file, "--list".into()]);
             } else if block.contains("interface =") {
                 HostSetup::from_toml(&block).unwrap();
+            } else if block.contains("urdf =") {
+                run("train", &["--describe".into(), "--robot".into(), file]);
             } else {
                 run("train", &["--describe".into(), "--space".into(), file]);
             }

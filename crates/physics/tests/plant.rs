@@ -43,16 +43,18 @@ fn grasp(simulation: &mut Simulation, lift: &Lift) {
 fn engine_agrees_with_the_model() {
     for set in RobotName::ALL {
         let robot = set.robot().with_damping(0.0).with_friction(0.0);
+        let (home, joints) = (robot.home, robot.joints);
         let plant = Plant { robot, dt: 1e-6, config: SimulationConfig::default(), deviation: Deviation::default() };
         let (mut simulation, _) = Lift::simulate(&plant, Vector3::repeat(0.021));
-        simulation.reset(&HOME.into());
+        simulation.reset(&home);
         let tau = JointVector::from([5.0, -20.0, 3.0, 15.0, -2.0, 4.0, 1.0]);
         let before = simulation.measure();
         simulation.step(&tau, 0.0).unwrap();
         let qdd = (simulation.joints().1 - before.qd) * 1e6;
+        println!("{set}");
         let expected = before.mass.cholesky().unwrap().solve(&(tau - before.bias));
         // The fingers slide freely in the engine and are welded in the model.
-        assert_relative_eq!(qdd, expected, max_relative = 2e-3, epsilon = 2e-3);
+        assert_relative_eq!(qdd.rows(0, joints), expected.rows(0, joints), max_relative = 2e-3, epsilon = 2e-3);
     }
 }
 

@@ -211,7 +211,7 @@ fn shapes_are_those_of_the_file() {
         ("<box size=\"0.2 0.4 0.6\"/>", Shape::Box(Vector3::new(0.1, 0.2, 0.3))),
         ("<cylinder radius=\"0.1\" length=\"0.4\"/>", Shape::Cylinder { half_length: 0.2, radius: 0.1 }),
         ("<capsule radius=\"0.1\" length=\"0.4\"/>", Shape::Capsule { half_length: 0.2, radius: 0.1 }),
-        ("<sphere radius=\"0.1\"/>", Shape::Capsule { half_length: 1e-4, radius: 0.1 }),
+        ("<sphere radius=\"0.1\"/>", Shape::Sphere { radius: 0.1 }),
     ] {
         let robot = read(&shape(text), &Choices::default()).unwrap();
         let [geom] = &robot.links[3].geoms[..] else { panic!("{text}: {:?}", robot.links[3].geoms) };

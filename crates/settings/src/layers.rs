@@ -166,7 +166,7 @@ mod tests {
                 "keys: env.robot: invalid type: integer `3`, expected a robot's name in quotes, or a file",
             ),
             ("env.robot = 'none.urdf'", "keys: env.robot: none.urdf: "),
-            ("env.robot.home = [0.0]", "keys: env.robot: missing field `name`"),
+            ("env.robot.home = [0.0]", "keys: env.robot.home: invalid length 1"),
             (
                 "env.space.stiffness.adaptive.delta_sign = 3",
                 "env.space.stiffness.adaptive.delta_sign: a name in quotes is wanted",

@@ -251,7 +251,7 @@ fn a_disturbance_of_its_own_is_drawn_for_every_episode() {
 #[test]
 fn a_task_that_breaks_its_word_is_named() {
     for (fault, words) in [
-        ("longer", "task circle: 34 numbers are observed after action 1, 33 were at first"),
+        ("longer", "task circle: 34 numbers are shown to a policy after action 1, 33 were at first"),
         ("no-number", "task circle: the term \"near\" of the reward of action 2 is NaN: a finite number is wanted"),
         ("more-terms", "the reward of action 2 has the terms [\"near\", \"far\"], the first had [\"near\"]"),
     ] {

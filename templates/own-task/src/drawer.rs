@@ -102,6 +102,7 @@ impl Task for Drawer {
                 friction: 3.0,
                 armature: 0.0,
                 spring: 0.0,
+                rest: 0.0,
                 stop: Stop::Spring { stiffness: 20_000.0, damping: 200.0 },
             }),
             inertial: Inertial::solid_box(BOX.into(), 500.0),

@@ -135,8 +135,9 @@ pub fn ur5e() -> Robot {
     }
 }
 
-/// The flange where the Panda's is, the elbow up.
-const HOME: [f64; JOINTS] = [-0.37083, -1.909_58, 2.100_37, -1.880_28, -1.524_79, -1.939_38, 0.0];
+/// The flange where the Panda's is, the elbow up: what is found for a URDF without a home. With the shoulder on the other side (-0.37 rad)
+/// the script with `osc` sticks in two of twelve wipes.
+const HOME: [f64; JOINTS] = [-2.77077, -1.70331, -1.62083, 1.87203, -1.52479, 1.938_40, 0.0];
 
 /// Neighbours.
 const NEVER_TOUCH: [[u8; 2]; 7] = [[0, 1], [1, 2], [2, 3], [3, 4], [4, 5], [5, 6], [6, 7]];
