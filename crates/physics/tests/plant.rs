@@ -51,10 +51,10 @@ fn engine_agrees_with_the_model() {
         let before = simulation.measure();
         simulation.step(&tau, 0.0).unwrap();
         let qdd = (simulation.joints().1 - before.qd) * 1e6;
-        println!("{set}");
         let expected = before.mass.cholesky().unwrap().solve(&(tau - before.bias));
         // The fingers slide freely in the engine and are welded in the model.
-        assert_relative_eq!(qdd.rows(0, joints), expected.rows(0, joints), max_relative = 2e-3, epsilon = 2e-3);
+        let apart = (qdd - expected).rows(0, joints).norm() / expected.rows(0, joints).norm();
+        assert!(apart < 1e-3, "{set}: {apart}, {qdd} and {expected}");
     }
 }
 
