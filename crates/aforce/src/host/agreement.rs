@@ -25,10 +25,9 @@ const REST: f64 = 0.2;
 const RESTING: f64 = 0.05;
 /// Times over which motion is added up (s): one finds what begins now, the other what creeps.
 const WINDOWS: [f64; 2] = [0.02, 0.2];
-/// Difference of motion and speed that is always allowed: of a joint (rad), and in each window of the tool (m, rad). The short window allows
-/// the tool more, because an arm whose clock stumbles by some cycles moves on meanwhile.
+/// Difference of motion and speed that is always allowed: of a joint (rad), of the tool (m, rad).
 const JOINT_MOTION: f64 = 1e-3;
-const TOOL_MOTION: [[f64; 2]; 2] = [[1.5e-3, 7.5e-3], [2e-4, 1e-3]];
+const TOOL_MOTION: [f64; 2] = [2e-4, 1e-3];
 /// And so much of the way that was moved.
 const SHARE: f64 = 0.25;
 /// Change of an entry of the Jacobian while no joint moves (m, 1).
@@ -73,7 +72,6 @@ struct Motion {
 #[derive(Debug, Clone, Copy)]
 struct Window {
     time: f64,
-    tool_allowed: [f64; 2],
     /// Of the joints (rad).
     moved: JointVector,
     told: JointVector,
@@ -93,19 +91,9 @@ struct Trial {
 }
 
 impl Window {
-    /// The window at this place of [`WINDOWS`].
-    fn new(at: usize) -> Self {
+    fn new(time: f64) -> Self {
         let (joints, tool) = (JointVector::zeros(), Vector6::zeros());
-        Self {
-            time: WINDOWS[at],
-            tool_allowed: TOOL_MOTION[at],
-            moved: joints,
-            told: joints,
-            way: joints,
-            tool_moved: tool,
-            tool_told: tool,
-            tool_way: [0.0; 2],
-        }
+        Self { time, moved: joints, told: joints, way: joints, tool_moved: tool, tool_told: tool, tool_way: [0.0; 2] }
     }
 
     /// One cycle of `dt` seconds. The way is the larger of motion and speed times time.
@@ -132,7 +120,7 @@ impl Window {
         }
         for (axis, name) in AXES.into_iter().enumerate() {
             let (moved, told, part) = (self.tool_moved[axis], self.tool_told[axis], axis / 3);
-            if (moved - told).abs() > scale * (self.tool_allowed[part] + SHARE * self.tool_way[part]) {
+            if (moved - told).abs() > scale * (TOOL_MOTION[part] + SHARE * self.tool_way[part]) {
                 return Err(Fault::ToolMotion { axis: name, moved, told, time });
             }
         }
@@ -142,7 +130,7 @@ impl Window {
 
 impl Agreement {
     pub(crate) fn new(scale: f64, arm: &Arm, gravity_by: CompensatedBy) -> Self {
-        let windows = [0, 1].map(Window::new);
+        let windows = WINDOWS.map(Window::new);
         Self { scale, torque_max: arm.torque_max.into(), gravity_by, windows, last: None, trial: None }
     }
 
@@ -172,7 +160,7 @@ impl Agreement {
 
     /// Begins with this state.
     pub(crate) fn reset(&mut self, state: &ArmState, y: &Measurement) {
-        self.windows = [0, 1].map(Window::new);
+        self.windows = WINDOWS.map(Window::new);
         self.last = Some(Last::of(state, y));
         let rests = state.qd.amax() <= RESTING;
         self.trial = rests.then(|| Trial { time: 0.0, momentum: y.mass * y.qd, impulse: JointVector::zeros() });
