@@ -19,6 +19,15 @@ impl<const N: usize> From<[(&'static str, f64); N]> for RewardTerms {
 }
 
 impl RewardTerms {
+    /// Terms whose number is known when the program runs; `None` if there are more than sixteen.
+    pub fn of(terms: &[(&'static str, f64)]) -> Option<Self> {
+        let mut places = [None; MOST];
+        (terms.len() <= MOST).then(|| {
+            places.iter_mut().zip(terms).for_each(|(place, term)| *place = Some(*term));
+            RewardTerms(places)
+        })
+    }
+
     /// Name and value of each, in the task's order.
     pub fn iter(&self) -> impl Iterator<Item = (&'static str, f64)> {
         self.0.into_iter().flatten()
