@@ -7,7 +7,6 @@ import aforce
 KNOB = [-0.06, 0, 0.07]  # Its centre in the drawer's frame (m).
 WALLS = [([0.08, 0.005, 0.04], [0, 0.09, -0.003]), ([0.08, 0.005, 0.04], [0, -0.09, -0.003]), ([0.005, 0.095, 0.04], [0.09, 0, -0.003])]
 
-
 class Drawer(aforce.Task):
     scene = {"bodies": [
         {"name": "case", "pose": [0, 0, 0.845], "shapes": [{"box": half, "pose": centre} for half, centre in WALLS]},
@@ -23,8 +22,7 @@ class Drawer(aforce.Task):
         return {"poses": {"case": [rng.uniform(0, 0.04), rng.uniform(-0.05, 0.05), 0.845, rng.uniform(-0.2, 0.2)]}}
 
     def observe(self, state):
-        knob = state.body("drawer").point(KNOB)
-        return {"knob_to_eef": knob - state.tool.position, "opening": state.joint("slide")}
+        return {"knob_to_eef": state.body("drawer").point(KNOB) - state.tool.position, "opening": state.joint("slide")}
 
     def reward(self, state):
         away = np.linalg.norm(state.body("drawer").point(KNOB) - state.tool.position)
@@ -34,8 +32,7 @@ class Drawer(aforce.Task):
         return state.joint("slide") > 0.1
 
     def script(self, state):
-        drawer, tool = state.body("drawer"), state.tool.position
-        knob, x = drawer.point(KNOB), drawer.rotation[:, 0]
+        tool, knob, x = state.tool.position, state.body("drawer").point(KNOB), state.body("drawer").rotation[:, 0]
         above = np.linalg.norm((tool - knob)[:2]) < 0.012
         to, grip = (knob, 1 if tool[2] - knob[2] < 0.012 else -1) if above else (knob + [0, 0, 0.09], -1)
         if state.grasped("knob"):
