@@ -66,9 +66,7 @@ impl Episodes {
         scaled: bool,
     ) -> PyResult<Self> {
         let (env, trouble) = match task.extract::<String>() {
-            Ok(name) => {
-                (Env::new(env_config(&name, config, keywords)?, 0).map_err(value_error)?, Trouble::default())
-            }
+            Ok(name) => (Env::new(env_config(&name, config, keywords)?, 0).map_err(value_error)?, Trouble::default()),
             Err(_) => own::env(task, config, keywords)?,
         };
         let stream = ChaCha8Rng::try_from_rng(&mut SysRng).map_err(value_error)?;

@@ -61,7 +61,8 @@ pub fn config_of(
         layers.push((source, table));
     }
     layers.push(layer(SOURCE, keywords)?);
-    let config = settings::env(base, layers).map_err(|error| if unknown { type_error(error) } else { value_error(error) })?;
+    let config =
+        settings::env(base, layers).map_err(|error| if unknown { type_error(error) } else { value_error(error) })?;
     if config.task != wanted {
         let (there, here) = (config.task.as_str(), wanted.as_str());
         return Err(value_error(format!(

@@ -43,16 +43,23 @@ pub fn env(make: &Bound<'_, PyAny>, config: Option<PathBuf>, keywords: &Bound<'_
     let class_name = class.name()?.to_string();
     let part = |name| Part { class: &class_name, name };
     if !object.is_instance(&make.py().import("aforce.task")?.getattr("Task")?)? {
-        return Err(PyTypeError::new_err(format!("task makes a {class_name}; an object of a class below aforce.Task is wanted")));
+        return Err(PyTypeError::new_err(format!(
+            "task makes a {class_name}; an object of a class below aforce.Task is wanted"
+        )));
     }
     let tool = match object.getattr("tool")?.extract::<String>().unwrap_or_default().as_str() {
         "gripper" => Tool::Gripper,
         "wiping-tool" => Tool::WipingTool,
-        _ => return Err(part("tool").value(format!("{}; \"gripper\" or \"wiping-tool\" is wanted", object.getattr("tool")?.repr()?))),
+        _ => {
+            return Err(part("tool")
+                .value(format!("{}; \"gripper\" or \"wiping-tool\" is wanted", object.getattr("tool")?.repr()?)));
+        }
     };
     let fingers = tool == Tool::Gripper;
     let Ok(moves_fingers) = object.getattr("gripper")?.extract::<bool>() else {
-        return Err(part("gripper").kind("True or False is wanted: whether the last entry of an action moves the fingers"));
+        return Err(
+            part("gripper").kind("True or False is wanted: whether the last entry of an action moves the fingers")
+        );
     };
     let gripper = fingers && moves_fingers;
 
@@ -132,6 +139,9 @@ struct DisturbanceSpec {
     allowed: [f64; 2],
 }
 
+/// What makes a change of the body or joint of this name.
+type Makes = fn(&'static str) -> Change;
+
 fn disturbances(part: Part<'_>, value: &Bound<'_, PyAny>, stage: &Stage) -> PyResult<Vec<OwnDisturbance>> {
     let specs: HashMap<String, Bound<'_, PyAny>> =
         value.extract().map_err(|_: PyErr| part.kind("a dict of names and dicts is wanted"))?;
@@ -142,7 +152,7 @@ fn disturbances(part: Part<'_>, value: &Bound<'_, PyAny>, stage: &Stage) -> PyRe
     let mut list = vec![];
     for (key, spec) in &specs {
         let spec: DisturbanceSpec = part.read(spec, key)?;
-        let makers: [(Option<String>, bool, fn(&'static str) -> Change); 5] = [
+        let makers: [(Option<String>, bool, Makes); 5] = [
             (spec.body_mass, false, Change::BodyMass),
             (spec.body_friction, false, Change::BodyFriction),
             (spec.joint_friction, true, Change::JointFriction),
@@ -151,7 +161,8 @@ fn disturbances(part: Part<'_>, value: &Bound<'_, PyAny>, stage: &Stage) -> PyRe
         ];
         let mut said = makers.into_iter().filter_map(|(name, joint, make)| Some((name?, joint, make)));
         let (Some((name, joint, make)), None) = (said.next(), said.next()) else {
-            let words = "exactly one of body_mass, body_friction, joint_friction, joint_damping, joint_spring is wanted";
+            let words =
+                "exactly one of body_mass, body_friction, joint_friction, joint_damping, joint_spring is wanted";
             return Err(part.value(format!("{key}: {words}")));
         };
         let known = if joint { has_joint(&name) } else { own.iter().any(|body| body.name == name) };
@@ -186,8 +197,9 @@ fn camera(part: Part<'_>, value: &Bound<'_, PyAny>) -> PyResult<Camera> {
 
 /// Of each name the typical values and the typical deviations.
 fn scaling(part: Part<'_>, value: &Bound<'_, PyAny>) -> PyResult<HashMap<String, Scaling>> {
-    let pairs: HashMap<String, Bound<'_, PyAny>> =
-        value.extract().map_err(|_: PyErr| part.kind("a dict of names and pairs (typical value, typical deviation) is wanted"))?;
+    let pairs: HashMap<String, Bound<'_, PyAny>> = value
+        .extract()
+        .map_err(|_: PyErr| part.kind("a dict of names and pairs (typical value, typical deviation) is wanted"))?;
     let mut all = HashMap::new();
     for (name, pair) in pairs {
         let (centre, deviation): (Bound<'_, PyAny>, Bound<'_, PyAny>) = pair
@@ -207,6 +219,7 @@ fn scaling(part: Part<'_>, value: &Bound<'_, PyAny>) -> PyResult<HashMap<String,
 }
 
 fn units(part: Part<'_>, value: &Bound<'_, PyAny>) -> PyResult<HashMap<String, &'static str>> {
-    let units: HashMap<String, String> = value.extract().map_err(|_: PyErr| part.kind("a dict of names and units is wanted"))?;
+    let units: HashMap<String, String> =
+        value.extract().map_err(|_: PyErr| part.kind("a dict of names and units is wanted"))?;
     Ok(units.into_iter().map(|(name, unit)| (name, for_ever(&unit))).collect())
 }

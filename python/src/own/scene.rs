@@ -152,7 +152,10 @@ pub fn pose(numbers: &[f64]) -> Result<Pose, String> {
         [x, y, z, i, j, k, w] => {
             let quaternion = Quaternion::new(w, i, j, k);
             if (quaternion.norm() - 1.0).abs() > 1e-3 {
-                return Err(format!("a quaternion of length {}; a unit quaternion x, y, z, w has 1", quaternion.norm()));
+                return Err(format!(
+                    "a quaternion of length {}; a unit quaternion x, y, z, w has 1",
+                    quaternion.norm()
+                ));
             }
             at(x, y, z, UnitQuaternion::new_normalize(quaternion))
         }
@@ -171,7 +174,9 @@ impl Stage {
     pub fn read(part: Part<'_>, scene: &Bound<'_, PyAny>, robot: &Robot, tool: Tool) -> PyResult<Stage> {
         let (mut table, mut bodies, mut prediction) = (TableSpec::default(), vec![], None);
         if let Ok(file) = scene.extract::<PathBuf>() {
-            bodies.push(read_file(FileSpec { file, pose: vec![], free: false, friction: None }).map_err(|w| part.value(w))?);
+            bodies.push(
+                read_file(FileSpec { file, pose: vec![], free: false, friction: None }).map_err(|w| part.value(w))?,
+            );
         } else {
             let Ok(dict) = scene.cast::<PyDict>() else {
                 let kind = scene.get_type().name()?;
@@ -187,7 +192,9 @@ impl Stage {
                     }
                     Ok("prediction") => prediction = Some(value.extract()?),
                     _ => {
-                        return Err(part.kind(format!("unknown key {}; known are table, bodies, prediction", key.repr()?)));
+                        return Err(
+                            part.kind(format!("unknown key {}; known are table, bodies, prediction", key.repr()?))
+                        );
                     }
                 }
             }
@@ -199,11 +206,8 @@ impl Stage {
         }
         let mut scene = Scene { prediction, ..Scene::default() };
         let [x, y] = table.centre;
-        let top = Table {
-            size: [table.size[0], table.size[1], 0.05],
-            top: [x, y, table.height],
-            friction: table.friction,
-        };
+        let top =
+            Table { size: [table.size[0], table.size[1], 0.05], top: [x, y, table.height], friction: table.friction };
         let base = add_fixtures(&mut scene, robot, &top);
         let hand = robot.add_to(&mut scene, base);
         let (tool, site) = match tool {
@@ -291,7 +295,9 @@ fn body(spec: BodySpec, axis: Option<AxisSpec>) -> Result<Group, String> {
             i => format!("{}_{i}", spec.name),
         };
         let named = shape.name.clone().unwrap_or(own);
-        for (i, (solid, within)) in solids(shape).map_err(|words| format!("shape {named:?}: {words}"))?.into_iter().enumerate() {
+        for (i, (solid, within)) in
+            solids(shape).map_err(|words| format!("shape {named:?}: {words}"))?.into_iter().enumerate()
+        {
             let frame = pose(&shape.pose)? * within;
             matter = matter.merged(&Inertial::solid(&solid, 1.0).transformed(&frame));
             geoms.push(Geom {
@@ -306,7 +312,9 @@ fn body(spec: BodySpec, axis: Option<AxisSpec>) -> Result<Group, String> {
     }
     let factor = match (spec.mass, spec.density) {
         (Some(_), Some(_)) => return Err("mass and density; one of them is wanted".into()),
-        (Some(_), None) if matter.mass == 0.0 => return Err("a mass and no shapes, over which it would be spread".into()),
+        (Some(_), None) if matter.mass == 0.0 => {
+            return Err("a mass and no shapes, over which it would be spread".into());
+        }
         (Some(mass), None) => mass / matter.mass,
         (None, density) => density.unwrap_or(0.0),
     };
@@ -384,10 +392,16 @@ fn add(scene: &mut Scene, group: Group, first: usize) -> Result<(), String> {
         Some(name) => {
             let own = scene.bodies[first..].iter().position(|body| body.name == *name);
             let known = || scene.bodies[first..].iter().map(|body| body.name.as_str()).collect::<Vec<_>>().join(", ");
-            Some(first + own.ok_or_else(|| {
-                let body = group.bodies.first().map_or("", |body| &body.name);
-                format!("body {body:?}: its parent {name:?} does not stand before it; before it stand: {}", known())
-            })?)
+            Some(
+                first
+                    + own.ok_or_else(|| {
+                        let body = group.bodies.first().map_or("", |body| &body.name);
+                        format!(
+                            "body {body:?}: its parent {name:?} does not stand before it; before it stand: {}",
+                            known()
+                        )
+                    })?,
+            )
         }
     };
     let start = scene.bodies.len();

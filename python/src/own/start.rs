@@ -46,7 +46,13 @@ impl Drawn {
     ///
     /// # Errors
     /// In words, with the name of what is wrong.
-    pub fn lay_out(self, scene: &mut Scene, first: usize, robot: &Robot, fingers: bool) -> Result<(Start, Vec<Position>), String> {
+    pub fn lay_out(
+        self,
+        scene: &mut Scene,
+        first: usize,
+        robot: &Robot,
+        fingers: bool,
+    ) -> Result<(Start, Vec<Position>), String> {
         let find = |scene: &Scene, name: &str| {
             let own = scene.bodies[first..].iter().position(|body| body.name == name);
             let known = || scene.bodies[first..].iter().map(|body| body.name.as_str()).collect::<Vec<_>>().join(", ");
@@ -103,5 +109,8 @@ fn joint_place(scene: &Scene, first: usize, name: &str, position: f64) -> Result
         }
         known.push(axis.name.as_str());
     }
-    Err(format!("the scene has no joint {name:?}; known are {}", if known.is_empty() { "none".into() } else { known.join(", ") }))
+    Err(format!(
+        "the scene has no joint {name:?}; known are {}",
+        if known.is_empty() { "none".into() } else { known.join(", ") }
+    ))
 }

@@ -6,8 +6,8 @@ use aforce::{Measurement, Pose, Vector3};
 use nalgebra::Point3;
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
-use physics::scene::{Joint, Scene};
 use physics::Simulation;
+use physics::scene::{Joint, Scene};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 
@@ -35,7 +35,9 @@ impl Places {
             if let Joint::Hinge(axis) | Joint::Slide(axis) = &body.joint {
                 places.joints.push((axis.name.clone(), scene.joint(&axis.name)));
             }
-            places.shapes.extend(body.geoms.iter().map(|geom| (geom.name.clone(), body.name.clone(), scene.geom(&geom.name))));
+            places
+                .shapes
+                .extend(body.geoms.iter().map(|geom| (geom.name.clone(), body.name.clone(), scene.geom(&geom.name))));
         }
         places.pads = fingers.then(|| ["left_pad", "right_pad"].map(|pad| scene.geom(pad)));
         places
@@ -84,9 +86,8 @@ impl State {
             let velocity = simulation.body_velocity(root);
             Motion { pose: simulation.body_pose(root) * offset, velocity: halves(&velocity) }
         };
-        let pressed = |shape: usize| {
-            places.pads.is_some_and(|pads| pads.iter().all(|&pad| simulation.touching(pad, shape)))
-        };
+        let pressed =
+            |shape: usize| places.pads.is_some_and(|pads| pads.iter().all(|&pad| simulation.touching(pad, shape)));
         State(Snapshot {
             y: y.clone(),
             time: simulation.time(),
@@ -103,7 +104,9 @@ impl State {
     fn joint_at(&self, name: &str) -> PyResult<(f64, f64)> {
         let joints = &self.0.places.joints;
         let found = joints.iter().position(|(known, _)| known == name);
-        found.map(|i| self.0.joints[i]).ok_or_else(|| unknown("joint", name, joints.iter().map(|(known, _)| known.as_str())))
+        found
+            .map(|i| self.0.joints[i])
+            .ok_or_else(|| unknown("joint", name, joints.iter().map(|(known, _)| known.as_str())))
     }
 }
 
@@ -190,7 +193,8 @@ impl State {
     /// Whether both finger pads press on the shape of this name, or on one of the body's of this name; KeyError if there is none.
     fn grasped(&self, name: &str) -> PyResult<bool> {
         let shapes = &self.0.places.shapes;
-        let mut named = shapes.iter().zip(&self.0.grasped).filter(|((shape, body, _), _)| shape == name || body == name).peekable();
+        let mut named =
+            shapes.iter().zip(&self.0.grasped).filter(|((shape, body, _), _)| shape == name || body == name).peekable();
         if named.peek().is_none() {
             return Err(unknown("shape", name, shapes.iter().map(|(shape, ..)| shape.as_str())));
         }

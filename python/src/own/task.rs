@@ -132,7 +132,14 @@ impl PythonTask {
     }
 
     /// Puts the numbers that the method `name` returned: those of the first time, or zeros while an exception waits.
-    fn show(&self, name: &'static str, layout: &RefCell<Option<Vec<Entry>>>, simulation: &Simulation, y: &Measurement, out: &mut Observer) {
+    fn show(
+        &self,
+        name: &'static str,
+        layout: &RefCell<Option<Vec<Entry>>>,
+        simulation: &Simulation,
+        y: &Measurement,
+        out: &mut Observer,
+    ) {
         let shown = Python::attach(|py| {
             let state = self.state(py, simulation, y, 0.0)?;
             let Some(shown) = self.ask(py, name, &state)? else { return Ok(vec![]) };
@@ -201,18 +208,21 @@ impl PythonTask {
         } else {
             vec![("reward", number(part, "reward", &reward)?)]
         };
-        let terms = RewardTerms::of(&terms).ok_or_else(|| part.value(format!("{} terms; sixteen are allowed", terms.len())))?;
+        let terms =
+            RewardTerms::of(&terms).ok_or_else(|| part.value(format!("{} terms; sixteen are allowed", terms.len())))?;
         if let Some(first) = &self.terms
             && !terms.names().eq(first.names())
         {
             let names = |terms: &RewardTerms| terms.names().collect::<Vec<_>>().join(", ");
-            let words = format!("the terms {}, at first {}; the same ones are wanted every time", names(&terms), names(first));
+            let words =
+                format!("the terms {}, at first {}; the same ones are wanted every time", names(&terms), names(first));
             return Err(part.value(words));
         }
         let success = self.object.bind(py).call_method1("success", (state.clone_ref(py),))?;
         let is_bool = success.extract::<bool>();
         let kind = success.get_type().name()?;
-        let success = is_bool.map_err(|_| self.part("success").kind(format!("it returned a {kind}; True or False is wanted")))?;
+        let success =
+            is_bool.map_err(|_| self.part("success").kind(format!("it returned a {kind}; True or False is wanted")))?;
         Ok(Reward { terms, success })
     }
 }
@@ -321,9 +331,15 @@ impl Task for PythonTask {
         let marks = Python::attach(|py| {
             let Some(marks) = self.object.bind(py).getattr_opt("marks")? else { return Ok(vec![]) };
             let marks: Vec<[f64; 4]> = marks.call0()?.extract().map_err(|_: PyErr| {
-                PyTypeError::new_err(format!("{}.marks: a list of x, y, z and a radius (m) is wanted", self.sayings.class))
+                PyTypeError::new_err(format!(
+                    "{}.marks: a list of x, y, z and a radius (m) is wanted",
+                    self.sayings.class
+                ))
             })?;
-            Ok(marks.into_iter().map(|[x, y, z, radius]| Decal { centre: [x, y, z], radius, color: [40, 120, 200] }).collect())
+            Ok(marks
+                .into_iter()
+                .map(|[x, y, z, radius]| Decal { centre: [x, y, z], radius, color: [40, 120, 200] })
+                .collect())
         });
         self.trouble.or(marks, Vec::new)
     }

@@ -16,15 +16,18 @@ pub type Entry = (String, Vec<f64>);
 /// `TypeError` for what is no dict of numbers, `ValueError` for a number that is not finite.
 pub fn entries(part: Part<'_>, value: &Bound<'_, PyAny>) -> PyResult<Vec<Entry>> {
     let Ok(dict) = value.cast::<PyDict>() else {
-        return Err(part.kind(format!("it returned a {}; a dict of names and numbers is wanted", value.get_type().name()?)));
+        return Err(
+            part.kind(format!("it returned a {}; a dict of names and numbers is wanted", value.get_type().name()?))
+        );
     };
     dict.iter()
         .map(|(name, value)| {
             let Ok(name) = name.extract::<String>() else {
                 return Err(part.kind(format!("the name {} is no string", name.repr()?)));
             };
-            let numbers = several(&value)
-                .map_err(|_| part.kind(format!("{name:?} is {}; a number or an array of numbers is wanted", short(&value))))?;
+            let numbers = several(&value).map_err(|_| {
+                part.kind(format!("{name:?} is {}; a number or an array of numbers is wanted", short(&value)))
+            })?;
             if let Some(number) = numbers.iter().find(|number| !number.is_finite()) {
                 return Err(part.value(format!("{name:?} holds {}; finite numbers are wanted", in_python(*number))));
             }

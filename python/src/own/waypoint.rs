@@ -32,7 +32,8 @@ struct Spec {
 /// `TypeError` for an unknown key, `ValueError` for a value that is not allowed.
 pub fn read(part: Part<'_>, value: &Bound<'_, PyAny>, y: &Measurement) -> PyResult<Waypoint> {
     let Spec { position, forward, turns, quaternion, grip, force } = part.read(value, "")?;
-    let finite = position.iter().chain(&forward.unwrap_or_default()).chain([&grip, &force]).all(|number| number.is_finite());
+    let finite =
+        position.iter().chain(&forward.unwrap_or_default()).chain([&grip, &force]).all(|number| number.is_finite());
     if !finite {
         return Err(part.value("a waypoint that is not finite"));
     }
@@ -42,9 +43,7 @@ pub fn read(part: Part<'_>, value: &Bound<'_, PyAny>, y: &Measurement) -> PyResu
     let rotation = match (forward, quaternion) {
         (None, None) => y.pose.rotation,
         (Some(forward), None) => nearest_straight_down(&Vector3::from(forward), turns.unwrap_or(1), &y.pose.rotation),
-        (None, Some([i, j, k, w])) => {
-            pose(&[0.0, 0.0, 0.0, i, j, k, w]).map_err(|words| part.value(words))?.rotation
-        }
+        (None, Some([i, j, k, w])) => pose(&[0.0, 0.0, 0.0, i, j, k, w]).map_err(|words| part.value(words))?.rotation,
         (Some(_), Some(_)) => return Err(part.value("forward and quaternion; one of them is wanted")),
     };
     Ok(Waypoint { pose: Pose::from_parts(Translation3::from(Vector3::from(position)), rotation), grip, force })
