@@ -211,7 +211,7 @@ def test_a_state_tells_what_is():
         (ValueError, '"ball" has 2 numbers, 3 are observed', type("Wrong", (Plain,), {"scaling": {"ball": ([0, 0], 1)}})),
         (ValueError, """'hammer'; "gripper" or "wiping-tool\"""", type("Wrong", (Plain,), {"tool": "hammer"})),
         (ValueError, 'no joint "slide"', type("Wrong", (Plain,), {"disturbances": {"x": {"joint_friction": "slide", "allowed": [0, 1]}}})),
-        (ValueError, "the name is that of a built-in task", type("Lift", (Plain,), {})),
+        (ValueError, "the name is that of a task in Rust", type("Lift", (Plain,), {})),
         (NotImplementedError, "Empty has no reward(state)", type("Empty", (aforce.Task,), {})),
         (KeyError, "no body", type("Wrong", (Plain,), {"observe": lambda self, state: {"x": state.body("x").position}})),
         (TypeError, "its class is wanted", Plain()),

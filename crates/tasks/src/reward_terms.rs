@@ -62,3 +62,17 @@ impl RewardTerms {
         RewardTerms(self.0.map(|term| term.map(|(name, _)| (name, 0.0))))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sixteen_terms_are_taken_and_no_more() {
+        let terms = [("near", 0.25); MOST + 1];
+        let all = RewardTerms::of(&terms[..MOST]).unwrap();
+        assert_eq!((all.iter().count(), all.sum()), (MOST, 4.0));
+        assert_eq!(RewardTerms::of(&terms[..1]), Some(RewardTerms::from([("near", 0.25)])));
+        assert_eq!(RewardTerms::of(&terms), None);
+    }
+}

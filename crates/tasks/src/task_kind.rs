@@ -88,10 +88,15 @@ impl TaskKind {
         Ok(task)
     }
 
+    /// Whether whoever makes the environment makes the task.
+    pub(crate) fn is_made_elsewhere(&self) -> bool {
+        self.create.is_none()
+    }
+
     /// Whether both are made elsewhere and say the same.
     pub(crate) fn is_like(&self, other: &Self) -> bool {
         let words = |kind: &Self| (kind.name, kind.purpose, kind.disturbances, kind.own_disturbances);
-        self.create.is_none() && other.create.is_none() && words(self) == words(other)
+        self.is_made_elsewhere() && other.is_made_elsewhere() && words(self) == words(other)
     }
 
     /// Looks whether the task can be made with its options.

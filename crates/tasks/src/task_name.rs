@@ -66,14 +66,15 @@ fn check_name(kind: &TaskKind) -> Result<(), ConfigError> {
 /// Makes a task known that is written while the program runs, and may be written again: it takes the place of one of its name.
 ///
 /// # Errors
-/// If the name is that of a built-in task, or cannot be the name of a folder.
+/// If the name is that of a task that is made here, or cannot be the name of a folder.
 pub fn register_anew(kind: TaskKind) -> Result<TaskName, ConfigError> {
     check_name(&kind)?;
-    if TaskName::BUILT_IN.iter().any(|other| other.as_str() == kind.name) {
-        let field = format!("task {:?}", kind.name);
-        return Err(ConfigError::Contradiction { field, reason: "the name is that of a built-in task".into() });
-    }
     let mut own = OWN.write().expect("no writer panics");
+    let mut others = TaskName::BUILT_IN.iter().chain(own.iter());
+    if others.any(|other| other.as_str() == kind.name && !other.0.is_made_elsewhere()) {
+        let field = format!("task {:?}", kind.name);
+        return Err(ConfigError::Contradiction { field, reason: "the name is that of a task in Rust".into() });
+    }
     if let Some(same) = own.iter().find(|other| other.0.is_like(&kind)) {
         return Ok(*same);
     }
