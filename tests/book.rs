@@ -170,7 +170,10 @@ fn made(kind: &str) -> String {
         ["columns"] => columns(),
         ["run-columns"] => run_columns(&[Over::Training, Over::Final, Over::Sampled, Over::End]),
         ["baseline-columns"] => run_columns(&[Over::Baseline]),
-        ["file", path] => format!("```rust\n{}```\n", fs::read_to_string(root().join(path)).unwrap()),
+        ["file", path] => {
+            let language = if path.ends_with(".py") { "python" } else { "rust" };
+            format!("```{language}\n{}```\n", fs::read_to_string(root().join(path)).unwrap())
+        }
         _ => panic!("no such kind: {kind}"),
     }
 }

@@ -10,7 +10,7 @@ use pyo3::types::PyDict;
 use crate::arrays::{self, numbers};
 use crate::exclusive::Exclusive;
 use crate::keywords::env_config;
-use crate::value_error;
+use crate::{type_error, value_error};
 
 /// Names of the built-in action spaces.
 #[pyfunction]
@@ -76,6 +76,17 @@ impl Measurement {
             wrench: wrench.map_or(Ok(Wrench::zeros()), |wrench| six(wrench, "wrench"))?,
         }))
     }
+}
+
+/// Whether a keyword is no key of `env.controller`.
+fn unknown_setting(section: &Bound<'_, PyDict>) -> PyResult<bool> {
+    let known = toml::Table::try_from(aforce::ControllerConfig::default()).map_err(value_error)?;
+    for key in section.keys() {
+        if !known.contains_key(&key.extract::<String>()?) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// Farthest from length one that a quaternion may be.
@@ -155,8 +166,11 @@ impl Controller {
             return Err(value_error(format!("control_hz is not allowed: dt = {dt} s sets it")));
         }
         section.set_item("control_hz", samples_per_second(dt)?)?;
-        keywords.set_item("controller", section)?;
-        let env = env_config("lift", None, &keywords)?;
+        keywords.set_item("controller", &section)?;
+        // The keywords lie one table deeper than those of an environment, whose unknown ones are told by their type.
+        let unknown = unknown_setting(&section)?;
+        let env = env_config("lift", None, &keywords)
+            .map_err(|error| if unknown { type_error(error.value(py)) } else { error })?;
 
         let joints = |value, name| Ok::<_, PyErr>(JointVector::from_vec(numbers(value, name, &[7])?).into());
         let mut arm = Arm { torque_rate_max: [f64::INFINITY; 7], ..Arm::PANDA };

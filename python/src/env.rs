@@ -13,7 +13,6 @@ use tasks::{Pixels, Step};
 use crate::arrays;
 use crate::episodes::{Episodes, NUMBERS};
 use crate::exclusive::Exclusive;
-use crate::keywords::env_config;
 use crate::value_error;
 
 /// Observation, reward, terminated, truncated, info.
@@ -26,8 +25,13 @@ pub struct Env(Exclusive<Episodes>);
 #[pymethods]
 impl Env {
     #[new]
-    fn new(task: &str, config: Option<PathBuf>, keywords: &Bound<'_, PyDict>, scaled: bool) -> PyResult<Self> {
-        Episodes::new(env_config(task, config, keywords)?, scaled).map(|episodes| Self(Exclusive::new(episodes)))
+    fn new(
+        task: &Bound<'_, PyAny>,
+        config: Option<PathBuf>,
+        keywords: &Bound<'_, PyDict>,
+        scaled: bool,
+    ) -> PyResult<Self> {
+        Episodes::new(task, config, keywords, scaled).map(|episodes| Self(Exclusive::new(episodes)))
     }
 
     fn reset<'py>(
@@ -37,7 +41,8 @@ impl Env {
     ) -> PyResult<(Bound<'py, PyArray1<f32>>, Bound<'py, PyDict>)> {
         self.0.with(|episodes| {
             py.detach(|| episodes.reset(seed));
-            let info = PyDict::new(py);
+            episodes.check()?;
+            let info = info(py, &episodes.env, None)?;
             add_privileged(&info, episodes)?;
             Ok((PyArray1::from_vec(py, episodes.observation()), info))
         })
@@ -48,7 +53,8 @@ impl Env {
             episodes.seed()?;
             let action = arrays::action(action, &[episodes.env.action_dim()])?;
             let (step, observation) = py.detach(|| (episodes.step(&action), episodes.observation()));
-            let info = info(py, &step)?;
+            episodes.check()?;
+            let info = info(py, &episodes.env, Some(&step))?;
             add_privileged(&info, episodes)?;
             let observation = PyArray1::from_vec(py, observation);
             Ok((observation, step.reward, step.terminated, step.truncated, info))
@@ -73,7 +79,9 @@ impl Env {
     fn expert_action<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f32>>> {
         self.0.with(|episodes| {
             episodes.seed()?;
-            let action = py.detach(move || episodes.env.expert_action());
+            let env = &mut episodes.env;
+            let action = py.detach(move || env.expert_action());
+            episodes.check_query()?;
             Ok(PyArray1::from_iter(py, action.into_iter().map(|v| v as f32)))
         })
     }
@@ -91,10 +99,13 @@ impl Env {
     fn render<'py>(&self, py: Python<'py>, width: usize, height: usize) -> PyResult<Bound<'py, PyArray3<u8>>> {
         let rgb = self.0.with(|episodes| {
             episodes.seed()?;
-            Ok(py.detach(move || {
-                let task = episodes.env.task();
-                task.camera().render(episodes.env.simulation(), &task.decals(), width, height).rgb
-            }))
+            let env = &mut episodes.env;
+            let rgb = py.detach(move || {
+                let task = env.task();
+                task.camera().render(env.simulation(), &task.decals(), width, height).rgb
+            });
+            episodes.check_query()?;
+            Ok(rgb)
         })?;
         Ok(Array3::from_shape_vec((height, width, 3), rgb).map_err(value_error)?.into_pyarray(py))
     }
@@ -142,17 +153,17 @@ fn add_privileged(info: &Bound<'_, PyDict>, episodes: &Episodes) -> PyResult<()>
     info.set_item("critic", PyArray1::from_vec(info.py(), privileged))
 }
 
-/// What an action led to besides observation and reward.
-fn info<'py>(py: Python<'py>, step: &Step) -> PyResult<Bound<'py, PyDict>> {
+/// What an action led to besides observation and reward; 0 and false where there was none yet.
+fn info<'py>(py: Python<'py>, env: &tasks::Env, step: Option<&Step>) -> PyResult<Bound<'py, PyDict>> {
     let info = PyDict::new(py);
-    info.set_item("is_success", step.success)?;
-    info.set_item("stopped", step.interval.stop.is_some())?;
+    info.set_item("is_success", step.is_some_and(|step| step.success))?;
+    info.set_item("stopped", step.is_some_and(|step| step.interval.stop.is_some()))?;
     for (name, of) in NUMBERS {
-        info.set_item(name, of(step))?;
+        info.set_item(name, step.map_or(0.0, of))?;
     }
     let parts = PyDict::new(py);
-    for (term, value) in step.reward_terms.iter() {
-        parts.set_item(term, value)?;
+    for term in env.reward_terms() {
+        parts.set_item(term, step.map_or(0.0, |step| step.reward_terms.value(term)))?;
     }
     info.set_item("reward_terms", parts)?;
     Ok(info)

@@ -1,13 +1,18 @@
 //! One environment and the episodes that are played in it.
 
-use pyo3::PyResult;
+use std::path::PathBuf;
+
 use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use rand::rngs::SysRng;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use show::Playback;
-use tasks::{Component, Description, Env, EnvConfig, Step};
+use tasks::{Component, Description, Env, Step};
 
+use crate::keywords::env_config;
+use crate::own::{self, Trouble};
 use crate::value_error;
 
 /// A number of info: its name, and where it comes from.
@@ -32,6 +37,8 @@ pub const NUMBERS: [Number; 6] = [
 pub struct Episodes {
     /// The environment.
     pub env: Env,
+    /// What a method of a task of one's own raised.
+    trouble: Trouble,
     /// Whether observations are scaled.
     scaled: bool,
     /// Seeds of the episodes that are given none.
@@ -48,12 +55,22 @@ impl Episodes {
     /// Episodes without a seed are others every time and in every process, until a seed is given: the system's generator, as a fork
     /// copies every other one.
     ///
+    /// `task` is the name of a built-in task, or makes a task of one's own.
+    ///
     /// # Errors
-    /// `ValueError`, as [`Env::new`].
-    pub fn new(config: EnvConfig, scaled: bool) -> PyResult<Self> {
-        let env = Env::new(config, 0).map_err(value_error)?;
+    /// `ValueError`, as [`Env::new`]; `TypeError` for an unknown keyword; what a task of one's own raises.
+    pub fn new(
+        task: &Bound<'_, PyAny>,
+        config: Option<PathBuf>,
+        keywords: &Bound<'_, PyDict>,
+        scaled: bool,
+    ) -> PyResult<Self> {
+        let (env, trouble) = match task.extract::<String>() {
+            Ok(name) => (Env::new(env_config(&name, config, keywords)?, 0).map_err(value_error)?, Trouble::default()),
+            Err(_) => own::env(task, config, keywords)?,
+        };
         let stream = ChaCha8Rng::try_from_rng(&mut SysRng).map_err(value_error)?;
-        Ok(Self { env, scaled, stream, seed: None, records: false, playback: None })
+        Ok(Self { env, trouble, scaled, stream, seed: None, records: false, playback: None })
     }
 
     /// Starts an episode: the one of `seed`, which also fixes those that come after it without a seed.
@@ -62,9 +79,27 @@ impl Episodes {
             self.stream = ChaCha8Rng::seed_from_u64(seed);
         }
         let seed = seed.unwrap_or_else(|| self.stream.next_u64());
-        self.env.reset(Some(seed));
-        self.seed = Some(seed);
+        match self.env.try_reset(Some(seed)) {
+            Ok(_) => self.seed = Some(seed),
+            Err(no_room) => self.trouble.keep(value_error(no_room)),
+        }
         self.playback = self.records.then(|| Playback::begin(&self.env));
+    }
+
+    /// Raises what a task's method raised, or that there was no room for a start. The episode is over then.
+    ///
+    /// # Errors
+    /// That.
+    pub fn check(&mut self) -> PyResult<()> {
+        self.trouble.check().inspect_err(|_| self.seed = None)
+    }
+
+    /// The same after a question that leaves the episode as it is.
+    ///
+    /// # Errors
+    /// What a task's method raised.
+    pub fn check_query(&self) -> PyResult<()> {
+        self.trouble.check()
     }
 
     /// Takes one action.

@@ -9,7 +9,7 @@ use settings::{Source, spaces};
 use tasks::{EnvConfig, TaskName};
 use toml::{Table, Value};
 
-use crate::value_error;
+use crate::{type_error, value_error};
 
 /// How deep settings may lie in each other: a dictionary may hold itself.
 const DEEPEST: usize = 16;
@@ -17,14 +17,42 @@ const DEEPEST: usize = 16;
 /// The name of this layer of settings in messages.
 const SOURCE: &str = "keywords";
 
-/// The environment of `task` that a run's `config.toml`, if one is given, and keywords on top of it describe.
+/// The environment of the built-in `task` that a run's `config.toml`, if one is given, and keywords on top of it describe.
 ///
 /// # Errors
-/// As a program answers the same keys.
+/// `TypeError` for an unknown keyword, else as a program answers the same keys.
 pub fn env_config(task: &str, config: Option<PathBuf>, keywords: &Bound<'_, PyDict>) -> PyResult<EnvConfig> {
-    let wanted = TaskName::all().into_iter().find(|name| name.as_str() == task);
+    let wanted = TaskName::BUILT_IN.into_iter().find(|name| name.as_str() == task);
     let wanted = wanted.ok_or_else(|| value_error(format!("no task is called {task:?}")))?;
+    config_of(wanted, None, config, keywords)
+}
+
+/// The environment of a task: its own defaults, if it has some, with their name in messages; on them a file, on that the keywords.
+///
+/// # Errors
+/// As [`env_config`].
+pub fn config_of(
+    wanted: TaskName,
+    defaults: Option<(&str, &Bound<'_, PyDict>)>,
+    config: Option<PathBuf>,
+    keywords: &Bound<'_, PyDict>,
+) -> PyResult<EnvConfig> {
+    let base = EnvConfig::of(wanted);
+    let known = Table::try_from(&base).map_err(value_error)?;
     let mut layers = vec![];
+    // What is wrong with a layer of Python's has the type that Python has for it.
+    let mut unknown = false;
+    let mut layer = |name: &str, dict: &Bound<'_, PyDict>| -> PyResult<_> {
+        let mut env = table(dict, 0)?;
+        let setup = env.remove("setup").map(|setup| ("setup".to_string(), setup));
+        unknown |= env.keys().any(|key| key != "options" && !known.contains_key(key));
+        let mut layer = Table::from_iter([("env".to_string(), Value::Table(env))].into_iter().chain(setup));
+        spaces::work_out(&mut layer, Path::new("")).map_err(value_error)?;
+        Ok((Source::named(name), layer))
+    };
+    if let Some((name, dict)) = defaults {
+        layers.push(layer(name, dict)?);
+    }
     if let Some(path) = config {
         let text = fs_err::read_to_string(&path)?;
         let (source, mut table) = settings::of_file(&path, text).map_err(value_error)?;
@@ -32,12 +60,9 @@ pub fn env_config(task: &str, config: Option<PathBuf>, keywords: &Bound<'_, PyDi
         table.retain(|key, _| key == "env" || key == "setup");
         layers.push((source, table));
     }
-    let mut env = table(keywords, 0)?;
-    let setup = env.remove("setup").map(|setup| ("setup".to_string(), setup));
-    let mut layer = Table::from_iter([("env".to_string(), Value::Table(env))].into_iter().chain(setup));
-    spaces::work_out(&mut layer, Path::new("")).map_err(value_error)?;
-    layers.push((Source::named(SOURCE), layer));
-    let config = settings::env(EnvConfig::of(wanted), layers).map_err(value_error)?;
+    layers.push(layer(SOURCE, keywords)?);
+    let config =
+        settings::env(base, layers).map_err(|error| if unknown { type_error(error) } else { value_error(error) })?;
     if config.task != wanted {
         let (there, here) = (config.task.as_str(), wanted.as_str());
         return Err(value_error(format!(
@@ -48,7 +73,7 @@ pub fn env_config(task: &str, config: Option<PathBuf>, keywords: &Bound<'_, PyDi
 }
 
 /// A dictionary as a table of settings.
-fn table(dict: &Bound<'_, PyDict>, depth: usize) -> PyResult<Table> {
+pub fn table(dict: &Bound<'_, PyDict>, depth: usize) -> PyResult<Table> {
     let entry = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
         let key: String =
             key.extract().map_err(|_| PyTypeError::new_err(format!("{key}: a setting's name is a string")))?;

@@ -6,15 +6,21 @@ mod env;
 mod episodes;
 mod exclusive;
 mod keywords;
+mod own;
 mod vector;
 
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 /// An error of the Rust side as the exception it is in Python: something is wrong with a value.
 fn value_error(error: impl std::fmt::Display) -> PyErr {
     // The causes after colons.
     PyValueError::new_err(format!("{error:#}").replace('\n', " "))
+}
+
+/// The same for a keyword that is not known.
+fn type_error(error: impl std::fmt::Display) -> PyErr {
+    PyTypeError::new_err(format!("{error:#}").replace('\n', " "))
 }
 
 #[pymodule]
@@ -24,5 +30,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<vector::Vector>()?;
     module.add_class::<controller::Controller>()?;
     module.add_class::<controller::Measurement>()?;
+    module.add_class::<own::State>()?;
+    module.add_class::<own::Place>()?;
     module.add_function(wrap_pyfunction!(controller::spaces, module)?)
 }

@@ -13,7 +13,6 @@ use tasks::Step;
 use crate::arrays;
 use crate::episodes::{Episodes, NUMBERS};
 use crate::exclusive::Exclusive;
-use crate::keywords::env_config;
 
 /// Environments, each with what its latest action led to.
 struct Fleet {
@@ -47,9 +46,26 @@ impl Fleet {
         Array2::from_shape_vec(shape, rows).expect("rows of one length").into_pyarray(py)
     }
 
-    /// Info with what critics see, where they see something.
+    /// Raises what a task's method raised in one of the members.
+    fn check(&mut self) -> PyResult<()> {
+        let every = self.members.iter_mut().map(|(episodes, _)| episodes.check());
+        // All are asked: what waits in a second member would else be told of a later call.
+        every.fold(Ok(()), Result::and)
+    }
+
+    /// Info: of every member's latest step, 0 and false of those that were reset.
     fn info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let info = PyDict::new(py);
+        info.set_item("is_success", self.column(py, |step| step.success))?;
+        info.set_item("stopped", self.column(py, |step| step.interval.stop.is_some()))?;
+        for (name, of) in NUMBERS {
+            info.set_item(name, self.column(py, of))?;
+        }
+        let terms = PyDict::new(py);
+        for term in self.members[0].0.env.reward_terms() {
+            terms.set_item(term, self.column(py, |step| step.reward_terms.value(term)))?;
+        }
+        info.set_item("reward_terms", terms)?;
         if !self.members[0].0.env.privileged_components().is_empty() {
             info.set_item("critic", self.rows(py, Episodes::privileged))?;
         }
@@ -85,7 +101,7 @@ impl Vector {
     fn new(
         count: usize,
         threads: usize,
-        task: &str,
+        task: &Bound<'_, PyAny>,
         config: Option<PathBuf>,
         keywords: &Bound<'_, PyDict>,
         scaled: bool,
@@ -93,8 +109,7 @@ impl Vector {
         if count == 0 || threads == 0 {
             return Err(PyValueError::new_err("num_envs and threads must be at least 1"));
         }
-        let config = env_config(task, config, keywords)?;
-        let member = || Episodes::new(config.clone(), scaled).map(|episodes| (episodes, None));
+        let member = || Episodes::new(task, config.clone(), keywords, scaled).map(|episodes| (episodes, None));
         let members = (0..count).map(|_| member()).collect::<PyResult<Vec<_>>>()?;
         Ok(Self(Exclusive::new(Fleet { members, threads: threads.min(count) })))
     }
@@ -115,6 +130,7 @@ impl Vector {
                     None
                 });
             });
+            fleet.check()?;
             Ok((fleet.rows(py, Episodes::observation), fleet.info(py)?))
         })
     }
@@ -137,17 +153,8 @@ impl Vector {
                     }
                 });
             });
+            fleet.check()?;
             let info = fleet.info(py)?;
-            info.set_item("is_success", fleet.column(py, |step| step.success))?;
-            info.set_item("stopped", fleet.column(py, |step| step.interval.stop.is_some()))?;
-            for (name, of) in NUMBERS {
-                info.set_item(name, fleet.column(py, of))?;
-            }
-            let terms = PyDict::new(py);
-            for term in fleet.members[0].0.env.reward_terms() {
-                terms.set_item(term, fleet.column(py, |step| step.reward_terms.value(term)))?;
-            }
-            info.set_item("reward_terms", terms)?;
             Ok((
                 fleet.rows(py, Episodes::observation),
                 fleet.column(py, |step| step.reward),

@@ -91,7 +91,6 @@ def test_the_contact_axis_turns():
         ("dt = 0 is not allowed", {"dt": 0.0}),
         ("dt = NaN is not allowed", {"dt": np.nan}),
         ("did you mean `aforce`", {"space": "aforze"}),
-        ('unknown key "env.controller.positon_step"; did you mean "env.controller.position_step"?', {"positon_step": 1}),
         ("position_step = 3 is not allowed", {"position_step": 3}),
         ("control_hz is not allowed: dt = 0.002 s sets it", {"control_hz": 1000}),
         ("torque_limits has shape (3,), must have (7,)", {"torque_limits": [1, 2, 3]}),
@@ -104,6 +103,11 @@ def test_bad_settings_are_answered(words, arguments):
     with pytest.raises(ValueError) as error:
         aforce.Controller(**arguments)
     assert words in str(error.value)
+
+
+def test_an_unknown_keyword_is_a_type_error():
+    with pytest.raises(TypeError, match='unknown key "env.controller.positon_step"; did you mean "env.controller.position_step"?'):
+        aforce.Controller(positon_step=1)
 
 
 @pytest.mark.parametrize(

@@ -80,6 +80,26 @@ def test_info_and_description_say_what_happened():
     assert description["env"]["space"]["force"] and description["reward_terms"] == list(info["reward_terms"])
 
 
+def test_info_has_the_same_keys_from_reset_on():
+    env = make("Door", observation={"critic": ["task"]})
+    _, first = env.reset(seed=1)
+    *_, later = env.step(env.action_space.sample())
+    assert list(first) == list(later) and list(first["reward_terms"]) == list(later["reward_terms"])
+    assert not any(first[key] for key in first if key not in ("reward_terms", "critic")) and not any(first["reward_terms"].values())
+
+
+def test_the_spec_tells_the_horizon():
+    assert make().spec.max_episode_steps == 500
+    assert make(horizon=7).spec.max_episode_steps == 7
+    assert make(horizon=7, max_episode_steps=3).spec.max_episode_steps == 3
+    env = gym.wrappers.TimeAwareObservation(make(horizon=1000))
+    assert env.spec.max_episode_steps == 1000
+    assert gym.make(env.unwrapped.spec).unwrapped.describe()["env"]["horizon"] == 1000
+    env.reset(seed=1)
+    ends = [step for step in range(1, 1002) if env.step(np.zeros(7))[3]]
+    assert ends[0] == 1000, "no shorter limit lies on top"
+
+
 def test_terms_less_the_cost_of_motion_add_up_to_the_reward():
     env = make(motion_price=0.1)
     env.reset(seed=1)
@@ -161,7 +181,8 @@ def bad(words, kind=ValueError, **keywords):
 @pytest.mark.parametrize(
     "kind, words, keywords",
     [
-        bad('unknown key "env.horzon"; did you mean "env.horizon"?', horzon=3),
+        bad('unknown key "env.horzon"; did you mean "env.horizon"?', TypeError, horzon=3),
+        bad('unknown key "env.frameskip"; known are task, ', TypeError, frameskip=4),
         bad("env.horizon = 0 is not allowed; allowed: 1 to 1000000", horizon=0),
         bad('env.force_penalty.limt"; did you mean "env.force_penalty.limit"?', force_penalty={"limt": 1}),
         bad("env.force_penalty.limit = NaN is not allowed", force_penalty={"limit": np.nan}),

@@ -7,6 +7,7 @@ import pytest
 from common import ROOT
 
 PAGE = ROOT / "docs" / "python.md"
+TUTORIAL = ROOT / "docs" / "tutorial-task-python.md"
 
 
 def examples():
@@ -24,6 +25,16 @@ def examples():
         elif code is not None:
             code.append(line)
     return sections
+
+
+def test_the_tutorial_of_a_task_runs(tmp_path):
+    (tmp_path / "reach.py").symlink_to(ROOT / "python" / "examples" / "reach.py")
+    page, learning = (block.partition("```")[0] for block in TUTORIAL.read_text().split("```python\n")[2:4])
+    subprocess.run([sys.executable, "-c", page], cwd=tmp_path, check=True)
+    assert (tmp_path / "reach.html").stat().st_size > 50_000
+    pytest.importorskip("stable_baselines3", reason="the example needs Stable-Baselines3")
+    assert "10_000" in learning
+    subprocess.run([sys.executable, "-c", learning.replace("10_000", "300")], cwd=tmp_path, check=True)
 
 
 @pytest.mark.parametrize("heading", examples())

@@ -54,7 +54,7 @@ def test_other_controllers_are_as_they_were():
 
 
 def test_a_wrong_setting_is_answered():
-    with pytest.raises(ValueError, match='did you mean "env.controller.position_step"'):
+    with pytest.raises(TypeError, match='did you mean "env.controller.position_step"'):
         make("Lift", "aforce", positon_step=0.1)
     with pytest.raises(ValueError, match="control_hz is not allowed"):
         make("Lift", "aforce", control_hz=1000)

@@ -91,7 +91,7 @@ def test_bad_input_is_answered():
         vector(threads=0)
     with pytest.raises(ValueError, match="num_envs = -1 is not allowed"):
         vector(-1)
-    with pytest.raises(ValueError, match='unknown key "env.horzon"'):
+    with pytest.raises(TypeError, match='unknown key "env.horzon"'):
         vector(horzon=3)
     for picture in ({"render_mode": "rgb_array"}, {"render_size": (32, 24)}):
         with pytest.raises(ValueError, match="is not allowed; allowed: None, a vector draws no pictures"):

@@ -238,6 +238,15 @@ impl Simulation {
         self.gripper.as_mut().expect("a tool with fingers").close();
     }
 
+    /// After a [`reset`](Self::reset): puts joint `i` (its place in the scene, arm first) at `q` (rad or m), at rest.
+    ///
+    /// # Panics
+    /// If there is no such joint.
+    pub fn set_joint(&mut self, i: usize, q: f64) {
+        self.engine.set_coordinate(i, q, 0.0);
+        self.engine.settle();
+    }
+
     /// Loads joint `i` (its place in the scene, arm first) with an effort (Nm or N) from
     /// outside, until it is set again or the simulation is reset.
     ///

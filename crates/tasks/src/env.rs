@@ -89,9 +89,16 @@ pub struct Step {
     pub interval: Interval,
 }
 
-/// Puts the arm at `q` (rad), and the fingers and what they hold as `start` says.
-fn put(simulation: &mut Simulation, start: &Start, q: &JointVector) {
+/// The geoms that lie deepest in one place, by their names.
+fn overlapping(simulation: &Simulation) -> String {
+    let deepest = simulation.overlaps(0.0).into_iter().max_by(|a, b| a.depth.total_cmp(&b.depth));
+    deepest.map_or_else(String::new, |overlap| overlap.geoms.join(" and "))
+}
+
+/// Puts the arm at `q` (rad), the task's joints where it wants them, and the fingers and what they hold as `start` says.
+fn put(simulation: &mut Simulation, task: &dyn Task, start: &Start, q: &JointVector) {
     simulation.reset(q);
+    task.arrange(simulation);
     match start.fingers {
         Fingers::HalfOpen => {}
         Fingers::Apart(distance) => simulation.open_fingers(distance),
@@ -136,15 +143,14 @@ impl Env {
         let plant = Plant { robot, dt: config.controller.dt(), config: config.simulation, deviation };
         let mut simulation = task.reset(&plant, &mut ChaCha8Rng::seed_from_u64(0));
         let start = task.start(&plant.robot);
-        put(&mut simulation, &start, &start.q);
+        put(&mut simulation, task.as_ref(), &start, &start.q);
         if simulation.overlap() >= LARGEST_OVERLAP {
             let raised = table_height > 0.0;
             let field = if raised { "env.disturbance.table_height_m" } else { "env.task" };
             let reason = if raised {
                 format!("{table_height} m raise the table into the arm at its start; lower it")
             } else {
-                let deepest = simulation.overlaps(0.0).into_iter().max_by(|a, b| a.depth.total_cmp(&b.depth));
-                let parts = deepest.map_or_else(String::new, |overlap| overlap.geoms.join(" and "));
+                let parts = overlapping(&simulation);
                 let (task, robot) = (task.name(), &plant.robot.name);
                 format!("the scene of {task} leaves {robot} no room at its start: {parts} overlap")
             };
@@ -169,7 +175,7 @@ impl Env {
             elapsed: 0,
             held: 0.0,
         };
-        env.reset(Some(0));
+        env.try_reset(Some(0))?;
         env.shows_what_is_asked()?;
         Ok(env)
     }
@@ -180,12 +186,21 @@ impl Env {
     /// # Panics
     /// If the task's scene has no room for the arm around its home pose.
     pub fn reset(&mut self, seed: Option<u64>) -> &[f32] {
+        self.try_reset(seed).unwrap_or_else(|error| panic!("{error}"));
+        self.observation()
+    }
+
+    /// As [`Env::reset`], for a task that may draw scenes without room.
+    ///
+    /// # Errors
+    /// If the task's scene has no room for the arm around its home pose. The episode is none then: reset again.
+    pub fn try_reset(&mut self, seed: Option<u64>) -> Result<&[f32], ConfigError> {
         let seed = seed.unwrap_or_else(|| self.episodes.next_u64());
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         self.drawn = self.config.disturbance.draw(seed, self.config.task);
         self.plant.deviation = self.drawn.deviation.clone();
         self.simulation = self.task.reset(&self.plant, &mut rng);
-        self.place_arm(&mut rng);
+        self.place_arm(&mut rng)?;
         self.y = self.drawn.sense(&self.simulation);
         self.estimator = self.config.sensing.estimator(seed, self.plant.robot.damping(), &self.y);
         self.controller.reset(&self.y);
@@ -199,7 +214,7 @@ impl Env {
             // The first measurement is no estimate.
             self.sensor.tare_too(&self.y, estimator.bias());
         }
-        self.observation()
+        Ok(self.observation())
     }
 
     /// That no entry of the critic's list is empty.
@@ -220,7 +235,7 @@ impl Env {
     }
 
     /// Draws joint angles until they are within their ranges and the arm stands in nothing's way.
-    fn place_arm(&mut self, rng: &mut ChaCha8Rng) {
+    fn place_arm(&mut self, rng: &mut ChaCha8Rng) -> Result<(), ConfigError> {
         let (start, arm) = (self.task.start(&self.plant.robot), &self.plant.robot.arm);
         let joints = self.plant.robot.joints;
         for _ in 0..MOST_STARTS {
@@ -228,13 +243,17 @@ impl Env {
             // A seventh joint that there is not stays where it is.
             q.iter_mut().zip(&start.q).skip(joints).for_each(|(q, start)| *q = *start);
             if q.iter().zip(arm.range).all(|(q, [low, high])| (low..=high).contains(q)) {
-                put(&mut self.simulation, &start, &q);
+                put(&mut self.simulation, self.task.as_ref(), &start, &q);
                 if self.simulation.overlap() < LARGEST_OVERLAP {
-                    return;
+                    return Ok(());
                 }
             }
         }
-        panic!("{MOST_STARTS} starts of {} overlap its scene: leave room around the home pose", self.task.name());
+        let (task, geoms) = (self.task.name(), overlapping(&self.simulation));
+        let reason = format!(
+            "{MOST_STARTS} starts of {task} overlap its scene: leave room around the home pose; in the last one {geoms} overlap"
+        );
+        Err(ConfigError::Contradiction { field: "env.task".into(), reason })
     }
 
     /// Applies one action in [-1, 1]^n for one policy interval: the entries of the action space

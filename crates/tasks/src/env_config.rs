@@ -95,7 +95,7 @@ impl EnvConfig {
         within("env.force_penalty.limit", limit, 0.0..=1e6)?;
         within("env.force_penalty.weight", weight, 0.0..=1e3)?;
         within("env.motion_price", self.motion_price, 0.0..=1e3)?;
-        self.create_task()?;
+        self.task.kind().check(self)?;
         if let RobotChoice::Own(robot) = &self.robot {
             robot.validate().map_err(|error| error.below("env.robot"))?;
         }

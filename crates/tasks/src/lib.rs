@@ -66,5 +66,5 @@ pub use spot::Spot;
 pub use start::{Fingers, Start};
 pub use task::{Reward, Task, Waypoint};
 pub use task_kind::TaskKind;
-pub use task_name::{TaskName, register};
+pub use task_name::{TaskName, register, register_anew};
 pub use wipe::{MarkerView, Markers, Wipe};

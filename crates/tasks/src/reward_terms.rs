@@ -19,6 +19,15 @@ impl<const N: usize> From<[(&'static str, f64); N]> for RewardTerms {
 }
 
 impl RewardTerms {
+    /// Terms whose number is known when the program runs; `None` if there are more than sixteen.
+    pub fn of(terms: &[(&'static str, f64)]) -> Option<Self> {
+        let mut places = [None; MOST];
+        (terms.len() <= MOST).then(|| {
+            places.iter_mut().zip(terms).for_each(|(place, term)| *place = Some(*term));
+            RewardTerms(places)
+        })
+    }
+
     /// Name and value of each, in the task's order.
     pub fn iter(&self) -> impl Iterator<Item = (&'static str, f64)> {
         self.0.into_iter().flatten()
@@ -51,5 +60,19 @@ impl RewardTerms {
     /// The same names, each with 0.
     pub(crate) fn zeroed(self) -> Self {
         RewardTerms(self.0.map(|term| term.map(|(name, _)| (name, 0.0))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sixteen_terms_are_taken_and_no_more() {
+        let terms = [("near", 0.25); MOST + 1];
+        let all = RewardTerms::of(&terms[..MOST]).unwrap();
+        assert_eq!((all.iter().count(), all.sum()), (MOST, 4.0));
+        assert_eq!(RewardTerms::of(&terms[..1]), Some(RewardTerms::from([("near", 0.25)])));
+        assert_eq!(RewardTerms::of(&terms), None);
     }
 }

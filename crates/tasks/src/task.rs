@@ -23,6 +23,10 @@ pub trait Task: Send {
         Start::at(robot.home)
     }
 
+    /// Puts the task's own joints where the episode starts, for those that do not start at zero ([`Simulation::set_joint`]). Called after
+    /// the arm was put in place, once for each start that is tried.
+    fn arrange(&self, _simulation: &mut Simulation) {}
+
     /// The name that it is registered with; captions and messages use it too.
     fn name(&self) -> &'static str;
 

@@ -22,7 +22,8 @@ type Create = fn(&EnvConfig) -> Result<Box<dyn Task>, ConfigError>;
 pub struct TaskKind {
     pub(crate) name: &'static str,
     pub(crate) purpose: &'static str,
-    create: Create,
+    /// `None`: whoever makes the environment makes the task.
+    create: Option<Create>,
     defaults: fn(&mut EnvConfig),
     pub(crate) disturbances: &'static [&'static str],
     pub(crate) own_disturbances: &'static [OwnDisturbance],
@@ -37,12 +38,17 @@ impl TaskKind {
         TaskKind {
             name,
             purpose,
-            create,
+            create: Some(create),
             defaults: |_| (),
             disturbances: &[],
             own_disturbances: &[],
             takes_options: false,
         }
+    }
+
+    /// A task that is made elsewhere and handed to [`Env::with_task`](crate::Env::with_task), such as one written in another language.
+    pub const fn made_elsewhere(name: &'static str, purpose: &'static str) -> Self {
+        TaskKind { create: None, ..TaskKind::new(name, purpose, |_| unreachable!()) }
     }
 
     /// With settings that differ from those of other tasks, such as horizon, force limit or noise of the start. What files
@@ -69,16 +75,42 @@ impl TaskKind {
 
     /// The task, with its options.
     pub(crate) fn create(&self, config: &EnvConfig) -> Result<Box<dyn Task>, ConfigError> {
-        if let Some(key) = config.options.keys().next().filter(|_| !self.takes_options) {
-            let reason = format!("{} has no options of its own", self.name);
-            return Err(ConfigError::Contradiction { field: format!("env.options.{key}"), reason });
-        }
-        let task = (self.create)(config)?;
+        self.check_options(config)?;
+        let Some(create) = self.create else {
+            let reason = format!("{} is made by the program that plays it, and known there alone", self.name);
+            return Err(ConfigError::Contradiction { field: "env.task".into(), reason });
+        };
+        let task = create(config)?;
         if task.name() != self.name {
             let reason = format!("registered as {:?}, it calls itself {:?}", self.name, task.name());
             return Err(ConfigError::Contradiction { field: "env.task".into(), reason });
         }
         Ok(task)
+    }
+
+    /// Whether whoever makes the environment makes the task.
+    pub(crate) fn is_made_elsewhere(&self) -> bool {
+        self.create.is_none()
+    }
+
+    /// Whether both are made elsewhere and say the same.
+    pub(crate) fn is_like(&self, other: &Self) -> bool {
+        let words = |kind: &Self| (kind.name, kind.purpose, kind.disturbances, kind.own_disturbances);
+        self.is_made_elsewhere() && other.is_made_elsewhere() && words(self) == words(other)
+    }
+
+    /// Looks whether the task can be made with its options.
+    pub(crate) fn check(&self, config: &EnvConfig) -> Result<(), ConfigError> {
+        match self.create {
+            Some(_) => self.create(config).map(drop),
+            None => self.check_options(config),
+        }
+    }
+
+    fn check_options(&self, config: &EnvConfig) -> Result<(), ConfigError> {
+        let Some(key) = config.options.keys().next().filter(|_| !self.takes_options) else { return Ok(()) };
+        let reason = format!("{} has no options of its own", self.name);
+        Err(ConfigError::Contradiction { field: format!("env.options.{key}"), reason })
     }
 
     /// Puts the task's own defaults into settings.

@@ -34,10 +34,7 @@ pub fn register(kinds: &[TaskKind]) -> Result<(), ConfigError> {
     let mut all = own.clone();
     for kind in kinds {
         let wrong = |reason: String| Err(ConfigError::Contradiction { field: format!("task {:?}", kind.name), reason });
-        let fits = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-        if kind.name.is_empty() || !kind.name.chars().all(fits) || kind.name.parse::<f64>().is_ok() {
-            return wrong("a name has lower-case letters, digits and -, and is no number".into());
-        }
+        check_name(kind)?;
         if TaskName::BUILT_IN.iter().chain(&all).any(|other| other.as_str() == kind.name) {
             return wrong("the name is registered twice, or is that of a built-in task".into());
         }
@@ -54,6 +51,38 @@ pub fn register(kinds: &[TaskKind]) -> Result<(), ConfigError> {
     }
     *own = all;
     Ok(())
+}
+
+/// That a name can be that of a folder.
+fn check_name(kind: &TaskKind) -> Result<(), ConfigError> {
+    let fits = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+    if kind.name.is_empty() || !kind.name.chars().all(fits) || kind.name.parse::<f64>().is_ok() {
+        let reason = "a name has lower-case letters, digits and -, and is no number".into();
+        return Err(ConfigError::Contradiction { field: format!("task {:?}", kind.name), reason });
+    }
+    Ok(())
+}
+
+/// Makes a task known that is written while the program runs, and may be written again: it takes the place of one of its name.
+///
+/// # Errors
+/// If the name is that of a task that is made here, or cannot be the name of a folder.
+pub fn register_anew(kind: TaskKind) -> Result<TaskName, ConfigError> {
+    check_name(&kind)?;
+    let mut own = OWN.write().expect("no writer panics");
+    let mut others = TaskName::BUILT_IN.iter().chain(own.iter());
+    if others.any(|other| other.as_str() == kind.name && !other.0.is_made_elsewhere()) {
+        let field = format!("task {:?}", kind.name);
+        return Err(ConfigError::Contradiction { field, reason: "the name is that of a task in Rust".into() });
+    }
+    if let Some(same) = own.iter().find(|other| other.0.is_like(&kind)) {
+        return Ok(*same);
+    }
+    own.retain(|other| other.as_str() != kind.name);
+    // It lives as long as the program.
+    let name = TaskName(Box::leak(Box::new(kind)));
+    own.push(name);
+    Ok(name)
 }
 
 impl TaskName {

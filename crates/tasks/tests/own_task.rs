@@ -14,7 +14,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 use tasks::{
     Change, Draw, Env, EnvConfig, Fingers, Observer, OwnDisturbance, Reward, Start, Task, TaskKind, TaskName, Waypoint,
-    register,
+    register, register_anew,
 };
 use toml::Table as Toml;
 
@@ -162,6 +162,26 @@ fn a_registered_task_is_known_by_name_with_its_defaults() {
     let square = EnvConfig::of("square".parse().unwrap());
     let error = square.validate().unwrap_err().to_string();
     assert_eq!(error, "env.task: registered as \"square\", it calls itself \"circle\"");
+}
+
+/// As a task that is written in another language, again and again.
+#[test]
+fn a_task_that_is_made_elsewhere_may_be_written_anew() {
+    let kind = TaskKind::made_elsewhere("spiral", "go around in a spiral");
+    let disturbed = |kind: TaskKind| {
+        let mut config = EnvConfig::of(register_anew(kind).unwrap());
+        config.disturbance.own.insert("block_mass".into(), Draw::Fixed(2.0));
+        config.validate().map_err(|error| error.to_string())
+    };
+    assert!(disturbed(kind).unwrap_err().contains("it has no disturbances of its own"));
+    assert_eq!(disturbed(kind.own_disturbances(&[MASS])), Ok(()));
+    let spiral = EnvConfig::of("spiral".parse().unwrap());
+    assert!(spiral.create_task().err().unwrap().to_string().contains("made by the program that plays it"));
+    for taken in ["lift", "circle"] {
+        config("");
+        let error = register_anew(TaskKind::made_elsewhere(taken, "")).unwrap_err().to_string();
+        assert_eq!(error, format!("task {taken:?}: the name is that of a task in Rust"));
+    }
 }
 
 #[test]

@@ -3,20 +3,21 @@
     import gymnasium as gym, aforce
     env = gym.make("aforce/Lift-v0", space="aforce", scaled=True)
 
-The environments `aforce/Lift-v0`, `aforce/Door-v0` and `aforce/Wipe-v0` are registered by the import. See `Env`, `VectorEnv`,
-`Controller`, `Measurement`, `Policy`, `Recorder`.
+The environments `aforce/Lift-v0`, `aforce/Door-v0`, `aforce/Wipe-v0` and, for a `Task` of one's own, `aforce/Task-v0` are registered by the
+import. See `Env`, `VectorEnv`, `Task`, `Controller`, `Measurement`, `Policy`, `Recorder`.
 """
 
 from gymnasium import register
 
-from ._native import Controller, Measurement, __version__, spaces
+from ._native import Controller, Measurement, Place, State, __version__, spaces
 from .env import Env
 from .policy import Policy
 from .recorder import Recorder
 from .sb3 import SB3_SAC
+from .task import Task
 from .vector import VectorEnv
 
-__all__ = ["SB3_SAC", "Controller", "Env", "Measurement", "Policy", "Recorder", "VectorEnv", "__version__", "spaces"]
+__all__ = ["SB3_SAC", "Controller", "Env", "Measurement", "Place", "Policy", "Recorder", "State", "Task", "VectorEnv", "__version__", "spaces"]
 
 for _task in ("lift", "door", "wipe"):
     register(
@@ -25,3 +26,5 @@ for _task in ("lift", "door", "wipe"):
         vector_entry_point="aforce:VectorEnv",
         kwargs={"named": _task},
     )
+
+register(id="aforce/Task-v0", entry_point="aforce:Env", vector_entry_point="aforce:VectorEnv")

@@ -1,13 +1,13 @@
 """The types of what is written in Rust. SI units; world axes, linear part first."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Controller", "Env", "Measurement", "Vector", "__version__", "spaces"]
+__all__ = ["Controller", "Env", "Measurement", "Place", "State", "Vector", "__version__", "spaces"]
 
 _File: TypeAlias = str | os.PathLike[str]
 _Floats: TypeAlias = NDArray[np.float32]
@@ -138,10 +138,91 @@ class Controller:
         """Samples since reset whose measurement or torque was not finite."""
 
 @final
+class Place:
+    """Pose and velocity of a body or of the tool, world axes."""
+
+    @property
+    def position(self) -> _Numbers:
+        """Of its frame (m); shape (3,)."""
+
+    @property
+    def quaternion(self) -> _Numbers:
+        """x, y, z, w; shape (4,)."""
+
+    @property
+    def rotation(self) -> _Numbers:
+        """Its axes as columns; shape (3, 3)."""
+
+    @property
+    def velocity(self) -> _Numbers:
+        """Of a body's centre of mass, of the tool point (m/s); shape (3,)."""
+
+    @property
+    def angular_velocity(self) -> _Numbers:
+        """(rad/s); shape (3,)."""
+
+    def point(self, within: ArrayLike) -> _Numbers:
+        """Where a point of its frame is in the world (m); shapes (3,)."""
+
+@final
+class State:
+    """What the methods of a task read, as it was when they were called. World axes, SI units."""
+
+    @property
+    def time(self) -> float:
+        """Since the start of the episode (s)."""
+
+    @property
+    def tool(self) -> Place:
+        """The tool point: z out of the hand, x along which the fingers open."""
+
+    @property
+    def q(self) -> _Numbers:
+        """Joint angles (rad); shape (7,)."""
+
+    @property
+    def qd(self) -> _Numbers:
+        """Joint velocities (rad/s); shape (7,)."""
+
+    @property
+    def force(self) -> _Numbers:
+        """What the environment exerts on the hand, filtered (N); shape (3,)."""
+
+    @property
+    def torque(self) -> _Numbers:
+        """About the tool point (Nm); shape (3,)."""
+
+    @property
+    def contact_force(self) -> float:
+        """Sustained force on the whole arm (N)."""
+
+    @property
+    def fingers(self) -> float | None:
+        """Distance of the finger pads (m); None for a tool without."""
+
+    @property
+    def penalty(self) -> float:
+        """Of this action's force above the limit, at least 0; told to `reward` and `success` alone."""
+
+    def body(self, name: str) -> Place:
+        """Where a body of the scene is; KeyError if there is none of this name."""
+
+    def joint(self, name: str) -> float:
+        """Position of a joint of the scene (rad or m)."""
+
+    def joint_velocity(self, name: str) -> float:
+        """Velocity of a joint of the scene (rad/s or m/s)."""
+
+    def grasped(self, name: str) -> bool:
+        """Whether both finger pads press on the shape of this name, or on one of the body of this name."""
+
+@final
 class Env:
     """An environment; Gymnasium's interface is `aforce.Env`."""
 
-    def __new__(cls, task: str, config: _File | None, keywords: dict[str, Any], scaled: bool) -> Env: ...
+    def __new__(
+        cls, task: str | Callable[[], object], config: _File | None, keywords: dict[str, Any], scaled: bool
+    ) -> Env: ...
     def reset(self, seed: int | None) -> tuple[_Floats, dict[str, Any]]:
         """Starts an episode and returns its first observation, and info."""
 
@@ -176,7 +257,13 @@ class Vector:
     """A vector of environments, one row of every array for each; Gymnasium's interface is `aforce.VectorEnv`."""
 
     def __new__(
-        cls, count: int, threads: int, task: str, config: _File | None, keywords: dict[str, Any], scaled: bool
+        cls,
+        count: int,
+        threads: int,
+        task: str | Callable[[], object],
+        config: _File | None,
+        keywords: dict[str, Any],
+        scaled: bool,
     ) -> Vector: ...
     def reset(self, seeds: Sequence[int | None], which: Sequence[bool]) -> tuple[_Floats, dict[str, Any]]:
         """Starts an episode in each environment that `which` names, and returns all observations and info."""

@@ -7,10 +7,12 @@ from typing import Any, TypeAlias
 
 import gymnasium as gym
 import numpy as np
+from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils import EzPickle
 from numpy.typing import ArrayLike, NDArray
 
 from ._native import Env as Native
+from .task import Makes, Task
 
 File: TypeAlias = str | os.PathLike[str]
 Floats: TypeAlias = NDArray[np.float32]
@@ -46,6 +48,21 @@ def absolute(config: File | None, settings: dict[str, Any]) -> tuple[str | None,
     return None if config is None else os.path.abspath(config), settings
 
 
+def maker(named: str | None, task: "Makes | str | None", settings: dict[str, Any]) -> "Makes | str":
+    """What an environment is made of: the name of a built-in task, or what makes one of one's own."""
+    if named is not None:
+        if task is not None:
+            settings["task"] = task  # A setting like any other: answered if it contradicts the name.
+        return named
+    if task is None or isinstance(task, str):
+        raise TypeError(f"task = {task!r}: a class below aforce.Task is wanted; built-in tasks are made by gymnasium.make")
+    if isinstance(task, Task):
+        raise TypeError(f"task is an object of {type(task).__name__}; its class is wanted, of which every environment makes one")
+    if not callable(task) or isinstance(task, type) and not issubclass(task, Task):
+        raise TypeError(f"task = {task!r}: a class below aforce.Task is wanted")
+    return task
+
+
 def checked_seed(seed: int | None, others: int = 0) -> int | None:
     """A seed as the simulation takes it, after which there are `others` more: a whole number of 64 bits."""
     if seed is not None and not (isinstance(seed, (int, np.integer)) and 0 <= seed < 2**64 - others):
@@ -59,8 +76,10 @@ def checked_options(options: dict[str, Any] | None) -> None:
 
 
 class Env(gym.Env[Observation, Floats], EzPickle):
-    """A robot, a task and an action space; made by `gymnasium.make("aforce/Lift-v0", ...)`, `Door-v0` or `Wipe-v0`.
+    """A robot, a task and an action space; made by `gymnasium.make("aforce/Lift-v0", ...)`, `Door-v0` or `Wipe-v0`, and of a task of
+    one's own by `aforce.Env(task=Drawer, ...)` or `gymnasium.make("aforce/Task-v0", task=Drawer, ...)`.
 
+    task         a class below `aforce.Task`, or a function without arguments that makes such an object
     space        name of `aforce.spaces()`, file, or dict: what an action is; "aforce" if not given
     config       path of a run's config.toml: its environment, on top of which keywords come
     scaled       whether every number of an observation is scaled to about 1, and clipped to 10
@@ -80,14 +99,16 @@ class Env(gym.Env[Observation, Floats], EzPickle):
     float32 metres up to 5, or with `"kind": "rgb"` (height, width, 3), uint8. `"from": "hand"` looks along the tool.
     """
 
+    _spec: EnvSpec | None = None
     observation_space: "gym.spaces.Space[Any]"
     action_space: Box
     metadata = {"render_modes": ["rgb_array"], "render_fps": 20}
 
     def __init__(
         self,
-        named: str,
+        named: str | None = None,
         *,
+        task: "Makes | str | None" = None,
         config: File | None = None,
         scaled: bool = False,
         render_mode: str | None = None,
@@ -96,21 +117,35 @@ class Env(gym.Env[Observation, Floats], EzPickle):
     ) -> None:
         config, settings = absolute(config, copy.deepcopy(settings))  # A pickle is of the settings as they are now.
         EzPickle.__init__(
-            self, named, config=config, scaled=scaled, render_mode=render_mode, render_size=render_size, **settings
+            self, named, task=task, config=config, scaled=scaled, render_mode=render_mode, render_size=render_size, **settings
         )
+        made_by = maker(named, task, settings)
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise ValueError(f'render_mode = {render_mode!r} is not allowed; allowed: None, "rgb_array"')
-        self.task, self.scaled, self.render_mode = named, scaled, render_mode
+        self.scaled, self.render_mode = scaled, render_mode
         sides = [int(side) for side in render_size]
         if len(sides) != 2 or not all(1 <= side <= LARGEST for side in sides):
             raise ValueError(f"render_size = {render_size!r} is not allowed; allowed: a width and a height, 1 to {LARGEST}")
         self._width, self._height = sides
-        self._native = Native(named, config, settings, bool(scaled))
+        self._native = Native(made_by, config, settings, bool(scaled))
         description = self.describe()
+        self.task: str = description["env"]["task"]
+        self._horizon: int = description["env"]["horizon"]
         numbers, self.action_space = spaces_of(description, scaled)
         self.observation_space = with_pixels(description, numbers)
         self._has_pixels = "pixels" in description
         self.metadata = {**self.metadata, "render_fps": description["env"]["controller"]["policy_hz"]}
+
+    @property
+    def spec(self) -> EnvSpec | None:  # type: ignore[override]
+        """What `gymnasium.make` made it of; `max_episode_steps` is the horizon, at which the simulation itself truncates."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, spec: EnvSpec | None) -> None:
+        self._spec = spec
+        if spec is not None:
+            spec.max_episode_steps = self._horizon
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
         """Starts an episode: that of `seed`, which also fixes all later episodes that are given none."""

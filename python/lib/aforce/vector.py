@@ -13,7 +13,8 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
 from ._native import Vector as Native
-from .env import File, Floats, absolute, checked_seed, spaces_of
+from .env import File, Floats, absolute, checked_seed, maker, spaces_of
+from .task import Makes
 
 
 class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
@@ -29,9 +30,10 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
 
     def __init__(
         self,
-        named: str,
+        named: str | None = None,
         num_envs: int = 1,
         *,
+        task: "Makes | str | None" = None,
         threads: int | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         config: File | None = None,
@@ -47,10 +49,11 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
             raise ValueError(f"num_envs = {num_envs} is not allowed; allowed: 1 or above")
         config, settings = absolute(config, copy.deepcopy(settings))
         EzPickle.__init__(
-            self, named, num_envs, threads=threads, autoreset_mode=autoreset_mode, config=config, scaled=scaled, **settings
+            self, named, num_envs, task=task, threads=threads, autoreset_mode=autoreset_mode, config=config, scaled=scaled, **settings
         )
         threads = len(os.sched_getaffinity(0)) if threads is None else threads
-        self._native = Native(num_envs, threads, named, config, settings, bool(scaled))
+        made_by = maker(named, task, settings)
+        self._native = Native(num_envs, threads, made_by, config, settings, bool(scaled))
         description = json.loads(self._native.describe())
         if "pixels" in description:
             raise ValueError("observation.camera is not for this vector; allowed: Gymnasium's own, of single environments")
@@ -94,22 +97,30 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
         begins = self._ended if self.autoreset_mode == AutoresetMode.NEXT_STEP else np.zeros(self.num_envs, bool)
         if begins.any() and np.shape(actions) == self.action_space.shape:  # Whose actions do not count, whatever they are.
             actions = np.where(begins[:, None], 0, actions)
-        observations, rewards, terminated, truncated, numbers = self._native.step(actions, begins.tolist())
+        observations, rewards, terminated, truncated, info = self._native.step(actions, begins.tolist())
         self._ended = terminated | truncated
-        # What critics see is there of those too that begin an episode.
-        critic = {name: numbers.pop(name) for name in ("critic",) if name in numbers}
-        info = self._masked(numbers, ~begins)
+        final: dict[str, Any] = {}
         if self.autoreset_mode == AutoresetMode.SAME_STEP and self._ended.any():
             ended, self._ended = self._ended, np.zeros(self.num_envs, bool)
-            final = np.full(self.num_envs, None, object)
+            last = np.full(self.num_envs, None, object)
             for i in ended.nonzero()[0]:
-                final[i] = observations[i].copy()
-            info = self._masked(numbers, ~ended)
-            info |= {"final_obs": final, "_final_obs": ended}
-            info |= {"final_info": self._masked(numbers | critic, ended), "_final_info": ended.copy()}
-            observations, critic = self._native.reset([None] * self.num_envs, ended.tolist())
-        info |= self._masked(critic, np.ones(self.num_envs, bool))
-        return observations, rewards, terminated, truncated, info
+                last[i] = observations[i].copy()
+            final = {"final_obs": last, "_final_obs": ended}
+            final |= {"final_info": self._masked(info, ended), "_final_info": ended.copy()}
+            observations, begun = self._native.reset([None] * self.num_envs, ended.tolist())
+            info = self._merged(info, begun, ended)
+        return observations, rewards, terminated, truncated, self._masked(info, np.ones(self.num_envs, bool)) | final
+
+    @classmethod
+    def _merged(cls, info: dict[str, Any], other: dict[str, Any], mask: NDArray[np.bool_]) -> dict[str, Any]:
+        """`info`, but of the environments that the mask names `other`."""
+        merged: dict[str, Any] = {}
+        for name, values in info.items():
+            if isinstance(values, dict):
+                merged[name] = cls._merged(values, other[name], mask)
+            else:
+                merged[name] = np.where(mask.reshape(-1, *[1] * (values.ndim - 1)), other[name], values)
+        return merged
 
     @classmethod
     def _masked(cls, numbers: dict[str, Any], mask: NDArray[np.bool_]) -> dict[str, Any]:

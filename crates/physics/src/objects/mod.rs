@@ -92,11 +92,9 @@ impl Part {
             let role = if scene.moving_root(index).0.is_some() { Role::Object } else { Role::Fixture };
             scene.bodies[index].geoms.iter_mut().for_each(|geom| geom.role = role);
             if default_here {
-                let carried = carried(&scene.bodies, index);
-                match &mut scene.bodies[index].joint {
-                    Joint::Hinge(axis) => axis.stop = default_stop(axis.armature + carried.about(&axis.direction)),
-                    Joint::Slide(axis) => axis.stop = default_stop(axis.armature + carried.mass),
-                    Joint::Fixed | Joint::Free => {}
+                let stop = default_stop(&scene.bodies, index);
+                if let Joint::Hinge(axis) | Joint::Slide(axis) = &mut scene.bodies[index].joint {
+                    axis.stop = stop;
                 }
             }
         }
@@ -118,9 +116,16 @@ fn carried(bodies: &[Body], index: usize) -> Inertial {
         .fold(bodies[index].inertial, |sum, child| sum.merged(&carried(bodies, child).transformed(&bodies[child].pose)))
 }
 
-/// MuJoCo's `solreflimit="0.02 1"` for what moves with this inertia (kg m2 or kg): critically damped, 20 ms.
-fn default_stop(inertia: f64) -> Stop {
+/// MuJoCo's `solreflimit="0.02 1"` for the joint of the body at `index` and what that carries: critically damped, 20 ms.
+pub fn default_stop(bodies: &[Body], index: usize) -> Stop {
     const TIME: f64 = 0.02;
+    let carried = carried(bodies, index);
+    // kg m2 or kg.
+    let inertia = match &bodies[index].joint {
+        Joint::Hinge(axis) => axis.armature + carried.about(&axis.direction),
+        Joint::Slide(axis) => axis.armature + carried.mass,
+        Joint::Fixed | Joint::Free => carried.mass,
+    };
     Stop::Spring { stiffness: inertia / (TIME * TIME), damping: 2.0 * inertia / TIME }
 }
 

@@ -1,0 +1,83 @@
+"""A task of one's own."""
+
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ._native import State
+
+# One number, or several.
+Numbers: TypeAlias = "float | ArrayLike"
+
+
+class Task:
+    """A task: a class below this one says what the scene is, what is drawn, observed, rewarded, and what success is. Every environment
+    makes an object of its own. Lengths in metres, angles in radians, world axes with z up, quaternions x, y, z, w.
+
+    scene        a dict, or the name of an MJCF (.xml) or URDF (.urdf) file. Floor, table and robot are there by themselves
+        table        {"height": 0.8, "centre": [0, 0], "size": [0.8, 0.8], "friction": 1}
+        bodies       a list, parents before children, of dicts {"name", "parent", "pose", "joint", "mass" or "density", "shapes"},
+                     or of files {"file", "pose"; for a URDF "free", "friction"}
+        prediction   from which distance shapes become a contact; a few times the clearance of a narrow hole
+    tool         "gripper" or "wiping-tool"
+    gripper      whether the last entry of an action moves the fingers
+    name         in descriptions and pages; the class's name in lower case if it is None
+    achievement  what success is: a verb and its object
+    defaults     settings that differ from those of other tasks, as keywords of an environment: {"horizon": 300}
+    scaling      of names of the observation, a pair: typical value, typical deviation; (0, 1) of the others
+    units        of names of the observation
+    camera       {"eye": [..], "target": [..], "field_of_view": ..}, from where pictures are taken
+    disturbances of the scene's bodies and joints: {"stiff": {"joint_friction": "slide", "allowed": [0, 10]}}, drawn with
+                 disturbance={"own": {"stiff": [0.5, 2]}}. Kinds: body_mass, body_friction, joint_friction, joint_damping (factors),
+                 joint_spring (added, Nm/rad or N/m)
+
+    A pose is a list of 3 (x, y, z), 4 (and the turn about z) or 7 numbers (and a quaternion). `joint` is "fixed" (the default), "free",
+    or a dict with the axis, {"slide": [1, 0, 0]} or {"hinge": [0, 0, 1]}, and of name, range, damping, friction, armature, spring, rest,
+    stop ([stiffness, damping]) what differs. A shape has one of box (half extents), sphere (radius), capsule and cylinder ([half length,
+    radius]), points, mesh (an OBJ or STL file; with scale), hole ({"radius", "outer", "depth", "chamfer", "sectors"}), and name, pose,
+    friction, color.
+
+    Besides the methods below a class may have:
+
+    script(state)          where a script goes next: {"position": [..], "grip": -1 opens, +1 closes, "force": N to press with}, and
+                           "forward" (hand straight down, fingers open along it; with "turns": how many turns about z do as well) or
+                           "quaternion"; without these the hand keeps its rotation
+    advance(state)         called once after every action, for what the object remembers
+    observe_critic(state)  as observe: what a critic may see besides, for observation={"critic": ["task"]}
+    marks()                discs that are drawn: a list of x, y, z, radius
+    """
+
+    scene: ClassVar[Mapping[str, Any] | str] = {}
+    tool: ClassVar[str] = "gripper"
+    gripper: ClassVar[bool] = True
+    name: ClassVar[str | None] = None
+    achievement: ClassVar[str] = "fulfils the task"
+    defaults: ClassVar[Mapping[str, Any]] = {}
+    scaling: ClassVar[Mapping[str, tuple[Numbers, Numbers]]] = {}
+    units: ClassVar[Mapping[str, str]] = {}
+    camera: ClassVar[Mapping[str, Any]] = {}
+    disturbances: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
+
+    def reset(self, rng: np.random.Generator) -> Mapping[str, Any] | None:
+        """Draws an episode from `rng`, which its seed fixes, and returns where it starts, None for as the scene has it: of "poses" (by
+        body), "joints" (positions by joint), "arm" (7 joint angles), "fingers" (distance of the pads) and "holding" ({"body",
+        "grip": its pose as seen from the tool point, "width": its size along x of the tool}) what differs."""
+        return None
+
+    def observe(self, state: State) -> Mapping[str, Numbers]:
+        """Numbers by name: the same names with as many numbers every time. The robot's own follow by themselves."""
+        raise NotImplementedError(f"{type(self).__name__} has no observe(state)")
+
+    def reward(self, state: State) -> Mapping[str, float] | float:
+        """The terms that add up to the reward, at most sixteen: the same names every time. Called once before the first episode."""
+        raise NotImplementedError(f"{type(self).__name__} has no reward(state)")
+
+    def success(self, state: State) -> bool:
+        """Whether the task stands fulfilled."""
+        raise NotImplementedError(f"{type(self).__name__} has no success(state)")
+
+
+# A class of a task, or a function that makes one.
+Makes: TypeAlias = Callable[[], Task]

@@ -1,0 +1,248 @@
+//! What a task's methods read: the state after an action, as it is when they are called.
+
+use std::sync::Arc;
+
+use aforce::{Measurement, Pose, Vector3};
+use nalgebra::Point3;
+use numpy::ndarray::Array2;
+use numpy::{IntoPyArray, PyArray1, PyArray2};
+use physics::Simulation;
+use physics::scene::{Joint, Scene};
+use pyo3::exceptions::PyKeyError;
+use pyo3::prelude::*;
+
+use crate::arrays::numbers;
+
+/// Where a task's bodies, joints and shapes are to be found in its simulation.
+pub struct Places {
+    /// Each body: its name, the moving body that carries it (`None`: the world), its pose in that body's frame.
+    bodies: Vec<(String, Option<usize>, Pose)>,
+    /// Each joint with its place.
+    joints: Vec<(String, usize)>,
+    /// Each shape with its body's name and its place.
+    shapes: Vec<(String, String, usize)>,
+    /// Those of the finger pads, where there are fingers.
+    pads: Option<[usize; 2]>,
+}
+
+impl Places {
+    /// Of the bodies from `first` on.
+    pub fn new(scene: &Scene, first: usize, fingers: bool) -> Self {
+        let mut places = Places { bodies: vec![], joints: vec![], shapes: vec![], pads: None };
+        for (index, body) in scene.bodies.iter().enumerate().skip(first) {
+            let (root, pose) = scene.moving_root(index);
+            places.bodies.push((body.name.clone(), root, pose));
+            if let Joint::Hinge(axis) | Joint::Slide(axis) = &body.joint {
+                places.joints.push((axis.name.clone(), scene.joint(&axis.name)));
+            }
+            places
+                .shapes
+                .extend(body.geoms.iter().map(|geom| (geom.name.clone(), body.name.clone(), scene.geom(&geom.name))));
+        }
+        places.pads = fingers.then(|| ["left_pad", "right_pad"].map(|pad| scene.geom(pad)));
+        places
+    }
+}
+
+/// The pose and velocity of a body, or of the tool.
+#[derive(Clone, Copy)]
+struct Motion {
+    pose: Pose,
+    /// m/s and rad/s, world.
+    velocity: [Vector3; 2],
+}
+
+/// Everything that a state tells.
+struct Snapshot {
+    places: Arc<Places>,
+    y: Measurement,
+    time: f64,
+    contact_force: f64,
+    penalty: f64,
+    fingers: Option<f64>,
+    bodies: Vec<Motion>,
+    joints: Vec<(f64, f64)>,
+    /// Of each shape, whether both pads press on it.
+    grasped: Vec<bool>,
+}
+
+/// What a task's methods read, as it was when they were called. World axes, SI units.
+///
+/// time           since the start of the episode (s)
+/// tool           pose and velocity of the tool point, a `Place`
+/// q, qd          joint angles (rad) and velocities (rad/s); shapes (7,)
+/// force, torque  what the environment exerts on the hand, filtered (N, Nm); shapes (3,)
+/// contact_force  largest sustained force on the whole arm, now (N)
+/// fingers        distance of the finger pads (m); None for a tool without
+/// penalty        of this action's force above the limit, 0 where there is none; in `reward` alone
+#[pyclass(frozen, module = "aforce")]
+pub struct State(Snapshot);
+
+impl State {
+    /// Looks at the simulation; `y` is what is measured.
+    pub fn take(places: &Arc<Places>, simulation: &Simulation, y: &Measurement, penalty: f64) -> Self {
+        let motion = |(_, root, offset): &(String, Option<usize>, Pose)| {
+            let Some(root) = *root else { return Motion { pose: *offset, velocity: [Vector3::zeros(); 2] } };
+            let velocity = simulation.body_velocity(root);
+            Motion { pose: simulation.body_pose(root) * offset, velocity: halves(&velocity) }
+        };
+        let pressed =
+            |shape: usize| places.pads.is_some_and(|pads| pads.iter().all(|&pad| simulation.touching(pad, shape)));
+        State(Snapshot {
+            y: y.clone(),
+            time: simulation.time(),
+            contact_force: simulation.contact().arm_force(),
+            penalty,
+            fingers: simulation.fingers().map(|[left, right]| left.0 - right.0 - 2.0 * PAD_FACE),
+            bodies: places.bodies.iter().map(motion).collect(),
+            joints: places.joints.iter().map(|(_, place)| simulation.joint(*place)).collect(),
+            grasped: places.shapes.iter().map(|(.., place)| pressed(*place)).collect(),
+            places: Arc::clone(places),
+        })
+    }
+
+    fn joint_at(&self, name: &str) -> PyResult<(f64, f64)> {
+        let joints = &self.0.places.joints;
+        let found = joints.iter().position(|(known, _)| known == name);
+        found
+            .map(|i| self.0.joints[i])
+            .ok_or_else(|| unknown("joint", name, joints.iter().map(|(known, _)| known.as_str())))
+    }
+}
+
+/// How far the face of a pad is from its finger's coordinate (m).
+const PAD_FACE: f64 = physics::gripper::TRAVEL - physics::gripper::WIDEST / 2.0;
+
+fn halves(six: &aforce::Twist) -> [Vector3; 2] {
+    [six.fixed_rows::<3>(0).into(), six.fixed_rows::<3>(3).into()]
+}
+
+fn unknown<'a>(kind: &str, name: &str, known: impl Iterator<Item = &'a str>) -> PyErr {
+    let known: Vec<&str> = known.collect();
+    let known = if known.is_empty() { "none".into() } else { known.join(", ") };
+    PyKeyError::new_err(format!("the scene has no {kind} {name:?}; known are {known}"))
+}
+
+type Numbers<'py> = Bound<'py, PyArray1<f64>>;
+
+#[pymethods]
+impl State {
+    #[getter]
+    fn time(&self) -> f64 {
+        self.0.time
+    }
+
+    #[getter]
+    fn tool(&self) -> Place {
+        Place(Motion { pose: self.0.y.pose, velocity: halves(&self.0.y.twist) })
+    }
+
+    #[getter]
+    fn q<'py>(&self, py: Python<'py>) -> Numbers<'py> {
+        PyArray1::from_slice(py, self.0.y.q.as_slice())
+    }
+
+    #[getter]
+    fn qd<'py>(&self, py: Python<'py>) -> Numbers<'py> {
+        PyArray1::from_slice(py, self.0.y.qd.as_slice())
+    }
+
+    #[getter]
+    fn force<'py>(&self, py: Python<'py>) -> Numbers<'py> {
+        PyArray1::from_slice(py, &self.0.y.wrench.as_slice()[..3])
+    }
+
+    #[getter]
+    fn torque<'py>(&self, py: Python<'py>) -> Numbers<'py> {
+        PyArray1::from_slice(py, &self.0.y.wrench.as_slice()[3..])
+    }
+
+    #[getter]
+    fn contact_force(&self) -> f64 {
+        self.0.contact_force
+    }
+
+    #[getter]
+    fn fingers(&self) -> Option<f64> {
+        self.0.fingers
+    }
+
+    #[getter]
+    fn penalty(&self) -> f64 {
+        self.0.penalty
+    }
+
+    /// Where the body of this name is; KeyError if there is none.
+    fn body(&self, name: &str) -> PyResult<Place> {
+        let bodies = &self.0.places.bodies;
+        let found = bodies.iter().position(|(known, ..)| known == name);
+        let place = found.ok_or_else(|| unknown("body", name, bodies.iter().map(|(known, ..)| known.as_str())))?;
+        Ok(Place(self.0.bodies[place]))
+    }
+
+    /// Position of the joint of this name (rad or m); KeyError if there is none.
+    fn joint(&self, name: &str) -> PyResult<f64> {
+        self.joint_at(name).map(|(q, _)| q)
+    }
+
+    /// Its velocity (rad/s or m/s).
+    fn joint_velocity(&self, name: &str) -> PyResult<f64> {
+        self.joint_at(name).map(|(_, qd)| qd)
+    }
+
+    /// Whether both finger pads press on the shape of this name, or on one of the body's of this name; KeyError if there is none.
+    fn grasped(&self, name: &str) -> PyResult<bool> {
+        let shapes = &self.0.places.shapes;
+        let mut named =
+            shapes.iter().zip(&self.0.grasped).filter(|((shape, body, _), _)| shape == name || body == name).peekable();
+        if named.peek().is_none() {
+            return Err(unknown("shape", name, shapes.iter().map(|(shape, ..)| shape.as_str())));
+        }
+        Ok(named.any(|(_, grasped)| *grasped))
+    }
+}
+
+/// Pose and velocity of a body or of the tool, world axes.
+///
+/// position          of its frame (m); shape (3,)
+/// quaternion        x, y, z, w; shape (4,)
+/// rotation          its axes as columns; shape (3, 3)
+/// velocity          of a body's centre of mass, of the tool point (m/s); shape (3,)
+/// angular_velocity  (rad/s); shape (3,)
+#[pyclass(frozen, module = "aforce")]
+pub struct Place(Motion);
+
+#[pymethods]
+impl Place {
+    #[getter]
+    fn position<'py>(&self, py: Python<'py>) -> Numbers<'py> {
+        PyArray1::from_slice(py, self.0.pose.translation.vector.as_slice())
+    }
+
+    #[getter]
+    fn quaternion<'py>(&self, py: Python<'py>) -> Numbers<'py> {
+        PyArray1::from_slice(py, self.0.pose.rotation.coords.as_slice())
+    }
+
+    #[getter]
+    fn rotation<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        let matrix = self.0.pose.rotation.to_rotation_matrix();
+        Array2::from_shape_fn((3, 3), |at| matrix[at]).into_pyarray(py)
+    }
+
+    #[getter]
+    fn velocity<'py>(&self, py: Python<'py>) -> Numbers<'py> {
+        PyArray1::from_slice(py, self.0.velocity[0].as_slice())
+    }
+
+    #[getter]
+    fn angular_velocity<'py>(&self, py: Python<'py>) -> Numbers<'py> {
+        PyArray1::from_slice(py, self.0.velocity[1].as_slice())
+    }
+
+    /// Where a point of its frame is in the world (m); shapes (3,).
+    fn point<'py>(&self, py: Python<'py>, within: &Bound<'py, PyAny>) -> PyResult<Numbers<'py>> {
+        let within = Vector3::from_vec(numbers(within, "within", &[3])?);
+        Ok(PyArray1::from_slice(py, (self.0.pose * Point3::from(within)).coords.as_slice()))
+    }
+}

@@ -1,0 +1,346 @@
+//! A task whose parts are methods of a Python object.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
+
+use aforce::Measurement;
+use physics::camera::{Camera, Decal};
+use physics::robots::Robot;
+use physics::{Plant, Simulation};
+use pyo3::exceptions::{PyNotImplementedError, PyTypeError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+use tasks::{Observer, Reward, RewardTerms, Start, Task, Waypoint};
+
+use super::answer::Part;
+use super::scene::Stage;
+use super::start::{Drawn, Position};
+use super::state::{Places, State};
+use super::values::{Entry, entries, number};
+use super::waypoint;
+
+/// The first exception that a method of a task raised, until somebody takes it.
+#[derive(Clone, Default)]
+pub struct Trouble(Arc<Mutex<Option<PyErr>>>);
+
+impl Trouble {
+    /// Raises it, if there is one.
+    ///
+    /// # Errors
+    /// What the task's method raised.
+    pub fn check(&self) -> PyResult<()> {
+        self.0.lock().expect("nobody panics with it").take().map_or(Ok(()), Err)
+    }
+
+    /// Keeps `error`, unless an earlier one waits: what comes after that may follow from it.
+    pub fn keep(&self, error: PyErr) {
+        self.0.lock().expect("nobody panics with it").get_or_insert(error);
+    }
+
+    /// The value, or what stands in for it while the exception waits.
+    fn or<T>(&self, result: PyResult<T>, otherwise: impl FnOnce() -> T) -> T {
+        result.unwrap_or_else(|error| {
+            self.keep(error);
+            otherwise()
+        })
+    }
+}
+
+/// How a learner sees the numbers of one name.
+pub struct Scaling {
+    /// Typical values: one, or one for each number.
+    pub centre: Vec<f64>,
+    /// Typical deviations, likewise.
+    pub deviation: Vec<f64>,
+}
+
+/// What a class says once.
+pub struct Sayings {
+    pub name: &'static str,
+    /// The class in messages.
+    pub class: String,
+    pub gripper: bool,
+    pub achievement: &'static str,
+    pub camera: Camera,
+    pub scaling: HashMap<String, Scaling>,
+    pub units: HashMap<String, &'static str>,
+}
+
+/// A task whose parts are methods of a Python object. What they raise waits in [`Trouble`] for the call of Python's that led to it.
+pub struct PythonTask {
+    object: Py<PyAny>,
+    sayings: Sayings,
+    stage: Stage,
+    places: Arc<Places>,
+    fingers: bool,
+    start: Option<Start>,
+    joints: Vec<Position>,
+    trouble: Trouble,
+    /// Names and numbers of the first observation, and of the first of a critic's.
+    layouts: [RefCell<Option<Vec<Entry>>>; 2],
+    /// The terms of the first reward, each 0.
+    terms: Option<RewardTerms>,
+}
+
+impl PythonTask {
+    pub fn new(object: Py<PyAny>, sayings: Sayings, stage: Stage, fingers: bool, trouble: Trouble) -> Self {
+        let places = Arc::new(Places::new(&stage.scene, stage.first, fingers));
+        PythonTask {
+            object,
+            sayings,
+            stage,
+            places,
+            fingers,
+            start: None,
+            joints: vec![],
+            trouble,
+            layouts: Default::default(),
+            terms: None,
+        }
+    }
+
+    fn part<'a>(&'a self, name: &'a str) -> Part<'a> {
+        Part { class: &self.sayings.class, name }
+    }
+
+    /// What the method `name` says of a state; `None` if the class has no such method.
+    fn ask<'py>(&self, py: Python<'py>, name: &str, state: &Py<State>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let method = self.object.bind(py).getattr_opt(name)?;
+        method.map(|method| method.call1((state.clone_ref(py),))).transpose()
+    }
+
+    fn state(&self, py: Python<'_>, simulation: &Simulation, y: &Measurement, penalty: f64) -> PyResult<Py<State>> {
+        Py::new(py, State::take(&self.places, simulation, y, penalty))
+    }
+
+    /// What is drawn for an episode.
+    fn draw(&mut self, py: Python<'_>, plant: &Plant, seed: u64) -> PyResult<Simulation> {
+        let part = Part { class: &self.sayings.class, name: "reset" };
+        let generator = py.import("numpy.random")?.call_method1("default_rng", (seed,))?;
+        let drawn = self.object.bind(py).call_method1("reset", (generator,))?;
+        let drawn: Drawn = if drawn.is_none() { Drawn::default() } else { part.read(&drawn, "")? };
+        let mut scene = self.stage.scene.clone();
+        let (start, joints) = drawn
+            .lay_out(&mut scene, self.stage.first, &plant.robot, self.fingers)
+            .map_err(|words| part.value(words))?;
+        (self.start, self.joints) = (Some(start), joints);
+        self.places = Arc::new(Places::new(&scene, self.stage.first, self.fingers));
+        Ok(Simulation::new(&scene, self.stage.tool, self.stage.site, plant))
+    }
+
+    /// Puts the numbers that the method `name` returned: those of the first time, or zeros while an exception waits.
+    fn show(
+        &self,
+        name: &'static str,
+        layout: &RefCell<Option<Vec<Entry>>>,
+        simulation: &Simulation,
+        y: &Measurement,
+        out: &mut Observer,
+    ) {
+        let shown = Python::attach(|py| {
+            let state = self.state(py, simulation, y, 0.0)?;
+            let Some(shown) = self.ask(py, name, &state)? else { return Ok(vec![]) };
+            let part = self.part(name);
+            let shown = entries(part, &shown)?;
+            match &*layout.borrow() {
+                Some(first) => same_layout(part, first, &shown)?,
+                None => self.check_scaling(&shown)?,
+            }
+            Ok(shown)
+        });
+        let zeros = || {
+            let first = layout.borrow();
+            let zero = |(name, numbers): &Entry| (name.clone(), vec![0.0; numbers.len()]);
+            first.iter().flatten().map(zero).collect()
+        };
+        let shown = self.trouble.or(shown, zeros);
+        for (name, numbers) in &shown {
+            self.put(name, numbers, out);
+        }
+        layout.borrow_mut().get_or_insert(shown);
+    }
+
+    fn put(&self, name: &str, numbers: &[f64], out: &mut Observer) {
+        let unit = self.sayings.units.get(name).copied().unwrap_or("");
+        let scaling = self.sayings.scaling.get(name);
+        let nth = |list: &[f64], i: usize| if list.len() == 1 { list[0] } else { list[i] };
+        for (i, &number) in numbers.iter().enumerate() {
+            let (centre, deviation) = scaling.map_or((0.0, 1.0), |s| (nth(&s.centre, i), nth(&s.deviation, i)));
+            match (numbers.len(), i) {
+                (1, _) => out.put(name, number, unit, centre, 1.0 / deviation),
+                (3 | 4, _) => {
+                    out.put(format_args!("{name}_{}", ["x", "y", "z", "w"][i]), number, unit, centre, 1.0 / deviation);
+                }
+                _ => out.put(format_args!("{name}_{i}"), number, unit, centre, 1.0 / deviation),
+            }
+        }
+    }
+
+    /// That a list of typical values or deviations is as long as what it is of.
+    fn check_scaling(&self, shown: &[Entry]) -> PyResult<()> {
+        for (name, numbers) in shown {
+            let Some(Scaling { centre, deviation }) = self.sayings.scaling.get(name) else { continue };
+            for list in [centre, deviation] {
+                if list.len() != 1 && list.len() != numbers.len() {
+                    let words = format!("{name:?} has {} numbers, {} are observed", list.len(), numbers.len());
+                    return Err(self.part("scaling").value(words));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The terms of the method `reward`, and the answer of `success`.
+    fn earned(&self, py: Python<'_>, state: &Py<State>) -> PyResult<Reward> {
+        let part = self.part("reward");
+        let reward = self.object.bind(py).call_method1("reward", (state.clone_ref(py),))?;
+        let terms: Vec<(&'static str, f64)> = if let Ok(dict) = reward.cast::<PyDict>() {
+            let term = |(name, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+                let Ok(name) = name.extract::<String>() else {
+                    return Err(part.kind(format!("the name {} is no string", name.repr()?)));
+                };
+                Ok((super::blueprint::for_ever(&name), number(part, &name, &value)?))
+            };
+            dict.iter().map(term).collect::<PyResult<_>>()?
+        } else {
+            vec![("reward", number(part, "reward", &reward)?)]
+        };
+        let terms =
+            RewardTerms::of(&terms).ok_or_else(|| part.value(format!("{} terms; sixteen are allowed", terms.len())))?;
+        if let Some(first) = &self.terms
+            && !terms.names().eq(first.names())
+        {
+            let names = |terms: &RewardTerms| terms.names().collect::<Vec<_>>().join(", ");
+            let words =
+                format!("the terms {}, at first {}; the same ones are wanted every time", names(&terms), names(first));
+            return Err(part.value(words));
+        }
+        let success = self.object.bind(py).call_method1("success", (state.clone_ref(py),))?;
+        let is_bool = success.extract::<bool>();
+        let kind = success.get_type().name()?;
+        let success =
+            is_bool.map_err(|_| self.part("success").kind(format!("it returned a {kind}; True or False is wanted")))?;
+        Ok(Reward { terms, success })
+    }
+}
+
+/// That the same numbers are shown as at first.
+fn same_layout(part: Part<'_>, first: &[Entry], now: &[Entry]) -> PyResult<()> {
+    let names = |entries: &[Entry]| entries.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
+    if first.len() != now.len() || first.iter().zip(now).any(|(a, b)| a.0 != b.0) {
+        let words = format!("the names {}, at first {}; the same ones are wanted every time", names(now), names(first));
+        return Err(part.value(words));
+    }
+    match first.iter().zip(now).find(|(a, b)| a.1.len() != b.1.len()) {
+        None => Ok(()),
+        Some(((name, a), (_, b))) => Err(part.value(format!(
+            "{name:?} has {} numbers, at first {}; the same ones are wanted every time",
+            b.len(),
+            a.len()
+        ))),
+    }
+}
+
+impl Task for PythonTask {
+    fn reset(&mut self, plant: &Plant, rng: &mut ChaCha8Rng) -> Simulation {
+        let seed = rng.next_u64();
+        match Python::attach(|py| self.draw(py, plant, seed)) {
+            Ok(simulation) => simulation,
+            Err(error) => {
+                self.trouble.keep(error);
+                (self.start, self.joints) = (None, vec![]);
+                Simulation::new(&self.stage.scene, self.stage.tool, self.stage.site, plant)
+            }
+        }
+    }
+
+    fn start(&self, robot: &Robot) -> Start {
+        self.start.unwrap_or_else(|| Start::at(robot.home))
+    }
+
+    fn arrange(&self, simulation: &mut Simulation) {
+        for &(joint, position) in &self.joints {
+            simulation.set_joint(joint, position);
+        }
+    }
+
+    fn name(&self) -> &'static str {
+        self.sayings.name
+    }
+
+    fn has_gripper(&self) -> bool {
+        self.sayings.gripper
+    }
+
+    fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Observer) {
+        self.show("observe", &self.layouts[0], simulation, y, out);
+    }
+
+    fn observe_privileged(&self, simulation: &Simulation, y: &Measurement, out: &mut Observer) {
+        self.show("observe_critic", &self.layouts[1], simulation, y, out);
+    }
+
+    fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: Option<f64>) -> Reward {
+        let earned = Python::attach(|py| {
+            let state = self.state(py, simulation, y, penalty.unwrap_or(0.0))?;
+            self.earned(py, &state)
+        });
+        let nothing = || Reward { terms: self.terms.unwrap_or_default(), success: false };
+        let reward = self.trouble.or(earned, nothing);
+        if self.terms.is_none() {
+            let zeros: Vec<_> = reward.terms.names().map(|name| (name, 0.0)).collect();
+            self.terms = RewardTerms::of(&zeros);
+        }
+        reward
+    }
+
+    fn expert(&self, simulation: &Simulation, y: &Measurement) -> Waypoint {
+        let wanted = Python::attach(|py| {
+            let state = self.state(py, simulation, y, 0.0)?;
+            let Some(wanted) = self.ask(py, "script", &state)? else {
+                return Err(PyNotImplementedError::new_err(format!("{} has no script(state)", self.sayings.class)));
+            };
+            waypoint::read(self.part("script"), &wanted, y)
+        });
+        self.trouble.or(wanted, || Waypoint { pose: y.pose, grip: 0.0, force: 0.0 })
+    }
+
+    fn advance(&mut self, simulation: &Simulation, y: &Measurement) {
+        let advanced = Python::attach(|py| {
+            if !self.object.bind(py).hasattr("advance")? {
+                return Ok(());
+            }
+            let state = self.state(py, simulation, y, 0.0)?;
+            self.ask(py, "advance", &state).map(drop)
+        });
+        self.trouble.or(advanced, || ());
+    }
+
+    fn achievement(&self) -> &'static str {
+        self.sayings.achievement
+    }
+
+    fn camera(&self) -> Camera {
+        self.sayings.camera
+    }
+
+    fn decals(&self) -> Vec<Decal> {
+        let marks = Python::attach(|py| {
+            let Some(marks) = self.object.bind(py).getattr_opt("marks")? else { return Ok(vec![]) };
+            let marks: Vec<[f64; 4]> = marks.call0()?.extract().map_err(|_: PyErr| {
+                PyTypeError::new_err(format!(
+                    "{}.marks: a list of x, y, z and a radius (m) is wanted",
+                    self.sayings.class
+                ))
+            })?;
+            Ok(marks
+                .into_iter()
+                .map(|[x, y, z, radius]| Decal { centre: [x, y, z], radius, color: [40, 120, 200] })
+                .collect())
+        });
+        self.trouble.or(marks, Vec::new)
+    }
+}

@@ -1,0 +1,77 @@
+//! Numbers by name, as a task's methods return them.
+
+use numpy::{AllowTypeChange, PyArrayLikeDyn};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyFloat, PyInt, PyString};
+
+use super::answer::Part;
+
+/// A name and its numbers.
+pub type Entry = (String, Vec<f64>);
+
+/// The numbers of a dict, each name with one or several.
+///
+/// # Errors
+/// `TypeError` for what is no dict of numbers, `ValueError` for a number that is not finite.
+pub fn entries(part: Part<'_>, value: &Bound<'_, PyAny>) -> PyResult<Vec<Entry>> {
+    let Ok(dict) = value.cast::<PyDict>() else {
+        return Err(
+            part.kind(format!("it returned a {}; a dict of names and numbers is wanted", value.get_type().name()?))
+        );
+    };
+    dict.iter()
+        .map(|(name, value)| {
+            let Ok(name) = name.extract::<String>() else {
+                return Err(part.kind(format!("the name {} is no string", name.repr()?)));
+            };
+            let numbers = several(&value).map_err(|_| {
+                part.kind(format!("{name:?} is {}; a number or an array of numbers is wanted", short(&value)))
+            })?;
+            if let Some(number) = numbers.iter().find(|number| !number.is_finite()) {
+                return Err(part.value(format!("{name:?} holds {}; finite numbers are wanted", in_python(*number))));
+            }
+            Ok((name, numbers))
+        })
+        .collect()
+}
+
+/// A finite number.
+///
+/// # Errors
+/// As [`entries`].
+pub fn number(part: Part<'_>, name: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    let number = single(value).ok_or_else(|| part.kind(format!("{name:?} is {}; a number is wanted", short(value))))?;
+    if number.is_finite() {
+        return Ok(number);
+    }
+    Err(part.value(format!("{name:?} is {}; a finite number is wanted", in_python(number))))
+}
+
+/// A number of Python, or what numpy has in its place.
+fn single(value: &Bound<'_, PyAny>) -> Option<f64> {
+    if value.is_instance_of::<PyString>() {
+        return None;
+    }
+    value.extract().ok()
+}
+
+fn several(value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    if value.is_instance_of::<PyFloat>() || value.is_instance_of::<PyInt>() {
+        return Ok(vec![value.extract()?]);
+    }
+    if value.is_instance_of::<PyString>() {
+        return Err(PyTypeError::new_err("a string"));
+    }
+    let array: PyArrayLikeDyn<'_, f64, AllowTypeChange> = value.extract()?;
+    Ok(array.as_array().iter().copied().collect())
+}
+
+fn short(value: &Bound<'_, PyAny>) -> String {
+    let text = value.repr().map_or_else(|_| "?".into(), |text| text.to_string());
+    if text.chars().count() > 60 { format!("{}..", text.chars().take(60).collect::<String>()) } else { text }
+}
+
+fn in_python(number: f64) -> String {
+    if number.is_nan() { "nan".into() } else { number.to_string() }
+}

@@ -1,0 +1,50 @@
+//! What a task's script wants next, from a dict.
+
+use aforce::{Measurement, Pose, Vector3};
+use nalgebra::Translation3;
+use pyo3::prelude::*;
+use serde::Deserialize;
+use tasks::{Waypoint, nearest_straight_down};
+
+use super::answer::Part;
+use super::scene::pose;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Spec {
+    /// Of the tool point (m, world).
+    position: [f64; 3],
+    /// Direction along which the fingers open, the hand straight down.
+    forward: Option<[f64; 3]>,
+    /// Of how many turns of the hand about z each does as well.
+    turns: Option<u32>,
+    /// x, y, z, w.
+    quaternion: Option<[f64; 4]>,
+    #[serde(default)]
+    grip: f64,
+    #[serde(default)]
+    force: f64,
+}
+
+/// Reads a waypoint. Without `forward` and `quaternion` the hand keeps its rotation.
+///
+/// # Errors
+/// `TypeError` for an unknown key, `ValueError` for a value that is not allowed.
+pub fn read(part: Part<'_>, value: &Bound<'_, PyAny>, y: &Measurement) -> PyResult<Waypoint> {
+    let Spec { position, forward, turns, quaternion, grip, force } = part.read(value, "")?;
+    let finite =
+        position.iter().chain(&forward.unwrap_or_default()).chain([&grip, &force]).all(|number| number.is_finite());
+    if !finite {
+        return Err(part.value("a waypoint that is not finite"));
+    }
+    if turns.is_some_and(|turns| turns == 0 || forward.is_none()) {
+        return Err(part.value("turns; at least 1 is wanted, and forward beside it"));
+    }
+    let rotation = match (forward, quaternion) {
+        (None, None) => y.pose.rotation,
+        (Some(forward), None) => nearest_straight_down(&Vector3::from(forward), turns.unwrap_or(1), &y.pose.rotation),
+        (None, Some([i, j, k, w])) => pose(&[0.0, 0.0, 0.0, i, j, k, w]).map_err(|words| part.value(words))?.rotation,
+        (Some(_), Some(_)) => return Err(part.value("forward and quaternion; one of them is wanted")),
+    };
+    Ok(Waypoint { pose: Pose::from_parts(Translation3::from(Vector3::from(position)), rotation), grip, force })
+}
