@@ -15,7 +15,7 @@ const GAINS: [(&str, &str); 2] = [("factory", "[100.0, 30.0]"), ("forge", "[565.
 const CLEARANCES: [f64; 4] = [3.0, 1.0, 0.5, 0.114];
 
 fn spaces() -> Vec<ActionSpace> {
-    let built_in = ["mid", "aforce", "aforce-force"].map(|name| name.parse().expect("a built-in space"));
+    let built_in = ["mid", "aforce-force"].map(|name| name.parse().expect("a built-in space"));
     let own = GAINS.map(|(name, gains)| {
         let table = format!("extends = \"low\"\nstiffness.fixed = {gains}").parse().expect("a table");
         ActionSpace::from_table(table, name).expect("a space")

@@ -1,6 +1,6 @@
 //! The script of Insert: over the believed hole, down, and in; where it meets the rim it taps along a spiral until it feels the hole.
 
-use aforce::{Measurement, Pose, Vector3};
+use aforce::{Measurement, Pose, Vector3, pose_error};
 use nalgebra::{Translation3, UnitQuaternion, Vector2};
 
 use crate::task::Waypoint;
@@ -16,21 +16,28 @@ const LONGEST_MOVE: u32 = 60;
 /// Force with which it presses (N), and from which it is in contact.
 const PRESS: f64 = 8.0;
 const CONTACT: f64 = 1.5;
-/// How far each action moves the goal down for each newton that is missing (m/N), and at most (m); how fast it may sink (m/s).
+/// How far each action moves the goal down for each newton that is missing (m/N), and at most (m); how fast it may sink above the rim and in
+/// the hole (m/s).
 const DEEPER: f64 = 3e-4;
 const MOST_DEEPER: f64 = 1e-3;
-const SINKING: f64 = 0.02;
+const SINKING: [f64; 2] = [0.01, 0.03];
 /// Distance of the points of the spiral from each other (m).
 const SPACING: f64 = 1.5e-3;
 /// Points after which it begins anew from the middle.
 const POINTS: u32 = 37;
 /// So far below the highest place where it pressed the peg's end is in the hole (m).
 const DROP: f64 = 6e-4;
-/// Share of the missing way that each action of a hand at rest (m/s) adds to the goal: the joints' friction would hold it back for good.
-const INTEGRATION: f64 = 0.3;
-const AT_REST: f64 = 0.01;
-/// Largest of these sums (m).
+/// The goal is so many times further than the way that is left: a spring with a soft end and the joints' friction are in between.
+const BEYOND: f64 = 2.5;
+/// Share of what is left that each action adds to the goal besides, once less than this is left (m): friction would hold the hand back
+/// for good.
+const INTEGRATION: f64 = 0.2;
+const NEAR: f64 = 0.003;
+/// Slower than this the hand rests (m/s).
+const AT_REST: f64 = 0.02;
+/// Largest of these sums (m, rad).
 const MOST: f64 = 0.04;
+const MOST_LEANING: f64 = 0.02;
 /// How far the goal goes in the direction in which a wall pushes (m/N), and at most (m).
 const YIELD: f64 = 5e-4;
 const MOST_YIELD: f64 = 2e-3;
@@ -40,7 +47,7 @@ const STUCK: f64 = 5e-5;
 const WIGGLE: f64 = 6e-4;
 const TURN: f64 = 1.0;
 /// Actions after which a peg that is stuck on the rim goes to the next point.
-const PATIENCE: u32 = 5;
+const PATIENCE: u32 = 3;
 
 /// Where peg and hole are, as the script knows them (m, world).
 pub struct Seen {
@@ -60,6 +67,8 @@ pub struct Script {
     phase: Phase,
     /// What was missing so far (m).
     missing: Vector3,
+    /// What was missing of the rotation that makes it upright (rad).
+    leaning: Vector3,
     /// The point of the spiral.
     point: u32,
     /// How far below the peg's end its goal is (m).
@@ -92,6 +101,12 @@ fn spiral(point: u32) -> Vector2<f64> {
     Vector2::new(cos, sin) * (SPACING * angle / std::f64::consts::TAU)
 }
 
+/// The rotation that makes the hand upright (rad, world).
+fn leaning(seen: &Seen, y: &Measurement) -> Vector3 {
+    let upright = Pose::from_parts(y.pose.translation, seen.upright);
+    pose_error(&upright, &y.pose).fixed_rows::<3>(3).into()
+}
+
 impl Script {
     /// Takes in what an action led to.
     pub fn advance(&mut self, seen: &Seen, y: &Measurement) {
@@ -100,14 +115,14 @@ impl Script {
         if up > CONTACT {
             self.touched = Some(self.touched.map_or(seen.end.z, |touched| touched.max(seen.end.z)));
         }
-        let inside = self.touched.is_some_and(|touched| seen.end.z < touched - DROP);
+        let inside = self.is_inside(seen);
         let (aim, before) = (self.above(seen), self.phase);
         self.phase = match self.phase {
             Phase::Move(actions) => {
                 let turn = y.pose.rotation.angle_to(&seen.upright);
                 let aside = (aim - seen.end).xy().norm();
                 let placed = aside < PLACED && turn < UPRIGHT && (seen.end.z - aim.z).abs() < HOVER;
-                let settled = placed && velocity.norm() < 2.0 * AT_REST;
+                let settled = placed && velocity.norm() < AT_REST;
                 if settled || actions > LONGEST_MOVE { Phase::Press(0) } else { Phase::Move(actions + 1) }
             }
             Phase::Press(stuck) if up < CONTACT || self.height - seen.end.z > STUCK => Phase::Press(stuck),
@@ -121,17 +136,27 @@ impl Script {
         if !matches!((before, self.phase), (Phase::Press(_), Phase::Press(_))) {
             self.depth = 0.0;
         }
+        let left = self.above(seen) - seen.end;
+        if up < CONTACT && left.xy().norm() < NEAR {
+            let sum = self.missing + INTEGRATION * left;
+            self.missing = sum.map(|sum| sum.clamp(-MOST, MOST));
+        }
+        let sum = self.leaning + INTEGRATION * leaning(seen, y);
+        self.leaning = sum.map(|sum| sum.clamp(-MOST_LEANING, MOST_LEANING));
         match self.phase {
-            Phase::Move(_) if velocity.norm() < AT_REST => {
-                let sum = self.missing + INTEGRATION * (self.above(seen) - seen.end);
-                self.missing = sum.map(|sum| sum.clamp(-MOST, MOST));
-            }
             Phase::Move(_) => {}
             Phase::Press(_) => {
-                let deeper = if -velocity.z > SINKING { -MOST_DEEPER } else { DEEPER * (PRESS - up) };
+                self.missing.z = 0.0;
+                let fastest = SINKING[usize::from(inside)];
+                let deeper = if -velocity.z > fastest { -MOST_DEEPER } else { DEEPER * (PRESS - up) };
                 self.depth = (self.depth + deeper.clamp(-MOST_DEEPER, MOST_DEEPER)).clamp(-MOST, MOST);
             }
         }
+    }
+
+    /// Whether the peg's end is lower than the rim lets it be.
+    fn is_inside(&self, seen: &Seen) -> bool {
+        self.touched.is_some_and(|touched| seen.end.z < touched - DROP)
     }
 
     /// Where the peg's end goes between taps (m, world).
@@ -144,10 +169,10 @@ impl Script {
     /// Where the tool is to go.
     pub fn waypoint(&self, seen: &Seen, y: &Measurement) -> Waypoint {
         let way = match self.phase {
-            Phase::Move(_) => self.above(seen) - seen.end + self.missing,
+            Phase::Move(_) => BEYOND * (self.above(seen) - seen.end) + self.missing,
             Phase::Press(_) if seen.done => Vector3::zeros(),
-            Phase::Press(_) if y.wrench.z < CONTACT && self.height > seen.rim.z - HOVER => {
-                let aside = self.above(seen) - seen.end + self.missing;
+            Phase::Press(_) if y.wrench.z < CONTACT && !self.is_inside(seen) => {
+                let aside = BEYOND * (self.above(seen) - seen.end) + self.missing;
                 Vector3::new(aside.x, aside.y, -self.depth)
             }
             Phase::Press(stuck) => {
@@ -161,6 +186,9 @@ impl Script {
             }
         };
         let to = Translation3::from(y.pose.translation.vector + way);
-        Waypoint { pose: Pose::from_parts(to, seen.upright), grip: 1.0, force: 0.0 }
+        // A peg that leans by a hundredth jams in a hole that is a hundredth wider.
+        let turn = (BEYOND - 1.0) * leaning(seen, y) + self.leaning;
+        let rotation = UnitQuaternion::from_scaled_axis(turn) * seen.upright;
+        Waypoint { pose: Pose::from_parts(to, rotation), grip: 1.0, force: 0.0 }
     }
 }
