@@ -20,7 +20,7 @@ const CONTACT: f64 = 1.5;
 /// the hole (m/s).
 const DEEPER: f64 = 3e-4;
 const MOST_DEEPER: f64 = 1e-3;
-const SINKING: [f64; 2] = [0.01, 0.03];
+const SINKING: [f64; 2] = [0.01, 0.02];
 /// Distance of the points of the spiral from each other (m).
 const SPACING: f64 = 1.5e-3;
 /// Points after which it begins anew from the middle.
@@ -48,6 +48,9 @@ const WIGGLE: f64 = 6e-4;
 const TURN: f64 = 1.0;
 /// Actions after which a peg that is stuck on the rim goes to the next point.
 const PATIENCE: u32 = 3;
+/// Actions after which one that is stuck in the hole is jammed, and is pulled towards a goal so far above it (m) before it is pushed again.
+const JAMMED: u32 = 10;
+const RELIEF: f64 = 0.004;
 
 /// Where peg and hole are, as the script knows them (m, world).
 pub struct Seen {
@@ -130,6 +133,10 @@ impl Script {
                 self.point = (self.point + 1) % POINTS;
                 Phase::Move(0)
             }
+            Phase::Press(stuck) if stuck > JAMMED => {
+                self.depth = -RELIEF;
+                Phase::Press(0)
+            }
             Phase::Press(stuck) => Phase::Press(stuck + 1),
         };
         self.height = seen.end.z;
@@ -169,7 +176,12 @@ impl Script {
     /// Where the tool is to go.
     pub fn waypoint(&self, seen: &Seen, y: &Measurement) -> Waypoint {
         let way = match self.phase {
-            Phase::Move(_) => BEYOND * (self.above(seen) - seen.end) + self.missing,
+            Phase::Move(_) => {
+                let way = BEYOND * (self.above(seen) - seen.end) + self.missing;
+                // Up first: what is in the way may be the hole's wall.
+                let free = self.touched.is_none_or(|touched| seen.end.z > touched + HOP / 3.0);
+                if free { way } else { Vector3::z() * way.z }
+            }
             Phase::Press(_) if seen.done => Vector3::zeros(),
             Phase::Press(_) if y.wrench.z < CONTACT && !self.is_inside(seen) => {
                 let aside = BEYOND * (self.above(seen) - seen.end) + self.missing;
