@@ -38,9 +38,8 @@ fn row(space: &ActionSpace, clearance: f64, episodes: u64) -> String {
     let mut config = EnvConfig { space: space.clone(), ..EnvConfig::of(TaskName::INSERT) };
     config.options.insert("clearance_mm".into(), Value::Float(clearance));
     let mut env = Env::new(config, 0).expect("the options are allowed");
-    let outcomes: Vec<Outcome> = (0..episodes)
-        .map(|seed| play(&mut env, Env::expert_action, seed, until_in).outcome())
-        .collect();
+    let outcomes: Vec<Outcome> =
+        (0..episodes).map(|seed| play(&mut env, Env::expert_action, seed, until_in).outcome()).collect();
     let all = |column: &str| outcomes.iter().filter_map(|outcome| outcome.number(column)).collect::<Vec<f64>>();
     let inserted = outcomes.iter().filter(|outcome| outcome.flag("success_any")).count();
     let cells = [
@@ -58,9 +57,7 @@ fn main() {
         eprintln!("usage: insertion EPISODES");
         process::exit(2)
     };
-    println!(
-        "space,clearance_mm,inserted,episodes,median_time_s,median_force_n,q90_force_n,median_raw_force_n"
-    );
+    println!("space,clearance_mm,inserted,episodes,median_time_s,median_force_n,q90_force_n,median_raw_force_n");
     for space in spaces() {
         for clearance in CLEARANCES {
             println!("{}", row(&space, clearance, episodes));

@@ -3,7 +3,7 @@
     import gymnasium as gym, aforce
     env = gym.make("aforce/Lift-v0", space="aforce", scaled=True)
 
-The environments `aforce/Lift-v0`, `aforce/Door-v0` and `aforce/Wipe-v0` are registered by the import. See `Env`, `VectorEnv`,
+The environments `aforce/Lift-v0`, `aforce/Door-v0`, `aforce/Wipe-v0` and `aforce/Insert-v0` are registered by the import. See `Env`, `VectorEnv`,
 `Controller`, `Measurement`, `Policy`, `Recorder`.
 """
 
@@ -18,7 +18,7 @@ from .vector import VectorEnv
 
 __all__ = ["SB3_SAC", "Controller", "Env", "Measurement", "Policy", "Recorder", "VectorEnv", "__version__", "spaces"]
 
-for _task in ("lift", "door", "wipe"):
+for _task in ("lift", "door", "wipe", "insert"):
     register(
         id=f"aforce/{_task.capitalize()}-v0",
         entry_point="aforce:Env",

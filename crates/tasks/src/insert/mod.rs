@@ -6,9 +6,9 @@ mod script;
 use aforce::{ConfigError, JointVector, Measurement, Pose, Vector3};
 use nalgebra::{Translation3, UnitQuaternion};
 use physics::camera::Camera;
-use physics::robots::Robot;
 use physics::gripper::GRIP_SITE;
 use physics::model::Model;
+use physics::robots::Robot;
 use physics::scene::at;
 use physics::scenes::insert::{self, DEPTH, Profile, TABLE_HEIGHT, WIDTH};
 use physics::{Change, Plant, Simulation};
@@ -93,6 +93,12 @@ fn distance(end: &Pose, base: &Vector3) -> f64 {
     KEYPOINTS.map(apart).iter().sum::<f64>() / 4.0
 }
 
+/// What a distance (m) earns, with a slope (1/m) and an offset.
+fn squashed(distance: f64, (slope, offset): (f64, f64)) -> f64 {
+    let growth = libm::exp(slope * distance);
+    1.0 / (growth + offset + 1.0 / growth)
+}
+
 impl Insert {
     fn new(config: &EnvConfig) -> Result<Self, ConfigError> {
         let task = Insert { options: Options::of(config)?, episode: None };
@@ -104,7 +110,10 @@ impl Insert {
         if task.posture(&model, &robot, place, 0.0).is_none() {
             return Err(ConfigError::Contradiction {
                 field: "env.options.length_mm".into(),
-                reason: format!("{} does not reach above the hole with a peg of {} mm", robot.name, task.options.length_mm),
+                reason: format!(
+                    "{} does not reach above the hole with a peg of {} mm",
+                    robot.name, task.options.length_mm
+                ),
             });
         }
         Ok(task)
@@ -114,7 +123,8 @@ impl Insert {
     /// by `turn` (rad) against how it is at home.
     fn posture(&self, model: &Model, robot: &Robot, place: Vector3, turn: f64) -> Option<JointVector> {
         let home = model.kinematics(&robot.home).tool;
-        let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), turn) * straight_down(&(home * Vector3::x()));
+        let rotation =
+            UnitQuaternion::from_axis_angle(&Vector3::z_axis(), turn) * straight_down(&(home * Vector3::x()));
         let height = 1e-3 * self.options.start_mm + self.options.sizes().end();
         let goal = Pose::from_parts(Translation3::from(place + Vector3::z() * height), rotation);
         robot.reach(model, &goal, robot.home)
@@ -206,10 +216,7 @@ impl Task for Insert {
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, _penalty: Option<f64>) -> Reward {
         let end = self.end(&y.pose);
         let distance = distance(&end, &self.base());
-        let [coarse, near, fine] = SLOPES.map(|(slope, offset)| {
-            let growth = libm::exp(slope * distance);
-            1.0 / (growth + offset + 1.0 / growth)
-        });
+        let [coarse, near, fine] = SLOPES.map(|slope| squashed(distance, slope));
         let below = |share: f64| self.height(&end).is_some_and(|height| height < share * DEPTH);
         let (engaged, success) = (below(ENGAGED), below(IN));
         let excess = (simulation.contact().hand_force() - self.running().allowed_force).max(0.0);
@@ -242,3 +249,6 @@ impl Task for Insert {
         Camera { eye: [0.3, -0.36, 1.02], target: [0.0, 0.0, 0.87], field_of_view: 0.6 }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -10,7 +10,7 @@ const HOVER: f64 = 0.005;
 /// Height above the rim as it was felt, from one tap to the next (m).
 const HOP: f64 = 0.001;
 /// So near to its place the peg goes down (m, rad), or after so many actions.
-const PLACED: f64 = 5e-4;
+const PLACED: f64 = 7e-4;
 const UPRIGHT: f64 = 0.03;
 const LONGEST_MOVE: u32 = 60;
 /// Force with which it presses (N), and from which it is in contact.
@@ -18,15 +18,15 @@ const PRESS: f64 = 8.0;
 const CONTACT: f64 = 1.5;
 /// How far each action moves the goal down for each newton that is missing (m/N), and at most (m); how fast it may sink above the rim and in
 /// the hole (m/s).
-const DEEPER: f64 = 3e-4;
+const DEEPER: f64 = 5e-4;
 const MOST_DEEPER: f64 = 1e-3;
 const SINKING: [f64; 2] = [0.01, 0.02];
 /// Distance of the points of the spiral from each other (m).
-const SPACING: f64 = 1.5e-3;
+const SPACING: f64 = 1.65e-3;
 /// Points after which it begins anew from the middle.
-const POINTS: u32 = 37;
+const POINTS: u32 = 30;
 /// So far below the highest place where it pressed the peg's end is in the hole (m).
-const DROP: f64 = 6e-4;
+const DROP: f64 = 3.5e-4;
 /// The goal is so many times further than the way that is left: a spring with a soft end and the joints' friction are in between.
 const BEYOND: f64 = 2.5;
 /// Share of what is left that each action adds to the goal besides, once less than this is left (m): friction would hold the hand back
@@ -34,7 +34,7 @@ const BEYOND: f64 = 2.5;
 const INTEGRATION: f64 = 0.2;
 const NEAR: f64 = 0.003;
 /// Slower than this the hand rests (m/s).
-const AT_REST: f64 = 0.02;
+const AT_REST: f64 = 0.03;
 /// Largest of these sums (m, rad).
 const MOST: f64 = 0.04;
 const MOST_LEANING: f64 = 0.02;
@@ -179,7 +179,7 @@ impl Script {
             Phase::Move(_) => {
                 let way = BEYOND * (self.above(seen) - seen.end) + self.missing;
                 // Up first: what is in the way may be the hole's wall.
-                let free = self.touched.is_none_or(|touched| seen.end.z > touched + HOP / 3.0);
+                let free = self.touched.is_none_or(|touched| seen.end.z > touched + HOP / 4.0);
                 if free { way } else { Vector3::z() * way.z }
             }
             Phase::Press(_) if seen.done => Vector3::zeros(),
