@@ -49,6 +49,10 @@ pub struct Sizes {
     pub profile: Profile,
 }
 
+/// FORGE's, with a chamfer.
+pub const FORGE: Sizes =
+    Sizes { length: 0.05, clearance: 1.14e-4, chamfer: 1e-3, friction: 0.75, profile: Profile::Round };
+
 impl Sizes {
     /// The peg's end as seen from the tool point, along its z (m).
     pub fn end(&self) -> f64 {

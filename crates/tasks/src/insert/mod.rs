@@ -157,7 +157,7 @@ impl Insert {
             Profile::Round => straight_down(&(hand * Vector3::x())),
             Profile::Square => nearest_straight_down(&Vector3::x(), 4, &hand),
         };
-        // It does not know the base better than the rim; it stops pressing once it is surely in.
+        // Of the true place of the hole it learns nothing but that the peg is in.
         let done = self.height(&end).is_some_and(|height| height < IN * DEPTH);
         Seen { end: end.translation.vector, rim: self.running().believed, upright, done }
     }
@@ -231,7 +231,7 @@ impl Task for Insert {
         Reward { terms: terms.into(), success }
     }
 
-    /// It knows what a policy sees: the hole's place with its error, and the force.
+    /// It knows what a policy sees, the hole's place with its error and the force, and when the peg is in.
     fn expert(&self, _: &Simulation, y: &Measurement) -> Waypoint {
         self.running().script.waypoint(&self.seen(y), y)
     }
