@@ -155,7 +155,7 @@ fn measured(space: &str) -> String {
         format!("| {} |", cells.join(" | "))
     };
     let head = "| `SPACE` | random actions: J per action | above 60 N | torques at their limit | the script: success | after, s | J until then | largest force until then, N |";
-    table(&head.replace("SPACE", space), TaskName::BUILT_IN.map(row))
+    table(&head.replace("SPACE", space), TaskName::ROBOSUITE.map(row))
 }
 
 fn made(kind: &str) -> String {

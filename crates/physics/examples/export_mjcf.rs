@@ -1,4 +1,4 @@
-//! Writes a scene for MuJoCo: `export_mjcf lift|door|wipe ROBOT FOLDER` makes
+//! Writes a scene for MuJoCo: `export_mjcf lift|door|wipe|insert ROBOT FOLDER` makes
 //! FOLDER/<scene>_<robot>.xml and FOLDER/<scene>_<robot>.csv, the table of what the file must
 //! contain.
 
@@ -10,7 +10,7 @@ use aforce::Vector3;
 use physics::mjcf;
 use physics::robots::RobotName;
 use physics::scene::{Joint, Scene};
-use physics::scenes::{door, lift, wipe};
+use physics::scenes::{door, insert, lift, wipe};
 
 fn main() {
     let arguments: Vec<String> = env::args().skip(1).collect();
@@ -20,6 +20,7 @@ fn main() {
         "lift" => lift::scene(&robot, Vector3::repeat(0.021)).0,
         "door" => door::scene(&robot, &door::root(door::MIDDLE)).0,
         "wipe" => wipe::scene(&robot, wipe::TABLE_HEIGHT, wipe::TABLE_FRICTION).0,
+        "insert" => insert::scene(&robot, &insert::FORGE, [0.0; 2]).0,
         _ => usage(),
     };
     let (folder, name) = (Path::new(folder), format!("{place}_{}", robot.name));
@@ -46,6 +47,6 @@ fn table(scene: &Scene) -> String {
 }
 
 fn usage() -> ! {
-    eprintln!("usage: export_mjcf lift|door|wipe {} FOLDER", RobotName::ALL.map(RobotName::as_str).join("|"));
+    eprintln!("usage: export_mjcf lift|door|wipe|insert {} FOLDER", RobotName::ALL.map(RobotName::as_str).join("|"));
     process::exit(2)
 }

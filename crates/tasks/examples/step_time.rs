@@ -1,4 +1,4 @@
-//! CPU time of a whole environment step: `step_time lift|door|wipe SPACE ACTIONS` prints the mean of ACTIONS random actions,
+//! CPU time of a whole environment step: `step_time lift|door|wipe|insert SPACE ACTIONS` prints the mean of ACTIONS random actions,
 //! resets included, in microseconds. CPU time, as neighbours on the machine matter less for it.
 
 use std::{env, process};
@@ -39,6 +39,6 @@ fn cpu_seconds() -> f64 {
 }
 
 fn usage() -> ! {
-    eprintln!("usage: step_time lift|door|wipe SPACE ACTIONS");
+    eprintln!("usage: step_time lift|door|wipe|insert SPACE ACTIONS");
     process::exit(2)
 }

@@ -19,6 +19,7 @@ mod episode;
 mod expert;
 mod force_sensor;
 mod grasp;
+mod insert;
 mod interval;
 mod lift;
 mod normal;

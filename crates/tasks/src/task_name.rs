@@ -11,14 +11,14 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::disturbance::is_of_some_tasks;
 use crate::task_kind::TaskKind;
-use crate::{door, lift, wipe};
+use crate::{door, insert, lift, wipe};
 
 /// A registered task: a name that stands for a [`TaskKind`].
 #[derive(Clone, Copy)]
 pub struct TaskName(&'static TaskKind);
 
 /// The tasks of this crate.
-static BUILT_IN: [TaskKind; 3] = [lift::KIND, door::KIND, wipe::KIND];
+static BUILT_IN: [TaskKind; 4] = [lift::KIND, door::KIND, wipe::KIND, insert::KIND];
 
 /// Those of one's own, in the order of their registration. One list for the whole program, as names are read deep inside of files, where
 /// no caller could hand a list over.
@@ -92,8 +92,12 @@ impl TaskName {
     pub const DOOR: TaskName = TaskName(&BUILT_IN[1]);
     /// Wipe a line of markers off a table, pressing neither too little nor too hard.
     pub const WIPE: TaskName = TaskName(&BUILT_IN[2]);
+    /// Put a peg into a hole.
+    pub const INSERT: TaskName = TaskName(&BUILT_IN[3]);
+    /// robosuite's tasks, which are the paper's.
+    pub const ROBOSUITE: [TaskName; 3] = [TaskName::LIFT, TaskName::DOOR, TaskName::WIPE];
     /// The tasks of this crate.
-    pub const BUILT_IN: [TaskName; 3] = [TaskName::LIFT, TaskName::DOOR, TaskName::WIPE];
+    pub const BUILT_IN: [TaskName; 4] = [TaskName::LIFT, TaskName::DOOR, TaskName::WIPE, TaskName::INSERT];
 
     /// All tasks: the built-in ones, then those of one's own.
     pub fn all() -> Vec<TaskName> {
@@ -194,7 +198,7 @@ mod tests {
             assert_eq!(name.as_str().parse(), Ok(name));
         }
         let error = "walk".parse::<TaskName>().unwrap_err();
-        assert!(error.starts_with("no task is called \"walk\"; known are lift, door, wipe"), "{error}");
+        assert!(error.starts_with("no task is called \"walk\"; known are lift, door, wipe, insert"), "{error}");
         assert_eq!("dor".parse::<TaskName>().unwrap_err(), "no task is called \"dor\"; did you mean \"door\"?");
     }
 

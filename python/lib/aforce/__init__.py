@@ -3,8 +3,8 @@
     import gymnasium as gym, aforce
     env = gym.make("aforce/Lift-v0", space="aforce", scaled=True)
 
-The environments `aforce/Lift-v0`, `aforce/Door-v0`, `aforce/Wipe-v0` and, for a `Task` of one's own, `aforce/Task-v0` are registered by the
-import. See `Env`, `VectorEnv`, `Task`, `Controller`, `Measurement`, `Policy`, `Recorder`.
+The environments `aforce/Lift-v0`, `aforce/Door-v0`, `aforce/Wipe-v0`, `aforce/Insert-v0` and, for a `Task` of one's own, `aforce/Task-v0` are
+registered by the import. See `Env`, `VectorEnv`, `Task`, `Controller`, `Measurement`, `Policy`, `Recorder`.
 """
 
 from gymnasium import register
@@ -19,7 +19,7 @@ from .vector import VectorEnv
 
 __all__ = ["SB3_SAC", "Controller", "Env", "Measurement", "Place", "Policy", "Recorder", "State", "Task", "VectorEnv", "__version__", "spaces"]
 
-for _task in ("lift", "door", "wipe"):
+for _task in ("lift", "door", "wipe", "insert"):
     register(
         id=f"aforce/{_task.capitalize()}-v0",
         entry_point="aforce:Env",

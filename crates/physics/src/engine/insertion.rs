@@ -15,13 +15,10 @@ const RADIUS: f64 = 0.003993;
 const HALF_LENGTH: f64 = 0.025;
 const MASS: f64 = 2.0;
 
-fn geom(name: String, shape: Shape, role: Role) -> Geom {
-    Geom { name, shape, pose: Pose::identity(), friction: 0.75, role, color: [0; 3] }
-}
-
-/// A hole with `clearance` (m, of the diameters) below a peg.
-fn scene(clearance: f64) -> (Scene, usize) {
-    let hole = Hole { radius: RADIUS + clearance / 2.0, outer: 0.03, depth: 0.025, chamfer: 0.0, sectors: 24 };
+/// A hole with `clearance` (m, of the diameters) and a chamfer (m) below a peg.
+fn scene(clearance: f64, chamfer: f64, friction: f64) -> (Scene, usize) {
+    let geom = |name: String, shape, role| Geom { name, shape, pose: Pose::identity(), friction, role, color: [0; 3] };
+    let hole = Hole { radius: RADIUS + clearance / 2.0, outer: 0.03, depth: 0.025, chamfer, sectors: 24 };
     let wedges = hole.wedges().unwrap().into_iter().enumerate();
     let wedges = wedges.map(|(i, wedge)| geom(format!("wedge{i}"), Shape::Convex(wedge), Role::Fixture)).collect();
     let mut scene = Scene { prediction: Some(2e-4), ..Scene::default() };
@@ -39,8 +36,8 @@ fn scene(clearance: f64) -> (Scene, usize) {
 
 /// How deep the peg's end is (m) after it was lowered at 20 mm/s to 7 mm below the rim, on a spring of 500 N/m and 30 Nm/rad that
 /// is aside by `offset` (m).
-fn depth(clearance: f64, offset: Vector3) -> f64 {
-    let (scene, peg) = scene(clearance);
+fn depth(clearance: f64, chamfer: f64, friction: f64, offset: Vector3) -> f64 {
+    let (scene, peg) = scene(clearance, chamfer, friction);
     let mut engine = Engine::new(&scene, DT, 1);
     engine.place(peg, &at((offset + Vector3::z() * (HALF_LENGTH + 0.001)).into()));
     let handle = engine.bodies[peg].unwrap();
@@ -68,10 +65,30 @@ fn a_peg_enters_below_half_the_clearance() {
         for k in 0..40 {
             let part = 1.2 * (f64::from(k) + 0.5) / 40.0;
             let (sin, cos) = (TAU * (f64::from(7 * k % 24) + 0.5) / 24.0).sin_cos();
-            let depth = depth(clearance, Vector3::new(cos, sin, 0.0) * part * clearance);
+            let depth = depth(clearance, 0.0, 0.75, Vector3::new(cos, sin, 0.0) * part * clearance);
             let enters = part < 0.5;
             let as_it_should = if enters { depth > 0.006 } else { depth < 2e-4 };
             assert!(as_it_should, "clearance {clearance} m, aside by {part:.3} of it: {depth} m deep");
         }
     }
+}
+
+/// Half a millimetre aside, a chamfer of 1 mm leads the peg in at a friction of 0.25. At 0.75 a hole of 0.114 mm jams it just below the
+/// chamfer, as statics has it for two points that are less than friction times width apart.
+#[test]
+fn friction_decides_whether_a_chamfer_leads_in_or_jams() {
+    let offset = Vector3::new(5e-4, 0.0, 0.0);
+    for clearance in [1e-3, 5e-4, 1.14e-4] {
+        let depth = depth(clearance, 1e-3, 0.25, offset);
+        assert!(depth > 0.006, "clearance {clearance} m: {depth} m deep");
+    }
+    let depth = depth(1.14e-4, 1e-3, 0.75, offset);
+    assert!(depth > 0.0005 && depth < 0.75 * 2.0 * RADIUS, "{depth} m deep");
+}
+
+/// A peg that is too thick by a fiftieth of a millimetre stays on the rim.
+#[test]
+fn a_peg_that_is_too_thick_stays_out() {
+    let depth = depth(-2e-5, 0.0, 0.75, Vector3::zeros());
+    assert!(depth < 2e-4, "{depth} m deep");
 }

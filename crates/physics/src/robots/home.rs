@@ -29,7 +29,7 @@ impl Robot {
         let model = panda.bare_model();
         let goal = at(shift) * model.kinematics(&panda.home).tool;
         let model = self.bare_model();
-        let found = (0..STARTS).filter_map(|start| self.reach(&model, &goal, start));
+        let found = (0..STARTS).filter_map(|start| self.reach(&model, &goal, self.spread(start)));
         found.max_by(|a, b| self.worth(&model, a).total_cmp(&self.worth(&model, b)))
     }
 
@@ -47,13 +47,18 @@ impl Robot {
         [low.max(-half_turn).min(high), high.min(half_turn).max(low)]
     }
 
-    /// Damped least squares from one start to `goal`.
-    fn reach(&self, model: &Model, goal: &Pose, start: u32) -> Option<JointVector> {
-        let mut q = JointVector::from_fn(|i, _| {
+    /// One of the postures from which a search begins.
+    fn spread(&self, start: u32) -> JointVector {
+        JointVector::from_fn(|i, _| {
             let [low, high] = self.ends(i);
             // Some joints begin at zero, which keeps an arm in its plane of symmetry.
             if start >> i & 1 == 0 { 0.0_f64.clamp(low, high) } else { low + (high - low) * share(start, i) }
-        });
+        })
+    }
+
+    /// Joint angles (rad) near `q` at which the tool of `model`, a model of this robot, stands at `goal` (world). `None`: none was
+    /// found by damped least squares within the joints' ranges.
+    pub fn reach(&self, model: &Model, goal: &Pose, mut q: JointVector) -> Option<JointVector> {
         for _ in 0..STEPS {
             let k = model.kinematics(&q);
             let error = pose_error(goal, &k.tool);

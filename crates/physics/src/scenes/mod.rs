@@ -1,6 +1,7 @@
 //! The scenes, and what they share: floor, table, and what the robot stands on.
 
 pub mod door;
+pub mod insert;
 pub mod lift;
 pub mod wipe;
 

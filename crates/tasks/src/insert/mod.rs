@@ -1,0 +1,254 @@
+//! Insert: put the peg in the hand into a hole whose place is not known exactly (FORGE's and Factory's `PegInsert`).
+
+mod options;
+mod script;
+
+use aforce::{ConfigError, JointVector, Measurement, Pose, Vector3};
+use nalgebra::{Translation3, UnitQuaternion};
+use physics::camera::Camera;
+use physics::gripper::GRIP_SITE;
+use physics::model::Model;
+use physics::robots::Robot;
+use physics::scene::at;
+use physics::scenes::insert::{self, DEPTH, Profile, TABLE_HEIGHT, WIDTH};
+use physics::{Change, Plant, Simulation};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use crate::env_config::EnvConfig;
+use crate::grasp::{nearest_straight_down, straight_down};
+use crate::normal::standard_normal;
+use crate::observer::Observer;
+use crate::own_disturbance::OwnDisturbance;
+use crate::privileged::Privileged;
+use crate::start::{Fingers, Start};
+use crate::task::{Reward, Task, Waypoint};
+use crate::task_kind::TaskKind;
+use options::Options;
+use script::{Script, Seen};
+
+/// Insert as programs know it.
+pub(crate) const KIND: TaskKind =
+    TaskKind::new("insert", "put a peg into a hole", |config| Ok(Box::new(Insert::new(config)?)))
+        .defaults(|env| {
+            env.horizon = 200;
+            env.initial_noise = 0.0;
+            env.observation.force = true;
+            env.observation.critic = vec![Privileged::Contact, Privileged::Task];
+        })
+        .takes_options()
+        .own_disturbances(&[
+            OwnDisturbance { key: "hole_friction", change: Change::BodyFriction("hole"), allowed: [0.0, 10.0] },
+            OwnDisturbance { key: "peg_mass", change: Change::BodyMass("peg"), allowed: [0.1, 100.0] },
+        ]);
+
+/// The rim's middle lies within this distance of the table's, in x and in y (m).
+const PLACEMENT: f64 = 0.05;
+/// The tool starts within this of its place above the hole: along x, y, z (m), and turned about z (rad).
+const START: [f64; 3] = [0.02, 0.02, 0.01];
+const START_TURN: f64 = std::f64::consts::FRAC_PI_4;
+/// Deviation of each coordinate of the hole as it is believed (m).
+const BELIEF: f64 = 0.001;
+/// The force that is allowed is drawn from this range (N).
+const ALLOWED_FORCE: std::ops::RangeInclusive<f64> = 5.0..=10.0;
+/// Taken off per newton beyond it.
+const FORCE_PRICE: f64 = 0.2;
+/// The peg's end is within this of the hole's axis (m)
+const CENTRED: f64 = 0.0025;
+/// and less than this share of the hole's depth above its base: in, or engaged.
+const IN: f64 = 0.04;
+const ENGAGED: f64 = 0.9;
+/// Four points on the peg's axis lie this far from its end (m).
+const KEYPOINTS: [f64; 4] = [-0.075, -0.025, 0.025, 0.075];
+/// Slope (1/m) and offset of the three terms that their distance earns.
+const SLOPES: [(f64, f64); 3] = [(5.0, 4.0), (50.0, 2.0), (100.0, 0.0)];
+/// Draws after which no posture was found that brings the peg above the hole.
+const MOST_DRAWS: u32 = 1000;
+
+/// The task, with what was drawn for the running episode.
+pub struct Insert {
+    options: Options,
+    episode: Option<Running>,
+}
+
+struct Running {
+    /// Middle of the rim (m, world).
+    rim: Vector3,
+    /// What the policy believes it to be.
+    believed: Vector3,
+    /// Where the arm starts.
+    q: JointVector,
+    /// N
+    allowed_force: f64,
+    script: Script,
+}
+
+/// How far the four points on the axis of a peg whose end is `end` are from where they belong when it stands in the hole, on the
+/// average (m).
+fn distance(end: &Pose, base: &Vector3) -> f64 {
+    let apart = |along: f64| {
+        let point = end * Translation3::new(0.0, 0.0, -along);
+        (point.translation.vector - base - Vector3::z() * along).norm()
+    };
+    KEYPOINTS.map(apart).iter().sum::<f64>() / 4.0
+}
+
+/// What a distance (m) earns, with a slope (1/m) and an offset.
+fn squashed(distance: f64, (slope, offset): (f64, f64)) -> f64 {
+    let growth = libm::exp(slope * distance);
+    1.0 / (growth + offset + 1.0 / growth)
+}
+
+impl Insert {
+    fn new(config: &EnvConfig) -> Result<Self, ConfigError> {
+        let task = Insert { options: Options::of(config)?, episode: None };
+        let robot = config.robot.robot();
+        let sizes = task.options.sizes();
+        let (scene, gripper) = insert::scene(&robot, &sizes, [0.0; 2]);
+        let model = Model::new(&scene, gripper, GRIP_SITE);
+        let place = Vector3::new(0.0, 0.0, TABLE_HEIGHT + DEPTH);
+        if task.posture(&model, &robot, place, 0.0).is_none() {
+            return Err(ConfigError::Contradiction {
+                field: "env.options.length_mm".into(),
+                reason: format!(
+                    "{} does not reach above the hole with a peg of {} mm",
+                    robot.name, task.options.length_mm
+                ),
+            });
+        }
+        Ok(task)
+    }
+
+    /// Joint angles at which the peg's end, where the hand has it without any offset, stands above a rim at `place` (m), the hand turned
+    /// by `turn` (rad) against how it is at home.
+    fn posture(&self, model: &Model, robot: &Robot, place: Vector3, turn: f64) -> Option<JointVector> {
+        let home = model.kinematics(&robot.home).tool;
+        let rotation =
+            UnitQuaternion::from_axis_angle(&Vector3::z_axis(), turn) * straight_down(&(home * Vector3::x()));
+        let height = 1e-3 * self.options.start_mm + self.options.sizes().end();
+        let goal = Pose::from_parts(Translation3::from(place + Vector3::z() * height), rotation);
+        robot.reach(model, &goal, robot.home)
+    }
+
+    fn running(&self) -> &Running {
+        self.episode.as_ref().expect("reset before use")
+    }
+
+    /// Pose of the peg's end (world) in a hand whose tool point is at `tool`: z points out of the peg.
+    fn end(&self, tool: &Pose) -> Pose {
+        tool * at([0.0, 0.0, self.options.sizes().end()])
+    }
+
+    /// Middle of the hole's base (m, world).
+    fn base(&self) -> Vector3 {
+        self.running().rim - Vector3::z() * DEPTH
+    }
+
+    /// How high the peg's end is above the base (m), if it is on the axis.
+    fn height(&self, end: &Pose) -> Option<f64> {
+        let apart = end.translation.vector - self.base();
+        (apart.xy().norm() < CENTRED).then_some(apart.z)
+    }
+
+    fn seen(&self, y: &Measurement) -> Seen {
+        let end = self.end(&y.pose);
+        let hand = y.pose.rotation;
+        let upright = match self.options.profile {
+            Profile::Round => straight_down(&(hand * Vector3::x())),
+            Profile::Square => nearest_straight_down(&Vector3::x(), 4, &hand),
+        };
+        // Of the true place of the hole it learns nothing but that the peg is in.
+        let done = self.height(&end).is_some_and(|height| height < IN * DEPTH);
+        Seen { end: end.translation.vector, rim: self.running().believed, upright, done }
+    }
+}
+
+impl Task for Insert {
+    fn reset(&mut self, plant: &Plant, rng: &mut ChaCha8Rng) -> Simulation {
+        let sizes = self.options.sizes();
+        for _ in 0..MOST_DRAWS {
+            let mut within = |half: f64| rng.random_range(-half..=half);
+            let rim = Vector3::new(within(PLACEMENT), within(PLACEMENT), TABLE_HEIGHT + DEPTH);
+            let place = rim + Vector3::from(START.map(&mut within));
+            let turn = within(START_TURN);
+            let believed = rim + BELIEF * Vector3::from_fn(|_, _| standard_normal(rng));
+            let allowed_force = rng.random_range(ALLOWED_FORCE);
+            let simulation = insert::simulate(plant, &sizes, rim.xy().into());
+            if let Some(q) = self.posture(simulation.model(), &plant.robot, place, turn) {
+                self.episode = Some(Running { rim, believed, q, allowed_force, script: Script::default() });
+                return simulation;
+            }
+        }
+        panic!("{MOST_DRAWS} places of the hole in insert are out of reach for {}", plant.robot.name);
+    }
+
+    fn start(&self, _: &Robot) -> Start {
+        Start { fingers: Fingers::Apart(WIDTH), ..Start::at(self.running().q) }
+    }
+
+    fn name(&self) -> &'static str {
+        "insert"
+    }
+
+    /// The fingers stay where they are.
+    fn has_gripper(&self) -> bool {
+        false
+    }
+
+    fn observe(&self, _: &Simulation, y: &Measurement, out: &mut Observer) {
+        let Running { believed, allowed_force, .. } = self.running();
+        out.position("hole_to_eef_pos", y.pose.translation.vector - believed, [0.0, 0.0, 0.03], 50.0);
+        out.axes("eef_vel", &y.twist, ["m/s, world", "rad/s, world"], [0.0; 2], [10.0, 2.0]);
+        out.put("allowed_force", *allowed_force, "N", 7.5, 0.4);
+    }
+
+    /// Where hole and peg are.
+    fn observe_privileged(&self, simulation: &Simulation, _: &Measurement, out: &mut Observer) {
+        let Running { rim, believed, .. } = self.running();
+        let end = self.end(&simulation.measure().pose);
+        out.position("rim_pos", *rim, [0.0, 0.0, TABLE_HEIGHT + DEPTH], 20.0);
+        out.position("believed_error", believed - rim, [0.0; 3], 1000.0);
+        out.position("base_to_peg_end_pos", end.translation.vector - self.base(), [0.0; 3], 50.0);
+        out.orientation("peg_quat", &end.rotation);
+    }
+
+    /// FORGE's force threshold stands in place of the penalty of the other tasks.
+    fn reward(&mut self, simulation: &Simulation, y: &Measurement, _penalty: Option<f64>) -> Reward {
+        let end = self.end(&y.pose);
+        let distance = distance(&end, &self.base());
+        let [coarse, near, fine] = SLOPES.map(|slope| squashed(distance, slope));
+        let below = |share: f64| self.height(&end).is_some_and(|height| height < share * DEPTH);
+        let (engaged, success) = (below(ENGAGED), below(IN));
+        let excess = (simulation.contact().hand_force() - self.running().allowed_force).max(0.0);
+        let terms = [
+            ("coarse", coarse),
+            ("near", near),
+            ("fine", fine),
+            ("engaged", f64::from(engaged)),
+            ("inserted", f64::from(success)),
+            ("penalty", -FORCE_PRICE * excess),
+        ];
+        Reward { terms: terms.into(), success }
+    }
+
+    /// It knows what a policy sees, the hole's place with its error and the force, and when the peg is in.
+    fn expert(&self, _: &Simulation, y: &Measurement) -> Waypoint {
+        self.running().script.waypoint(&self.seen(y), y)
+    }
+
+    fn advance(&mut self, _: &Simulation, y: &Measurement) {
+        let seen = self.seen(y);
+        self.episode.as_mut().expect("reset before use").script.advance(&seen, y);
+    }
+
+    fn achievement(&self) -> &'static str {
+        "puts the peg into the hole"
+    }
+
+    fn camera(&self) -> Camera {
+        Camera { eye: [0.3, -0.36, 1.02], target: [0.0, 0.0, 0.87], field_of_view: 0.6 }
+    }
+}
+
+#[cfg(test)]
+mod tests;

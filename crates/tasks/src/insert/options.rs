@@ -1,0 +1,68 @@
+//! The options of Insert.
+
+use aforce::{ConfigError, within};
+use physics::scenes::insert::{Profile, Sizes};
+use serde::{Deserialize, Serialize};
+
+use crate::env_config::EnvConfig;
+
+/// What stands below `env.options`; by default FORGE's peg and hole.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Options {
+    /// Width of the hole less that of the peg (mm).
+    pub clearance_mm: f64,
+    /// Width and depth of the chamfer at the rim (mm); 0: a sharp rim.
+    pub chamfer_mm: f64,
+    /// Sliding friction between peg and hole.
+    pub friction: f64,
+    /// Length of the peg (mm).
+    pub length_mm: f64,
+    /// Mean height of the peg's end above the rim at the start (mm); an episode's differs by up to 10 mm.
+    pub start_mm: f64,
+    /// The cross-section of peg and hole.
+    pub profile: Profile,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options {
+            clearance_mm: 0.114,
+            chamfer_mm: 1.0,
+            friction: 0.75,
+            length_mm: 50.0,
+            start_mm: 14.6,
+            profile: Profile::Round,
+        }
+    }
+}
+
+impl Options {
+    /// The options of a configuration.
+    ///
+    /// # Errors
+    /// The first that is not allowed, with its range.
+    pub fn of(config: &EnvConfig) -> Result<Self, ConfigError> {
+        let options: Options = config.own_options()?;
+        // Below 0.05 mm the engine's own rounding decides what enters.
+        within("env.options.clearance_mm", options.clearance_mm, 0.05..=10.0)?;
+        within("env.options.chamfer_mm", options.chamfer_mm, 0.0..=5.0)?;
+        within("env.options.friction", options.friction, 0.0..=2.0)?;
+        // A shorter one leaves the fingers on the rim before it is in.
+        within("env.options.length_mm", options.length_mm, 50.0..=200.0)?;
+        // A lower one starts in the rim: the height varies by 10 mm.
+        within("env.options.start_mm", options.start_mm, 11.0..=150.0)?;
+        Ok(options)
+    }
+
+    /// In metres, as the scene has them.
+    pub fn sizes(&self) -> Sizes {
+        Sizes {
+            length: 1e-3 * self.length_mm,
+            clearance: 1e-3 * self.clearance_mm,
+            chamfer: 1e-3 * self.chamfer_mm,
+            friction: self.friction,
+            profile: self.profile,
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! The script of Insert: over the believed hole, down, and in; where it meets the rim it taps along a spiral until it feels the hole.
+
+use aforce::{Measurement, Pose, Vector3, pose_error};
+use nalgebra::{Translation3, UnitQuaternion, Vector2};
+
+use crate::task::Waypoint;
+
+/// Height above the believed rim to which the peg goes first (m): several deviations of what is believed.
+const HOVER: f64 = 0.005;
+/// Height above the rim as it was felt, from one tap to the next (m).
+const HOP: f64 = 0.001;
+/// So near to its place the peg goes down (m, rad), or after so many actions.
+const PLACED: f64 = 7e-4;
+const UPRIGHT: f64 = 0.03;
+const LONGEST_MOVE: u32 = 60;
+/// Force with which it presses (N), and from which it is in contact.
+const PRESS: f64 = 8.0;
+const CONTACT: f64 = 1.5;
+/// How far each action moves the goal down for each newton that is missing (m/N), and at most (m); how fast it may sink above the rim and in
+/// the hole (m/s).
+const DEEPER: f64 = 5e-4;
+const MOST_DEEPER: f64 = 1e-3;
+const SINKING: [f64; 2] = [0.01, 0.02];
+/// Distance of the points of the spiral from each other (m).
+const SPACING: f64 = 1.65e-3;
+/// Points after which it begins anew from the middle.
+const POINTS: u32 = 30;
+/// So far below the highest place where it pressed the peg's end is in the hole (m).
+const DROP: f64 = 3.5e-4;
+/// The goal is so many times further than the way that is left: a spring with a soft end and the joints' friction are in between.
+const BEYOND: f64 = 2.5;
+/// Share of what is left that each action adds to the goal besides, once less than this is left (m): friction would hold the hand back
+/// for good.
+const INTEGRATION: f64 = 0.2;
+const NEAR: f64 = 0.003;
+/// Slower than this the hand rests (m/s).
+const AT_REST: f64 = 0.03;
+/// Largest of these sums (m, rad).
+const MOST: f64 = 0.04;
+const MOST_LEANING: f64 = 0.02;
+/// How far the goal goes in the direction in which a wall pushes (m/N), and at most (m).
+const YIELD: f64 = 5e-4;
+const MOST_YIELD: f64 = 2e-3;
+/// A hand that gets less than this deeper in an action is stuck (m), and then turns in a circle of this radius (m), this far
+/// per action (rad).
+const STUCK: f64 = 5e-5;
+const WIGGLE: f64 = 6e-4;
+const TURN: f64 = 1.0;
+/// Actions after which a peg that is stuck on the rim goes to the next point.
+const PATIENCE: u32 = 3;
+/// Actions after which one that is stuck in the hole is jammed, and is pulled towards a goal so far above it (m) before it is pushed again.
+const JAMMED: u32 = 10;
+const RELIEF: f64 = 0.004;
+
+/// Where peg and hole are, as the script knows them (m, world).
+pub struct Seen {
+    /// The peg's end.
+    pub end: Vector3,
+    /// The middle of the rim, believed.
+    pub rim: Vector3,
+    /// Rotation of a hand whose peg stands upright and fits.
+    pub upright: UnitQuaternion<f64>,
+    /// Whether the peg is in.
+    pub done: bool,
+}
+
+/// What the script remembers.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Script {
+    phase: Phase,
+    /// What was missing so far (m).
+    missing: Vector3,
+    /// What was missing of the rotation that makes it upright (rad).
+    leaning: Vector3,
+    /// The point of the spiral.
+    point: u32,
+    /// How far below the peg's end its goal is (m).
+    depth: f64,
+    /// Greatest height of the peg's end where it pressed on something (m).
+    touched: Option<f64>,
+    /// Height of the peg's end after the last action (m).
+    height: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Phase {
+    /// Above the next point, for how many actions.
+    Move(u32),
+    /// Down, for how many actions it was stuck.
+    Press(u32),
+}
+
+impl Default for Phase {
+    fn default() -> Self {
+        Phase::Move(0)
+    }
+}
+
+/// A point of the spiral, about as far from its neighbours on the same turn as from those on the next.
+fn spiral(point: u32) -> Vector2<f64> {
+    // Of an Archimedean spiral: way = pitch angle^2 / (4 pi).
+    let angle = (4.0 * std::f64::consts::PI * f64::from(point)).sqrt();
+    let (sin, cos) = libm::sincos(angle);
+    Vector2::new(cos, sin) * (SPACING * angle / std::f64::consts::TAU)
+}
+
+/// The rotation that makes the hand upright (rad, world).
+fn leaning(seen: &Seen, y: &Measurement) -> Vector3 {
+    let upright = Pose::from_parts(y.pose.translation, seen.upright);
+    pose_error(&upright, &y.pose).fixed_rows::<3>(3).into()
+}
+
+impl Script {
+    /// Takes in what an action led to.
+    pub fn advance(&mut self, seen: &Seen, y: &Measurement) {
+        let velocity = y.twist.fixed_rows::<3>(0);
+        let up = y.wrench.z;
+        if up > CONTACT {
+            self.touched = Some(self.touched.map_or(seen.end.z, |touched| touched.max(seen.end.z)));
+        }
+        let inside = self.is_inside(seen);
+        let (aim, before) = (self.above(seen), self.phase);
+        self.phase = match self.phase {
+            Phase::Move(actions) => {
+                let turn = y.pose.rotation.angle_to(&seen.upright);
+                let aside = (aim - seen.end).xy().norm();
+                let placed = aside < PLACED && turn < UPRIGHT && (seen.end.z - aim.z).abs() < HOVER;
+                let settled = placed && velocity.norm() < AT_REST;
+                if settled || actions > LONGEST_MOVE { Phase::Press(0) } else { Phase::Move(actions + 1) }
+            }
+            Phase::Press(stuck) if up < CONTACT || self.height - seen.end.z > STUCK => Phase::Press(stuck),
+            Phase::Press(stuck) if !inside && stuck > PATIENCE => {
+                self.point = (self.point + 1) % POINTS;
+                Phase::Move(0)
+            }
+            Phase::Press(stuck) if stuck > JAMMED => {
+                self.depth = -RELIEF;
+                Phase::Press(0)
+            }
+            Phase::Press(stuck) => Phase::Press(stuck + 1),
+        };
+        self.height = seen.end.z;
+        if !matches!((before, self.phase), (Phase::Press(_), Phase::Press(_))) {
+            self.depth = 0.0;
+        }
+        let left = self.above(seen) - seen.end;
+        if up < CONTACT && left.xy().norm() < NEAR {
+            let sum = self.missing + INTEGRATION * left;
+            self.missing = sum.map(|sum| sum.clamp(-MOST, MOST));
+        }
+        let sum = self.leaning + INTEGRATION * leaning(seen, y);
+        self.leaning = sum.map(|sum| sum.clamp(-MOST_LEANING, MOST_LEANING));
+        match self.phase {
+            Phase::Move(_) => {}
+            Phase::Press(_) => {
+                self.missing.z = 0.0;
+                let fastest = SINKING[usize::from(inside)];
+                let deeper = if -velocity.z > fastest { -MOST_DEEPER } else { DEEPER * (PRESS - up) };
+                self.depth = (self.depth + deeper.clamp(-MOST_DEEPER, MOST_DEEPER)).clamp(-MOST, MOST);
+            }
+        }
+    }
+
+    /// Whether the peg's end is lower than the rim lets it be.
+    fn is_inside(&self, seen: &Seen) -> bool {
+        self.touched.is_some_and(|touched| seen.end.z < touched - DROP)
+    }
+
+    /// Where the peg's end goes between taps (m, world).
+    fn above(&self, seen: &Seen) -> Vector3 {
+        let place = seen.rim.xy() + spiral(self.point);
+        let height = self.touched.map_or(seen.rim.z + HOVER, |touched| touched + HOP);
+        Vector3::new(place.x, place.y, height)
+    }
+
+    /// Where the tool is to go.
+    pub fn waypoint(&self, seen: &Seen, y: &Measurement) -> Waypoint {
+        let way = match self.phase {
+            Phase::Move(_) => {
+                let way = BEYOND * (self.above(seen) - seen.end) + self.missing;
+                // Up first: what is in the way may be the hole's wall.
+                let free = self.touched.is_none_or(|touched| seen.end.z > touched + HOP / 4.0);
+                if free { way } else { Vector3::z() * way.z }
+            }
+            Phase::Press(_) if seen.done => Vector3::zeros(),
+            Phase::Press(_) if y.wrench.z < CONTACT && !self.is_inside(seen) => {
+                let aside = BEYOND * (self.above(seen) - seen.end) + self.missing;
+                Vector3::new(aside.x, aside.y, -self.depth)
+            }
+            Phase::Press(stuck) => {
+                let felt = YIELD * y.wrench.xy();
+                let mut sideways = felt * (MOST_YIELD / felt.norm().max(MOST_YIELD));
+                if stuck > 0 {
+                    let (sin, cos) = libm::sincos(TURN * f64::from(stuck));
+                    sideways += WIGGLE * Vector2::new(cos, sin);
+                }
+                Vector3::new(sideways.x, sideways.y, -self.depth)
+            }
+        };
+        let to = Translation3::from(y.pose.translation.vector + way);
+        // A peg that leans by a hundredth jams in a hole that is a hundredth wider.
+        let turn = (BEYOND - 1.0) * leaning(seen, y) + self.leaning;
+        let rotation = UnitQuaternion::from_scaled_axis(turn) * seen.upright;
+        Waypoint { pose: Pose::from_parts(to, rotation), grip: 1.0, force: 0.0 }
+    }
+}
