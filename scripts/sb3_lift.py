@@ -4,6 +4,8 @@
     make wheel && python3 -m venv VENV && VENV/bin/pip install target/wheels/aforce-*.whl stable-baselines3==2.9.2
     VENV/bin/python scripts/sb3_lift.py --seed 1 --out runs/sb3_lift/seed_1.csv [--steps 150000] [--space aforce]
 
+`--defaults` takes Stable-Baselines3's own settings and observations without scaling instead: what the preset `plain` is held against.
+
 The set-up is that of `train --task lift --space aforce --setup small-steps`, or with `--like RUN` that of a run of `train`, whose starts
 then serve for the evaluations as well: mean actions, every so many actions. A row has the CPU minutes of the whole process when
 its evaluation began, earlier evaluations included: `progress.csv` of a run has the same clock.
@@ -40,6 +42,7 @@ def main():
     parser.add_argument("--steps", type=int, default=150_000)
     parser.add_argument("--space", help="aforce unless said")
     parser.add_argument("--like", type=Path, metavar="RUN", help="a run folder whose environment and starts are taken over")
+    parser.add_argument("--defaults", action="store_true", help="Stable-Baselines3's own settings, and observations without scaling")
     parser.add_argument("--every", type=int, help="actions between evaluations, 10000 unless said")
     parser.add_argument("--episodes", type=int, help="of an evaluation, 10 unless said")
     parser.add_argument("--out", type=Path, required=True)
@@ -62,9 +65,10 @@ def main():
         if every > arguments.steps:
             parser.error(f"--every {every}: no evaluation in {arguments.steps} steps")
         starts = {step: range(step, step + episodes) for step in range(every, arguments.steps + 1, every)}
-    make = lambda: gym.make("aforce/Lift-v0", scaled=True, **settings)
-    print(f"aforce {aforce.__version__}, stable-baselines3 {stable_baselines3.__version__}, {aforce.SB3_SAC}")
-    model = stable_baselines3.SAC("MlpPolicy", make(), seed=arguments.seed, **aforce.SB3_SAC)
+    make = lambda: gym.make("aforce/Lift-v0", scaled=not arguments.defaults, **settings)
+    learner = {} if arguments.defaults else aforce.SB3_SAC
+    print(f"aforce {aforce.__version__}, stable-baselines3 {stable_baselines3.__version__}, {learner or 'its defaults'}")
+    model = stable_baselines3.SAC("MlpPolicy", make(), seed=arguments.seed, **learner)
     model.learn(arguments.steps, callback=Curve(make(), starts, arguments.out))
     model.save(policy)
 
