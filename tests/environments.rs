@@ -45,10 +45,10 @@ fn random_actions_stay_finite_and_repeat() {
     }
 }
 
-/// The script earns something of every kind, and only what it presses too hard takes off.
+/// The script earns something of every kind, and only what it presses too hard takes off. In the narrowest hole Insert's may not end.
 #[test]
 fn every_term_of_a_reward_is_earned_by_the_expert() {
-    for task in TaskName::BUILT_IN {
+    for task in TaskName::ROBOSUITE {
         let mut env = env(task, space("aforce"));
         let terms: Vec<_> = (0..250).map(|_| env.step(&env.expert_action()).reward_terms).collect();
         for name in env.reward_terms() {

@@ -23,7 +23,7 @@ const STIFFNESS: [&str; 3] = ["Stiffness along the axes, mean", "N/m", "stiffnes
 /// Of several runs.
 const FORCE: [&str; 3] = ["Contact force that 99 % of the actions stay below", "N", "p99_contact_force_n"];
 
-/// A figure with the curves of at most [`MOST`] groups of runs, to be written as `curves_TASK` with the suffix.
+/// A figure with the curves of at most `MOST` groups of runs, to be written as `curves_TASK` with the suffix.
 pub struct Figure {
     /// What its name has behind the task's.
     pub suffix: String,
@@ -66,7 +66,7 @@ fn title(config: &RunConfig) -> String {
 }
 
 /// The evaluations of runs of one task that are compared. For each action space, variant and preset: the interquartile mean of its
-/// seeds as far as all of them have come, and its 95 % interval, or the range of too few seeds. More than [`MOST`] of them are spread over
+/// seeds as far as all of them have come, and its 95 % interval, or the range of too few seeds. More than `MOST` of them are spread over
 /// several figures: the built-in spaces, then what was made of them to find out why, each beside AFORCE.
 ///
 /// # Errors
