@@ -63,10 +63,12 @@ macro_rules! robot_or_skip {
 
 fn host(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_franka-host"));
-    command.args(["--robot", "127.0.0.1", "--no-realtime", "--no-push-check"]).args(arguments);
+    command.args(["--robot", "127.0.0.1", "--no-realtime", "--no-push-check"]);
     if !arguments.contains(&"--setup") {
         command.arg("--setup").arg(tolerant());
     }
+    // Last: a test may go on with values of the last one.
+    command.args(arguments);
     command
 }
 
