@@ -11,7 +11,7 @@ use std::time::Instant;
 use experiments::config::{RunConfig, sweep};
 use experiments::report::archive;
 use experiments::report::columns::Columns;
-use experiments::report::record::Table;
+use experiments::report::table::Table;
 use experiments::run::csv_table::CsvTable;
 use experiments::run::csv_writer::{cut_after, last_step};
 use experiments::run::disturbances;

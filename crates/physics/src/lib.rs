@@ -26,6 +26,7 @@ pub mod objects;
 pub mod robots;
 pub mod scene;
 pub mod scenes;
+mod shading;
 mod simulation;
 mod solid;
 mod stop;

@@ -2,7 +2,7 @@
 
 use aforce::{Pose, Vector3};
 
-use crate::camera::{Decal, Image, shade, sun};
+use crate::shading::{Decal, Image, shade, sun};
 use crate::{Simulation, Surfaces};
 
 /// Place of a camera in the hand, and the point that it looks at (m, tool frame): beside the hand's narrow side, past the fingers.

@@ -426,7 +426,7 @@ impl Env {
 
     /// What the observed camera sees now, in an environment that has one; drawn at every call.
     pub fn pixels(&self) -> Option<Pixels> {
-        self.config.observation.camera.map(|camera| camera.take(self))
+        self.config.observation.camera.map(|camera| camera.take(self.task(), self.simulation()))
     }
 
     /// What the terms of [`Step::reward_terms`] are for, in order.

@@ -1,10 +1,10 @@
 //! Pixels as a part of an observation.
 
 use aforce::{ConfigError, within};
-use physics::View;
+use physics::{Simulation, View};
 use serde::{Deserialize, Serialize};
 
-use crate::env::Env;
+use crate::task::Task;
 
 /// Largest depth that is told, and what is told where nothing is seen (m).
 pub const FARTHEST: f64 = 5.0;
@@ -89,8 +89,7 @@ impl ObservedCamera {
     }
 
     /// What it sees now.
-    pub(crate) fn take(&self, env: &Env) -> Pixels {
-        let (task, simulation) = (env.task(), env.simulation());
+    pub(crate) fn take(&self, task: &dyn Task, simulation: &Simulation) -> Pixels {
         let view = match self.from {
             Standpoint::Task => task.camera().view(),
             // Where it is, not where it is measured.

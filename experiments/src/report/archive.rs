@@ -12,7 +12,8 @@ use output::file;
 use serde::{Deserialize, Serialize};
 
 use crate::config::RunId;
-use crate::report::record::{Record, Table};
+use crate::report::record::Record;
+use crate::report::table::Table;
 use crate::run::csv_table::CsvTable;
 use crate::run::csv_writer::rounded;
 use crate::run::folder::RunFolder;

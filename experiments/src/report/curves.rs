@@ -7,8 +7,9 @@ use show::plot::{self, Panel, Reach, Series};
 
 use crate::config::{self, RunConfig, RunId};
 use crate::report::groups::Section;
-use crate::report::record::{Record, Table};
+use crate::report::record::Record;
 use crate::report::summary::{self, RunSummary};
+use crate::report::table::Table;
 use crate::run::folder::RunFolder;
 
 /// Training episodes in the running mean.

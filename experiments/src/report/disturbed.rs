@@ -7,8 +7,9 @@ use show::plot::{HeatMap, HeatRow};
 
 use crate::report::columns::Columns;
 use crate::report::groups::Group;
-use crate::report::record::{Record, Table};
+use crate::report::record::Record;
 use crate::report::summary::{RunSummary, label};
+use crate::report::table::Table;
 use crate::run::disturbances::UNDISTURBED;
 
 /// A row of `robustness.csv`.

@@ -21,6 +21,7 @@ pub mod run_tables;
 pub mod scatter;
 pub mod search;
 pub mod summary;
+pub mod table;
 pub mod text;
 pub mod tournament;
 pub mod train_and_draw;

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail, ensure};
 
 use crate::config::{RunConfig, RunId};
 use crate::report::npz::{self, Array};
-use crate::report::record::Table;
+use crate::report::table::Table;
 use crate::run::csv_table::CsvTable;
 use crate::run::rows::SCHEMA;
 

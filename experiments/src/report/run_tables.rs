@@ -5,7 +5,8 @@ use output::statistics::{deviation, mean, mean_of, quantile};
 use tasks::columns::{COLUMNS, Cell, Over, Statistic};
 
 use crate::report::columns::Columns;
-use crate::report::record::{Record, Table};
+use crate::report::record::Record;
+use crate::report::table::Table;
 
 /// Evaluations at the end of a run whose mean is its final return.
 const LAST: usize = 5;

@@ -3,8 +3,9 @@
 use anyhow::Result;
 use serde::Serialize;
 
-use crate::report::record::{Record, Table};
+use crate::report::record::Record;
 use crate::report::summary::RunSummary;
+use crate::report::table::Table;
 
 /// A row of `tournament.csv`.
 #[derive(Debug, Clone, PartialEq, Serialize)]

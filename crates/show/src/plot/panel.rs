@@ -26,7 +26,7 @@ pub(super) fn draw(panel: &Panel, pens: &[(&str, String)], marks: &[&str]) -> (V
     let (x_logarithmic, y_logarithmic) = (panel.logarithmic, panel.logarithmic && panel.rows.is_empty());
     let x_scale = |x: f64| if x_logarithmic { x.log10() } else { x };
     let y_scale = |y: f64| if y_logarithmic { y.log10() } else { y };
-    let inside = |x: f64, y: f64| [x, y, x_scale(x), y_scale(y)].into_iter().all(drawable);
+    let inside = |x: f64, y: f64| [x, y, x_scale(x), y_scale(y)].into_iter().all(reach::drawable);
     let limits = reach::limits(panel);
     let within = |y: f64| limits.map_or(y, |[low, high]| y.clamp(low, high));
     let mut has_dots = false;
@@ -120,9 +120,4 @@ pub(super) fn draw(panel: &Panel, pens: &[(&str, String)], marks: &[&str]) -> (V
 
 fn scatter(points: Vec<(f64, f64)>, color: &str) -> ScatterPlot {
     ScatterPlot::new().with_data(points).with_color(color).with_size(DOT_SIZE)
-}
-
-/// Finite, and far enough from overflow for the sums and differences of axis scaling.
-pub(super) fn drawable(value: f64) -> bool {
-    value.abs() < 1e100
 }

@@ -1,12 +1,16 @@
 //! Where an axis ends that does not reach as far as everything that is drawn, and what is cut off there.
 
-use super::panel::drawable;
 use super::{Panel, Reach, Series};
 
 /// The share at either end that is not most of what is drawn.
 const NOT_MOST: f64 = 0.02;
 /// How far the axis reaches beyond most of it, in parts of its extent.
 const ROOM: f64 = 0.5;
+
+/// Finite, and far enough from overflow for the sums and differences of axis scaling.
+pub(super) fn drawable(value: f64) -> bool {
+    value.abs() < 1e100
+}
 
 /// Lowest and highest y that are drawn; `None` where all are.
 pub(super) fn limits(panel: &Panel) -> Option<[f64; 2]> {

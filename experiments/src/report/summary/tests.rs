@@ -6,7 +6,7 @@ use crate::config::RunConfig;
 use crate::report::columns::Columns;
 use crate::report::comparison::comparison;
 use crate::report::groups::groups;
-use crate::report::record::Table;
+use crate::report::table::Table;
 use crate::run::csv_table::CsvTable;
 use crate::run::csv_writer::CsvWriter;
 use crate::run::rows::{EvaluationKey, ProgressRow, TrainingKey};

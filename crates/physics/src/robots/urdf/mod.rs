@@ -5,6 +5,7 @@
 
 mod arm;
 mod document;
+mod element;
 mod error;
 mod shapes;
 

@@ -4,7 +4,7 @@ use aforce::{Pose, Vector3};
 use nalgebra::Translation3;
 use roxmltree::Node;
 
-use super::document::{child, origin, required, vector};
+use super::element::{child, origin, required, vector};
 use super::error::UrdfError;
 use crate::scene::Shape;
 
