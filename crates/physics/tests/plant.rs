@@ -53,8 +53,10 @@ fn engine_agrees_with_the_model() {
         let qdd = (simulation.joints().1 - before.qd) * 1e6;
         let expected = before.mass.cholesky().unwrap().solve(&(tau - before.bias));
         // The fingers slide freely in the engine and are welded in the model.
-        let apart = (qdd - expected).rows(0, joints).norm() / expected.rows(0, joints).norm();
-        assert!(apart < 1e-3, "{set}: {apart}, {qdd} and {expected}");
+        // A light arm is faster, and what is left out grows with it.
+        let epsilon = f64::max(2e-3, 1.2e-4 * expected.norm());
+        let real = |qdd: &JointVector| qdd.rows(0, joints).into_owned();
+        assert_relative_eq!(real(&qdd), real(&expected), max_relative = 2e-3, epsilon = epsilon);
     }
 }
 

@@ -9,70 +9,67 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 use aforce::Arm;
 
+use super::link_data::Turn::Quaternion;
+use super::link_data::{LinkData, NEIGHBOURS};
 use super::panda::capsule;
-use super::{JOINTS, Link, Mount, Robot, fr3};
-use crate::scene::{Inertial, Role, pose};
-
-type Capsule = ([f64; 3], [f64; 3], f64);
-
-struct Data {
-    /// In the link before: position (m), quaternion (w, x, y, z).
-    frame: ([f64; 3], [f64; 4]),
-    mass: f64,
-    com: [f64; 3],
-    /// Principal moments, in the link's axes (kg m2).
-    moments: [f64; 3],
-    capsules: &'static [Capsule],
-}
+use super::{JOINTS, Mount, Robot, fr3};
+use crate::scene::{Role, pose};
 
 /// Half of the square root of two, for turns by a quarter.
 const Q: f64 = FRAC_1_SQRT_2;
 
-const LINKS: [Data; JOINTS] = [
-    Data {
-        frame: ([0.0, 0.0, 0.1575], [1.0, 0.0, 0.0, 0.0]),
+const LINKS: [LinkData; JOINTS] = [
+    LinkData {
+        position: [0.0, 0.0, 0.1575],
+        turn: Quaternion([1.0, 0.0, 0.0, 0.0]),
         mass: 5.76,
         com: [0.0, -0.03, 0.12],
         moments: [0.0333, 0.033, 0.0123],
         capsules: &[([0.0, 0.0, 0.0], [0.0, -0.03, 0.06], 0.08), ([0.0, -0.03, 0.06], [0.0, -0.045, 0.11], 0.075)],
     },
-    Data {
-        frame: ([0.0, 0.0, 0.2025], [0.0, 0.0, Q, Q]),
+    LinkData {
+        position: [0.0, 0.0, 0.2025],
+        turn: Quaternion([0.0, 0.0, Q, Q]),
         mass: 6.35,
         com: [0.0003, 0.059, 0.042],
         moments: [0.0305, 0.0304, 0.011],
         capsules: &[([0.0, 0.0, -0.01], [0.0, 0.0, 0.045], 0.09), ([0.0, 0.04, 0.054], [0.0, 0.18, 0.0], 0.075)],
     },
-    Data {
-        frame: ([0.0, 0.2045, 0.0], [0.0, 0.0, Q, Q]),
+    LinkData {
+        position: [0.0, 0.2045, 0.0],
+        turn: Quaternion([0.0, 0.0, Q, Q]),
         mass: 3.5,
         com: [0.0, 0.03, 0.13],
         moments: [0.025, 0.0238, 0.0076],
         capsules: &[([0.0, 0.0, 0.0355], [0.0, 0.05, 0.15], 0.07), ([0.0, 0.045, 0.2155], [0.0, 0.0, 0.2155], 0.075)],
     },
-    Data {
-        frame: ([0.0, 0.0, 0.2155], [Q, Q, 0.0, 0.0]),
+    LinkData {
+        position: [0.0, 0.0, 0.2155],
+        turn: Quaternion([Q, Q, 0.0, 0.0]),
         mass: 3.5,
         com: [0.0, 0.067, 0.034],
         moments: [0.017, 0.0164, 0.006],
         capsules: &[([0.0, 0.01, 0.046], [0.0, 0.06, 0.05], 0.075), ([0.0, 0.06, 0.05], [0.0, 0.184, 0.0], 0.072)],
     },
-    Data {
-        frame: ([0.0, 0.1845, 0.0], [0.0, 0.0, Q, Q]),
+    LinkData {
+        position: [0.0, 0.1845, 0.0],
+        turn: Quaternion([0.0, 0.0, Q, Q]),
         mass: 3.5,
         com: [0.0001, 0.021, 0.076],
         moments: [0.01, 0.0087, 0.00449],
         capsules: &[([0.0, 0.0, 0.0335], [0.0, 0.04, 0.09], 0.07), ([0.0, 0.06, 0.1], [0.0, 0.065, 0.1855], 0.045)],
     },
-    Data {
-        frame: ([0.0, 0.0, 0.2155], [Q, Q, 0.0, 0.0]),
+    LinkData {
+        position: [0.0, 0.0, 0.2155],
+        turn: Quaternion([Q, Q, 0.0, 0.0]),
         mass: 1.8,
         com: [0.0, 0.0006, 0.0004],
         moments: [0.0049, 0.0047, 0.0036],
         capsules: &[([0.0, 0.0, -0.059], [0.0, -0.01, 0.0], 0.065), ([0.0, -0.03, 0.011], [0.0, 0.0, 0.0], 0.075)],
     },
-    Data {
-        frame: ([0.0, 0.081, 0.0], [0.0, 0.0, Q, Q]),
+    LinkData {
+        position: [0.0, 0.081, 0.0],
+        turn: Quaternion([0.0, 0.0, Q, Q]),
         mass: 1.2,
         com: [0.0, 0.0, 0.02],
         moments: [0.001, 0.001, 0.001],
@@ -84,22 +81,6 @@ const LINKS: [Data; JOINTS] = [
 pub fn iiwa14() -> Robot {
     let degrees = PI / 180.0;
     let other = fr3::fr3();
-    let link = |i: usize| {
-        let Data { frame: (position, wxyz), mass, com, moments, capsules } = &LINKS[i];
-        let name = format!("link{}", i + 1);
-        let role = Role::Link(i as u8 + 1);
-        Link {
-            frame: pose(*position, *wxyz),
-            inertial: Inertial::diagonal(*mass, *com, *moments),
-            geoms: capsules
-                .iter()
-                .enumerate()
-                .map(|(k, &(a, b, radius))| capsule(&name, k, role, a, b, radius))
-                .collect(),
-            damping: other.links[i].damping,
-            friction: other.links[i].friction,
-        }
-    };
     Robot {
         name: "iiwa14".into(),
         arm: Arm {
@@ -111,19 +92,16 @@ pub fn iiwa14() -> Robot {
             ..Arm::FR3
         },
         base: vec![capsule("link0", 0, Role::Fixture, [-0.07, 0.0, 0.08], [0.0, 0.0, 0.05], 0.08)],
-        links: std::array::from_fn(link),
+        links: std::array::from_fn(|i| LINKS[i].link(i, &other.links[i])),
         // Menagerie's `attachment_site`. The hand is mounted with half a turn, which keeps joint 7 away from its ends.
         flange: pose([0.0, 0.0, 0.045], [0.0, 0.0, 0.0, 1.0]),
         home: HOME.into(),
         // Lower and farther away than the Panda's: the links are longer, and the elbow would be bent to its end.
         mount: Mount::column(0.72, 0.2),
-        never_touch: NEVER_TOUCH.into(),
+        never_touch: NEIGHBOURS.into(),
         ..other
     }
 }
 
 /// The flange where the Panda's is, the elbow up.
 const HOME: [f64; JOINTS] = [0.0, 0.36318, 0.0, -1.852_25, 0.0, 0.79891, -0.000_48];
-
-/// Neighbours.
-const NEVER_TOUCH: [[u8; 2]; 7] = [[0, 1], [1, 2], [2, 3], [3, 4], [4, 5], [5, 6], [6, 7]];

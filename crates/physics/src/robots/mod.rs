@@ -9,6 +9,7 @@ mod file;
 pub mod fr3;
 mod home;
 mod iiwa14;
+mod link_data;
 mod name;
 pub mod panda;
 mod ur5e;

@@ -8,21 +8,11 @@ use std::f64::consts::PI;
 
 use aforce::{Arm, Pose};
 
+use super::link_data::Turn::RollPitchYaw;
+use super::link_data::{LinkData, NEIGHBOURS};
 use super::panda::capsule;
 use super::{JOINTS, Link, Mount, Robot, fr3};
 use crate::scene::{Inertial, Role, at};
-
-type Capsule = ([f64; 3], [f64; 3], f64);
-
-struct Data {
-    /// In the link before: position (m), then roll, pitch and yaw (rad).
-    frame: ([f64; 3], [f64; 3]),
-    mass: f64,
-    com: [f64; 3],
-    /// Moments about the link's axes (kg m2).
-    moments: [f64; 3],
-    capsules: &'static [Capsule],
-}
 
 /// Moments of a cylinder across and along its axis (kg m2): shoulder, upper arm, forearm, first and second wrist, third wrist.
 const SHOULDER: [f64; 2] = [0.010_267_5, 0.00666];
@@ -31,17 +21,19 @@ const FOREARM: [f64; 2] = [0.031_209_367_583_333_33, 0.004_095];
 const WRIST: [f64; 2] = [0.002_559_9, 0.002_194_2];
 const LAST: [f64; 2] = [9.890_414_008_333_333e-5, 0.000_132_117_187_5];
 
-const LINKS: [Data; 6] = [
-    Data {
+const LINKS: [LinkData; 6] = [
+    LinkData {
         // The base's frame is turned by half a turn to the arm's first.
-        frame: ([0.0, 0.0, 0.1625], [0.0, 0.0, PI]),
+        position: [0.0, 0.0, 0.1625],
+        turn: RollPitchYaw([0.0, 0.0, PI]),
         mass: 3.761,
         com: [0.0, -0.00193, -0.02561],
         moments: [SHOULDER[0], SHOULDER[0], SHOULDER[1]],
         capsules: &[([0.0, 0.0, -0.05], [0.0, 0.0, 0.0], 0.06), ([0.0, 0.0, 0.0], [0.0, -0.05, 0.0], 0.06)],
     },
-    Data {
-        frame: ([0.0, 0.0, 0.0], [PI / 2.0, 0.0, 0.0]),
+    LinkData {
+        position: [0.0, 0.0, 0.0],
+        turn: RollPitchYaw([PI / 2.0, 0.0, 0.0]),
         mass: 8.058,
         com: [-0.2125, 0.0, 0.11336],
         // Its cylinder lies along x.
@@ -51,29 +43,33 @@ const LINKS: [Data; 6] = [
             ([-0.425, 0.0, 0.138], [-0.425, 0.0, 0.06], 0.056),
         ],
     },
-    Data {
-        frame: ([-0.425, 0.0, 0.0], [0.0, 0.0, 0.0]),
+    LinkData {
+        position: [-0.425, 0.0, 0.0],
+        turn: RollPitchYaw([0.0, 0.0, 0.0]),
         mass: 2.846,
         com: [-0.2422, 0.0, 0.0265],
         moments: [FOREARM[1], FOREARM[0], FOREARM[0]],
         capsules: &[([0.0, 0.0, 0.007], [-0.3922, 0.0, 0.007], 0.05)],
     },
-    Data {
-        frame: ([-0.3922, 0.0, 0.1333], [0.0, 0.0, 0.0]),
+    LinkData {
+        position: [-0.3922, 0.0, 0.1333],
+        turn: RollPitchYaw([0.0, 0.0, 0.0]),
         mass: 1.37,
         com: [0.0, -0.01634, -0.0018],
         moments: [WRIST[0], WRIST[0], WRIST[1]],
         capsules: &[([0.0, 0.0, -0.06], [0.0, 0.0, 0.0], 0.045), ([0.0, 0.0, 0.0], [0.0, -0.05, 0.0], 0.045)],
     },
-    Data {
-        frame: ([0.0, -0.0997, 0.0], [PI / 2.0, 0.0, 0.0]),
+    LinkData {
+        position: [0.0, -0.0997, 0.0],
+        turn: RollPitchYaw([PI / 2.0, 0.0, 0.0]),
         mass: 1.3,
         com: [0.0, 0.01634, -0.0018],
         moments: [WRIST[0], WRIST[0], WRIST[1]],
         capsules: &[([0.0, 0.0, -0.045], [0.0, 0.0, 0.0], 0.045), ([0.0, 0.0, 0.0], [0.0, 0.045, 0.0], 0.045)],
     },
-    Data {
-        frame: ([0.0, 0.0996, 0.0], [PI / 2.0, PI, PI]),
+    LinkData {
+        position: [0.0, 0.0996, 0.0],
+        turn: RollPitchYaw([PI / 2.0, PI, PI]),
         mass: 0.365,
         com: [0.0, 0.0, -0.001159],
         moments: [LAST[0], LAST[0], LAST[1]],
@@ -84,32 +80,8 @@ const LINKS: [Data; 6] = [
 /// A UR5e with Franka's hand.
 pub fn ur5e() -> Robot {
     let other = fr3::fr3();
-    let link = |i: usize| {
-        let (damping, friction) = (other.links[i].damping, other.links[i].friction);
-        let Some(Data { frame: (position, [roll, pitch, yaw]), mass, com, moments, capsules }) = LINKS.get(i) else {
-            return Link {
-                frame: Pose::identity(),
-                inertial: Inertial::NONE,
-                geoms: vec![],
-                damping: 0.0,
-                friction: 0.0,
-            };
-        };
-        let rotation = nalgebra::UnitQuaternion::from_euler_angles(*roll, *pitch, *yaw);
-        let name = format!("link{}", i + 1);
-        let role = Role::Link(i as u8 + 1);
-        Link {
-            frame: Pose::from_parts((*position).into(), rotation),
-            inertial: Inertial::diagonal(*mass, *com, *moments),
-            geoms: capsules
-                .iter()
-                .enumerate()
-                .map(|(k, &(a, b, radius))| capsule(&name, k, role, a, b, radius))
-                .collect(),
-            damping,
-            friction,
-        }
-    };
+    let none = Link { frame: Pose::identity(), inertial: Inertial::NONE, geoms: vec![], damping: 0.0, friction: 0.0 };
+    let link = |i: usize| LINKS.get(i).map_or_else(|| none.clone(), |data| data.link(i, &other.links[i]));
     Robot {
         name: "ur5e".into(),
         joints: 6,
@@ -130,7 +102,7 @@ pub fn ur5e() -> Robot {
         home: HOME.into(),
         // Lower than the Panda's: with the forearm level, pressing down does not pull the hand towards the base.
         mount: Mount::column(0.74, 0.1),
-        never_touch: NEVER_TOUCH.into(),
+        never_touch: NEIGHBOURS.into(),
         ..other
     }
 }
@@ -138,6 +110,3 @@ pub fn ur5e() -> Robot {
 /// The flange where the Panda's is, the elbow up: what is found for a URDF without a home. With the shoulder on the other side (-0.37 rad)
 /// the script with `osc` sticks in two of twelve wipes.
 const HOME: [f64; JOINTS] = [-2.77077, -1.70331, -1.62083, 1.87203, -1.52479, 1.938_40, 0.0];
-
-/// Neighbours.
-const NEVER_TOUCH: [[u8; 2]; 7] = [[0, 1], [1, 2], [2, 3], [3, 4], [4, 5], [5, 6], [6, 7]];
