@@ -1,13 +1,13 @@
 //! Time of one environment step (25 control samples) under random actions, resets included, and of one
 //! that presses the wiping tool on the table, on one core. One over it is the number of environment
-//! steps per second.
+//! steps per second. Then of one observed picture.
 //!
 //! `cargo bench -p tasks`; beside robosuite: `scripts/robosuite_speed.py`.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use tasks::{Env, EnvConfig, TaskName};
+use tasks::{Env, EnvConfig, ObservationOptions, ObservedCamera, PixelKind, Standpoint, TaskName};
 
 fn step(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("step");
@@ -51,5 +51,18 @@ fn press(criterion: &mut Criterion) {
     assert!(force > 15.0, "the tool presses with {force} N");
 }
 
-criterion_group!(benches, step, press);
+/// One observed picture of 84 x 84 pixels of Lift, from the task's place and from the hand.
+fn camera(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("camera");
+    for kind in [PixelKind::Depth, PixelKind::Rgb] {
+        for from in [Standpoint::Task, Standpoint::Hand] {
+            let camera = Some(ObservedCamera { kind, from, ..ObservedCamera::default() });
+            let observation = ObservationOptions { camera, ..ObservationOptions::default() };
+            let env = Env::new(EnvConfig { observation, ..EnvConfig::default() }, 1).expect("a valid configuration");
+            group.bench_function(format!("{kind:?}/{from:?}"), |bencher| bencher.iter(|| env.pixels()));
+        }
+    }
+}
+
+criterion_group!(benches, step, press, camera);
 criterion_main!(benches);
