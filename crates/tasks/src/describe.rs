@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use aforce::{ActionEntry, JointVector, OperationalSpace, StiffnessUnit, Vector6, Wrench};
+use aforce::{ActionEntry, JointVector, LoopOnArm, OperationalSpace, StiffnessUnit, Vector6, Wrench};
 use serde::Serialize;
 
 use crate::component::Component;
@@ -108,6 +108,9 @@ fn listed(components: &[Component]) -> String {
     components.iter().map(line).collect()
 }
 
+/// A limit on alpha is looked for up to here where a single axis has none.
+const HIGHEST_ALPHA: f64 = 1e6;
+
 const RISE: &str = "rise of K under it, from floor to top";
 
 fn derived(env: &Env) -> Vec<Derived> {
@@ -131,7 +134,13 @@ fn derived(env: &Env) -> Vec<Derived> {
         line("largest error that lasts", "m, rad", furthest);
         line(RISE, "s", Vector6::from_fn(|axis, _| psi.rise_time(axis, furthest[axis])));
         line("relaxation, (K_max - K_min)/gamma", "s", *psi.relaxation_time().vector());
-        let limit = Vector6::from_fn(|axis, _| margins[axis].alpha_max);
+        let alone = Vector6::from_fn(|axis, _| margins[axis].alpha_max);
+        let arm = LoopOnArm::new(space, &y);
+        let limit = Vector6::from_fn(|axis, _| {
+            let most = alone[axis].min(HIGHEST_ALPHA);
+            let found = arm.as_ref().map_or(most, |arm| arm.limit(axis / 3 * 3, most));
+            if found < most { found } else { alone[axis] }
+        });
         let unit = match space.unit {
             StiffnessUnit::NewtonPerMetre => "N/(m s), Nm/(rad s)",
             StiffnessUnit::PerSecondSquared => "1/s^3",

@@ -8,6 +8,7 @@
 pub(crate) mod action;
 pub(crate) mod action_space;
 pub(crate) mod adaptation;
+pub(crate) mod arm_stability;
 pub(crate) mod built_in;
 pub(crate) mod commanded_psi;
 pub(crate) mod config;

@@ -1,0 +1,134 @@
+//! When the adaptive loop is stable on an arm: all six axes together, coupled by the arm's inertia.
+
+use nalgebra::{Cholesky, SMatrix};
+
+use crate::law::action_space::ActionSpace;
+use crate::law::operational_space::OperationalSpace;
+use crate::law::psi::Psi;
+use crate::spatial::{Measurement, Vector6};
+
+/// Between a law's slow and its fast motions (s).
+const TIME_STEP: f64 = 0.05;
+/// What has not died out after 2 to the power of this many steps does not.
+const SQUARINGS: usize = 30;
+/// Halvings after which a limit is known to four digits.
+const HALVINGS: usize = 40;
+
+/// The loop of a law on an arm in one posture, at its lowest stiffness and without motion of the redundant joint.
+///
+/// With e the error, W = J M^-1 J^T and F the feed-forward wrench: e'' = -W U (D e' + K e + F), F' = alpha (e + s delta e') - mu F. U is the
+/// identity, or for stiffness in 1/s^2 what [`OperationalSpace::shape`] makes of an acceleration.
+#[derive(Debug, Clone)]
+pub struct LoopOnArm<'a> {
+    psi: &'a Psi,
+    mobility: SMatrix<f64, 6, 6>,
+    damping: Vector6,
+}
+
+impl<'a> LoopOnArm<'a> {
+    /// The loop of `space` with the arm at `y`; `None` if its stiffness does not adapt, or the mass matrix is none.
+    #[must_use]
+    pub fn new(space: &'a ActionSpace, y: &Measurement) -> Option<Self> {
+        let (psi, arm) = (space.psi()?, OperationalSpace::new(&y.mass, &y.jacobian)?);
+        let mass = Cholesky::new(y.mass)?;
+        let to_wrench = SMatrix::from_columns(&std::array::from_fn::<_, 6, _>(|axis| {
+            space.unit.to_wrench(&Vector6::from_fn(|i, _| f64::from(u8::from(i == axis))), &arm)
+        }));
+        let mobility = y.jacobian * mass.solve(&y.jacobian.transpose()) * to_wrench;
+        let inertia = space.unit.inertia(&arm.diagonal());
+        let damping = space.damping.of(psi.k_min.vector(), &inertia, &space.damping_ratio);
+        Some(LoopOnArm { psi, mobility, damping })
+    }
+
+    /// Whether small oscillations die out with the feed-forward gains `alpha` in place of the law's own.
+    #[must_use]
+    pub fn is_stable(&self, alpha: &Vector6) -> bool {
+        let Psi { k_min, mu, delta, delta_sign, .. } = self.psi;
+        let diagonal = |v: &Vector6| SMatrix::<f64, 6, 6>::from_diagonal(v);
+        let (stiffness, damping) = (diagonal(k_min.vector()), diagonal(&self.damping));
+        let mut system = SMatrix::<f64, 18, 18>::zeros();
+        system.fixed_view_mut::<6, 6>(0, 6).fill_with_identity();
+        system.fixed_view_mut::<6, 6>(6, 0).copy_from(&(-self.mobility * stiffness));
+        system.fixed_view_mut::<6, 6>(6, 6).copy_from(&(-self.mobility * damping));
+        system.fixed_view_mut::<6, 6>(6, 12).copy_from(&-self.mobility);
+        system.fixed_view_mut::<6, 6>(12, 0).copy_from(&diagonal(alpha));
+        let ahead = alpha.component_mul(delta.vector()) * delta_sign.factor();
+        system.fixed_view_mut::<6, 6>(12, 6).copy_from(&diagonal(&ahead));
+        system.fixed_view_mut::<6, 6>(12, 12).copy_from(&diagonal(&-mu.vector()));
+        dies_out(&system)
+    }
+
+    /// The largest stable alpha of the three axes from `first` on (0: translation, 3: rotation), all three the same and the others as the
+    /// law has them, up to `most`; 0 if none is stable.
+    #[must_use]
+    pub fn limit(&self, first: usize, most: f64) -> f64 {
+        let mut alpha = *self.psi.alpha.vector();
+        let mut stable = |value: f64| {
+            alpha.fixed_rows_mut::<3>(first).fill(value);
+            self.is_stable(&alpha)
+        };
+        if stable(most) {
+            return most;
+        }
+        let (mut low, mut high) = (0.0, most);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if stable(middle) { low = middle } else { high = middle }
+        }
+        low
+    }
+}
+
+/// Whether every eigenvalue of a linear system (1/s) has a negative real part.
+///
+/// (1 + h A) / (1 - h A) takes the left half-plane into the unit circle, and its powers vanish exactly when they all lie there. An iteration
+/// for eigenvalues need not end where axes are alike.
+fn dies_out(system: &SMatrix<f64, 18, 18>) -> bool {
+    let (one, step) = (SMatrix::<f64, 18, 18>::identity(), system * TIME_STEP);
+    let Some(inverse) = (one - step).try_inverse() else { return false };
+    let mut power = (one + step) * inverse;
+    for _ in 0..SQUARINGS {
+        let size = power.amax();
+        if size < 1e-6 {
+            return true;
+        }
+        // Written so that what is no number dies out neither.
+        if !(size < 1e9) {
+            return false;
+        }
+        power *= power;
+    }
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::law::gains::Gains;
+    use crate::law::stability::stability_margin;
+    use crate::testing::{gantry, random_arm};
+
+    /// On an arm whose axes do not pull at each other the limit is that of the single axis, worked out in closed form.
+    #[test]
+    fn uncoupled_axes_have_the_limit_of_one_axis() {
+        let space: ActionSpace = "aforce".parse().unwrap();
+        let mass = 7.0;
+        let y = gantry([mass; 6]);
+        let arm = LoopOnArm::new(&space, &y).unwrap();
+        let psi = space.psi().unwrap();
+        for first in [0, 3] {
+            let damping = space.damping.of_axis(psi.k_min[first], mass, space.damping_ratio[first]);
+            let exact = stability_margin(psi, first, mass, damping).alpha_max;
+            let found = arm.limit(first, 1e6);
+            assert!((found / exact - 1.0).abs() < 1e-6, "{first}: {found}, not {exact}");
+        }
+        assert!(arm.is_stable(psi.alpha.vector()));
+        assert!(!arm.is_stable(Gains::all(1e6).vector()));
+    }
+
+    #[test]
+    fn a_constant_stiffness_has_no_such_loop() {
+        let space: ActionSpace = "mid".parse().unwrap();
+        assert!(LoopOnArm::new(&space, &random_arm(1)).is_none());
+    }
+}
