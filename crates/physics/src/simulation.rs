@@ -289,6 +289,11 @@ impl Simulation {
         Measurement { wrench: self.contact.filtered, ..self.arm.clone() }
     }
 
+    /// Velocity of the tool point (m/s, world).
+    pub fn tool_velocity(&self) -> Vector3 {
+        self.arm.twist.fixed_rows::<3>(0).into()
+    }
+
     /// Kinetic and potential energy of the arm and of the payload that it carries (J); the potential energy is zero at z = 0.
     pub fn energy(&self) -> f64 {
         let Measurement { q, qd, pose, twist, .. } = &self.arm;

@@ -14,6 +14,7 @@ use crate::env_config::EnvConfig;
 use crate::expert;
 use crate::force_sensor::ForceSensor;
 use crate::interval::Interval;
+use crate::motion::Motion;
 use crate::normal::standard_normal;
 use crate::observation::observe_robot;
 use crate::observer::Observer;
@@ -49,6 +50,8 @@ pub struct Env {
     estimator: Option<Estimator>,
     /// What is measured, which noise may set apart from what is.
     y: Measurement,
+    /// How the tool moves.
+    motion: Motion,
     /// Where the policy feels a force.
     sensor: ForceSensor,
     observer: Observer,
@@ -157,6 +160,7 @@ impl Env {
             return Err(ConfigError::Contradiction { field: field.into(), reason });
         }
         let y = simulation.measure();
+        config.space.stable_on(&y).map_err(|error| error.below("env.space"))?;
         let nothing_earned = task.reward(&simulation, &y, None).terms.zeroed();
         let mut env = Env {
             config,
@@ -166,6 +170,7 @@ impl Env {
             controller,
             drawn,
             estimator: None,
+            motion: Motion::default(),
             y,
             sensor: ForceSensor::default(),
             observer: Observer::default(),
@@ -206,6 +211,7 @@ impl Env {
         self.controller.reset(&self.y);
         self.controller.set_contact_axis(self.task.contact_normal(&self.simulation, &self.y));
         self.drawn.begin(&self.y.bias, self.plant.dt);
+        self.motion = Motion::default();
         self.elapsed = 0;
         self.held = 0.0;
         self.sensor.tare(&self.y);
@@ -296,6 +302,7 @@ impl Env {
             let (contacts, penalty) = (self.simulation.contacts(), &self.config.force_penalty);
             interval.add(&tau, &qd, contacts, &self.controller, penalty, &self.plant);
             interval.watch(&self.config.protection, &self.plant.robot.arm, &self.simulation.joints().1, contacts);
+            interval.follow(&mut self.motion, self.simulation.tool_velocity(), self.plant.dt);
             interval.overlap = interval.overlap.max(self.simulation.deepest_penetration());
             if self.config.stops && interval.stop.is_some() {
                 break;

@@ -2,11 +2,15 @@
 
 use std::ops::AddAssign;
 
-use aforce::{Arm, Controller, EnergyLedger, JointVector, Vector6};
+use aforce::{Arm, Controller, EnergyLedger, JointVector, Vector3, Vector6};
 use physics::{ContactReading, Plant};
 
+use crate::motion::Motion;
 use crate::penalty::{ForcePenalty, Sensor};
 use crate::protection::{Protection, StopReason, speed_share};
+
+/// A sustained force beyond the wrist above this counts as a hard one (N): the AI for Industry Challenge's threshold.
+pub(crate) const HARD_FORCE: f64 = 20.0;
 
 /// Record of one action, summed or averaged over its control samples.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -29,6 +33,10 @@ pub struct Interval {
     pub excess_impulse: f64,
     /// Time with contact beyond the wrist (s).
     pub contact_time: f64,
+    /// Integral of the hand's sustained force over that time (N s).
+    pub contact_impulse: f64,
+    /// Time in which the hand's sustained force is above 20 N (s).
+    pub hard_time: f64,
     /// Time with contact between the scene and the links short of the wrist (s).
     pub link_contact_time: f64,
     /// Time with contact between two parts of the arm (s).
@@ -41,6 +49,14 @@ pub struct Interval {
     pub impedance: [AxisGroup; 2],
     /// Sum over samples of the share of joints whose torque was limited.
     pub sum_saturated: f64,
+    /// How far the tool went (m, world).
+    pub displacement: Vector3,
+    /// The length of its way (m).
+    pub path: f64,
+    /// Integral of the size of the tool's jerk over the time in which it moves (m/s2).
+    pub sum_jerk: f64,
+    /// That time (s).
+    pub moving_time: f64,
     /// Largest speed of a joint, as a share of that joint's limit.
     pub max_speed_share: f64,
     /// When a real arm would first have stopped itself during this action.
@@ -165,6 +181,8 @@ impl Interval {
             self.arm.add(contact.arm_force(), contact.raw_arm_force(), part);
             self.excess_impulse += (self.force(penalty.of).last - penalty.limit).max(0.0) * part;
             self.contact_time += if contact.touching { part } else { 0.0 };
+            self.contact_impulse += if contact.touching { contact.hand_force() * part } else { 0.0 };
+            self.hard_time += if contact.hand_force() > HARD_FORCE { part } else { 0.0 };
             self.link_contact_time += if contact.links.touching { part } else { 0.0 };
             self.self_contact_time += if contact.touching_itself { part } else { 0.0 };
         }
@@ -182,6 +200,16 @@ impl Interval {
         self.max_speed_share = self.max_speed_share.max(speed);
         let reason = contacts.iter().find_map(|contact| protection.stop(speed, contact));
         self.stop = self.stop.or(reason.map(|reason| Stop { time: self.time, reason }));
+    }
+
+    /// Takes in the tool's velocity (m/s, world) after a sample of `dt` seconds.
+    pub(crate) fn follow(&mut self, motion: &mut Motion, velocity: Vector3, dt: f64) {
+        self.displacement += velocity * dt;
+        self.path += velocity.norm() * dt;
+        if let Some(jerk) = motion.jerk(velocity, dt) {
+            self.sum_jerk += jerk * dt;
+            self.moving_time += dt;
+        }
     }
 
     /// Mean translational stiffness (1/s2 or N/m: the action space's own unit).
@@ -294,6 +322,8 @@ mod tests {
         close("impulse", interval.arm.impulse, 131.0 * DT);
         close("impulse above 15 N", interval.excess_impulse, (65.0 + 5.0) * DT);
         close("time of contact", interval.contact_time, 2.0 * DT);
+        close("impulse while it touches", interval.contact_impulse, 90.0 * DT);
+        close("above 20 N", interval.hard_time, DT);
         close("of the links", interval.link_contact_time, 2.0 * DT);
         close("of the arm with itself", interval.self_contact_time, DT);
         // Means over x, y, z: 150, 300 and 30.
@@ -373,6 +403,21 @@ mod tests {
         }
         assert_eq!(interval.stop, Some(Stop { time: 2.0 * DT, reason: StopReason::JointSpeed }));
         assert_eq!(interval.max_speed_share, 2.4 / 2.175, "joints 1 to 4 may turn at 2.175 rad/s");
+    }
+
+    /// A tool that goes to and fro comes back, its way is twice as long; it shakes as long as it moves.
+    #[test]
+    fn the_way_of_the_tool_is_summed() {
+        const DT: f64 = 0.002;
+        let (mut interval, mut motion) = (Interval::default(), Motion::default());
+        for k in 0..100 {
+            let x = if k < 50 { 0.1 } else { -0.1 };
+            interval.follow(&mut motion, Vector3::new(x, 0.0, 0.05), DT);
+        }
+        assert!((interval.displacement - Vector3::z() * 0.01).norm() < 1e-12);
+        assert!((interval.path - 0.2 * f64::hypot(0.1, 0.05)).abs() < 1e-12);
+        assert!((interval.moving_time - 86.0 * DT).abs() < 1e-12, "14 samples are not told");
+        assert!(interval.sum_jerk > 0.0);
     }
 
     /// An action that diverged in its first sample has means all the same.

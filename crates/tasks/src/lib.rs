@@ -22,6 +22,7 @@ mod grasp;
 mod insert;
 mod interval;
 mod lift;
+mod motion;
 mod normal;
 mod observation;
 mod observation_options;

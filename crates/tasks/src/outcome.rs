@@ -76,7 +76,7 @@ mod tests {
     use super::*;
     use crate::interval::{AxisGroup, Stop};
     use crate::{ForceRecord, Interval, RewardTerms, StopReason};
-    use aforce::EnergyLedger;
+    use aforce::{EnergyLedger, Vector3};
 
     fn step(interval: Interval, success: bool) -> Step {
         Step {
@@ -172,6 +172,12 @@ mod tests {
             impedance: [group(30.0), group(50.0)],
             sum_saturated: 0.5,
             max_speed_share: 13.0,
+            contact_time: 0.5,
+            contact_impulse: 14.0,
+            hard_time: 15.0,
+            path: 16.0,
+            moving_time: 0.25,
+            sum_jerk: 17.0,
             ..Interval::default()
         };
         let one = Step { penalty: 11.0, over_limit: true, reward: 12.0, ..step(interval, false) };
@@ -206,11 +212,40 @@ mod tests {
             ("tool_work_translation_j", 68.0),
             ("tool_work_rotation_j", 108.0),
             ("max_joint_speed_share", 13.0),
+            ("mean_contact_force_n", 28.0),
+            ("hard_contact_time_s", 30.0),
+            ("path_m", 32.0),
+            ("jerk_mps3", 68.0),
         ];
         for (column, expected) in expected {
             let value = outcome.number(column).unwrap();
             assert!((value - expected).abs() < 1e-12, "{column}: {value}, not {expected}");
         }
+    }
+
+    /// A second action of 16 s fulfils the task: half of the points for duration, of those for a way that is half a metre longer than
+    /// straight, and of those for jerk. What comes later does not count.
+    #[test]
+    fn the_score_is_that_of_the_way_to_success() {
+        let interval = Interval {
+            time: 16.25,
+            displacement: Vector3::new(0.0, 0.3, 0.0),
+            path: 0.55,
+            moving_time: 2.0,
+            sum_jerk: 50.0,
+            ..Interval::default()
+        };
+        let score = |change: fn(&mut Interval), success: bool| {
+            let mut changed = interval;
+            change(&mut changed);
+            let late = Interval { link_contact_time: 1.0, hard_time: 9.0, ..interval };
+            let steps = [step(interval, false), step(changed, success), step(late, success)];
+            Outcome::of(&steps).number("aic_score").unwrap()
+        };
+        assert!((score(|_| (), true) - (1.0 + 75.0 + 6.0 + 3.0 + 3.0)).abs() < 1e-12);
+        assert!((score(|i| i.hard_time = 1.1, true) - 76.0).abs() < 1e-12);
+        assert!((score(|i| i.link_contact_time = 0.002, true) - 64.0).abs() < 1e-12);
+        assert_eq!(score(|_| (), false), 1.0 - 12.0 - 24.0);
     }
 
     /// Ten actions of 50 ms, the task fulfilled from the fourth on; a real arm would have stopped 20 ms into one of them.

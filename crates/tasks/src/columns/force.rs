@@ -43,7 +43,8 @@ pub(super) const COLUMNS: &[Column] = &[
     })
     .printed("largest force of the hand, N")
     .scalar("contact/max_force_n")
-    .evaluation_scalar("eval/max_contact_force_n"),
+    .evaluation_scalar("eval/max_contact_force_n")
+    .of_runs(&[number("end_max_contact_force_n", End, Mean), number("max_contact_force_n", Baseline, Mean)]),
     Column::new("p99_contact_force_n", "N", "99 % of an episode's actions stay at or below this largest sustained force", |e| {
         Cell::Real(e.force_percentile(0.99))
     }),
@@ -51,6 +52,16 @@ pub(super) const COLUMNS: &[Column] = &[
         Cell::Real(e.max(|s| s.interval.hand.max_raw))
     }),
     Column::new("contact_time_s", "s", "time in contact beyond the wrist", |e| Cell::Real(e.whole.hand_time)),
+    Column::new(
+        "mean_contact_force_n",
+        "N",
+        "mean norm of the sustained contact force beyond the wrist over that time; empty without contact",
+        |e| e.whole.contact_force().into(),
+    )
+    .printed("mean force in contact, N")
+    .of_runs(&[number("end_mean_contact_force_n", End, Mean), number("mean_contact_force_n", Baseline, Mean)]),
+    Column::new("hard_contact_time_s", "s", "time in which that force is above 20 N", |e| Cell::Real(e.whole.hard_time))
+        .of_runs(&[number("end_hard_contact_time_s", End, Mean), number("hard_contact_time_s", Baseline, Mean)]),
     Column::new(
         "arm_max_contact_force_n",
         "N",

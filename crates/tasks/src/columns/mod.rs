@@ -7,8 +7,10 @@ mod energy;
 mod force;
 mod fulfilled;
 mod impedance;
+mod motion;
 mod parts;
 mod protection;
+mod score;
 mod success;
 mod to_success;
 
@@ -179,7 +181,9 @@ pub static COLUMNS: LazyLock<Vec<Column>> = LazyLock::new(|| {
         to_success::COLUMNS,
         fulfilled::COLUMNS,
         impedance::COLUMNS,
+        motion::COLUMNS,
         protection::COLUMNS,
+        score::COLUMNS,
     ]
     .concat()
 });

@@ -1,5 +1,7 @@
 //! An episode cut into the parts that columns are about.
 
+use aforce::Vector3;
+
 use crate::env::Step;
 use crate::interval::{AxisGroup, Stop};
 use crate::task::HELD;
@@ -92,6 +94,18 @@ pub(crate) struct Part {
     pub(crate) hand_impulse: f64,
     /// Time with contact beyond the wrist (s).
     pub(crate) hand_time: f64,
+    /// Integral of the hand's sustained force over that time (N s).
+    pub(crate) contact_impulse: f64,
+    /// Time in which that force is above 20 N (s).
+    pub(crate) hard_time: f64,
+    /// Time with contact between the scene and the links short of the wrist (s).
+    pub(crate) link_time: f64,
+    /// How far the tool came (m, world), and the length of its way (m).
+    pub(crate) displacement: Vector3,
+    pub(crate) path: f64,
+    /// Integral of the size of the tool's jerk over the time in which it moves (m/s2), and that time (s).
+    pub(crate) sum_jerk: f64,
+    pub(crate) moving_time: f64,
     /// Largest speed of a joint, as a share of its limit.
     pub(crate) max_speed: f64,
 }
@@ -109,8 +123,25 @@ impl Part {
             impulse: sum.impulse + interval.arm.impulse,
             hand_impulse: sum.hand_impulse + interval.hand.impulse,
             hand_time: sum.hand_time + interval.contact_time,
+            contact_impulse: sum.contact_impulse + interval.contact_impulse,
+            hard_time: sum.hard_time + interval.hard_time,
+            link_time: sum.link_time + interval.link_contact_time,
+            displacement: sum.displacement + interval.displacement,
+            path: sum.path + interval.path,
+            sum_jerk: sum.sum_jerk + interval.sum_jerk,
+            moving_time: sum.moving_time + interval.moving_time,
             max_speed: sum.max_speed.max(interval.max_speed_share),
         })
+    }
+
+    /// Mean sustained force beyond the wrist (N) while something is touched there; none if nothing is.
+    pub(crate) fn contact_force(&self) -> Option<f64> {
+        (self.hand_time > 0.0).then(|| self.contact_impulse / self.hand_time)
+    }
+
+    /// Mean size of the tool's jerk (m/s3) while it moves; none if it never does for long enough.
+    pub(crate) fn jerk(&self) -> Option<f64> {
+        (self.moving_time > 0.0).then(|| self.sum_jerk / self.moving_time)
     }
 }
 

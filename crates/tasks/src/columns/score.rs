@@ -1,0 +1,47 @@
+//! The score of the AI for Industry Challenge (`docs/scoring.md` of intrinsic-dev/aic at commit db40abc), which is about insertion.
+
+use super::Over::{Baseline, End};
+use super::Statistic::Mean;
+use super::parts::Part;
+use super::{Cell, Column, Parts, number};
+
+pub(super) const COLUMNS: &[Column] = &[Column::new(
+    "aic_score",
+    "",
+    "score of the AI for Industry Challenge, -35 to 100, of the way to the first success; without one of the whole episode, and without its \
+     points for coming near",
+    |e| Cell::Real(score(e)),
+)
+.printed("score of the AI for Industry Challenge")
+.of_runs(&[number("end_aic_score", End, Mean), number("aic_score", Baseline, Mean)])];
+
+/// What a trial that ran earns, and what it earns by success.
+const RUNS: f64 = 1.0;
+const SUCCESS: f64 = 75.0;
+/// The most that each of these earns, and between which values it falls to nothing.
+const DURATION: (f64, [f64; 2]) = (12.0, [5.0, 60.0]);
+/// How much longer the way is than a straight one (m).
+const DETOUR: (f64, [f64; 2]) = (6.0, [0.0, 1.0]);
+const JERK: (f64, [f64; 2]) = (6.0, [0.0, 50.0]);
+/// More than 20 N for longer than this (s) costs so much.
+const HARD: (f64, f64) = (12.0, 1.0);
+/// A link that touches the scene, short of the wrist, costs so much: there is nothing that it may touch.
+const OFF_LIMITS: f64 = 24.0;
+
+fn score(episode: &Parts) -> f64 {
+    let trial = episode.to_success.unwrap_or(episode.whole);
+    let earned = episode.to_success.map_or(0.0, |way| SUCCESS + smoothly(&way));
+    let (hard, longest) = HARD;
+    let pressed = if trial.hard_time > longest { hard } else { 0.0 };
+    let strayed = if trial.link_time > 0.0 { OFF_LIMITS } else { 0.0 };
+    RUNS + earned - pressed - strayed
+}
+
+/// The points for a way that is short in time and length, and smooth.
+fn smoothly(way: &Part) -> f64 {
+    let falling = |value: f64, (most, [best, worst]): (f64, [f64; 2])| {
+        most * (1.0 - ((value - best) / (worst - best)).clamp(0.0, 1.0))
+    };
+    let detour = way.path - way.displacement.norm();
+    falling(way.time, DURATION) + falling(detour, DETOUR) + way.jerk().map_or(0.0, |jerk| falling(jerk, JERK))
+}
