@@ -5,9 +5,42 @@ mod common;
 use std::path::Path;
 
 use common::{error, expect, few, program, states, stored, train};
+use experiments::config::RunConfig;
 use experiments::report::columns::Columns;
 use experiments::run::csv_table::CsvTable;
 use walkdir::WalkDir;
+
+/// Without arguments nothing is trained: the help comes, with the defaults and a command that can be copied.
+#[test]
+fn train_without_arguments_explains_itself() {
+    let folder = tempfile::tempdir().unwrap();
+    let help = error(program("train").current_dir(&folder), 2);
+    let config = RunConfig::resolve(None, &[]).unwrap();
+    for default in [
+        format!("Task (default: {})", config.env.task.as_str()),
+        format!("Action space (default: {})", config.env.space),
+        format!("Robot (default: {})", config.env.robot.robot().name),
+        format!("0 to 4294967295 (default: {})", config.seed),
+        format!("Learner's defaults (default: {})", config.preset.name),
+        format!("6e4 (default: {})", config.steps),
+    ] {
+        assert!(help.contains(&default), "{default} is not in {help}");
+    }
+    let example = help.lines().find_map(|line| line.strip_prefix("Example: ")).expect("an example");
+    let mut words = example.split_whitespace();
+    let program = words.next().unwrap();
+    let mut described = common::program(program);
+    described.args(words).arg("--describe").current_dir(&folder).assert().success();
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 0, "nothing was written");
+}
+
+#[test]
+fn every_program_tells_its_commit() {
+    for name in ["train", "sweep", "evaluate", "replay", "baselines", "report", "archive"] {
+        let version = program(name).arg("--version").assert().success().get_output().stdout.clone();
+        expect(&String::from_utf8(version).unwrap(), &[env!("CARGO_PKG_VERSION"), &output::commit()]);
+    }
+}
 
 #[test]
 fn a_description_is_text_or_data() {
@@ -39,7 +72,19 @@ fn a_trained_run_is_evaluated_and_checked() {
     };
     let told = evaluate().arg("--csv").arg(&table).assert().success().get_output().stdout.clone();
     let told = String::from_utf8(told).unwrap();
-    expect(&told, &["seed_7", "best, after", "lift with aforce", "paper-steps", "written: ", "table.csv", "next: "]);
+    expect(
+        &told,
+        &[
+            "seed_7",
+            "best, after",
+            "lift with aforce",
+            "paper-steps",
+            "written: ",
+            "table.csv",
+            "next: ",
+            "result:  return ",
+        ],
+    );
     expect(
         &String::from_utf8(evaluate().args(["--setup", "small-steps"]).output().unwrap().stdout).unwrap(),
         &["changed", "env.controller.position_step: there 0.05, here 0.02"],

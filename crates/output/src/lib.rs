@@ -18,6 +18,9 @@ pub fn commit() -> String {
     env!("WORKBENCH_COMMIT").into()
 }
 
+/// Version and commit, which every program tells with `--version`.
+pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (commit ", env!("WORKBENCH_COMMIT"), ")");
+
 /// The command line with the program's bare name, as it would be typed elsewhere.
 pub fn command() -> Vec<String> {
     // A name that is no Unicode is told as nearly as text can.

@@ -91,6 +91,11 @@ pub fn written(files: &[impl AsRef<Path>]) {
     }
 }
 
+/// Says what came of it, in the last line that a program prints.
+pub fn result(line: impl Display) {
+    say(format_args!("result:  {line}"));
+}
+
 /// Whether this program is several, which its first argument names.
 static SUBCOMMANDS: AtomicBool = AtomicBool::new(false);
 

@@ -41,14 +41,14 @@ pub struct EnvArgs {
     /// File and single keys.
     #[command(flatten)]
     pub settings: SettingArgs,
-    /// Task
+    /// Task (default: lift)
     #[arg(long, value_parser = task_parser())]
     pub task: Option<TaskName>,
-    /// Action space: aforce, variable, low, mid, high, osc and others, each also with -force; or a file with a record of one's
-    /// own, which ends with .toml
+    /// Action space (default: aforce): aforce, variable, low, mid, high, osc and others, each also with -force; or a file with a
+    /// record of one's own, which ends with .toml
     #[arg(long, value_name = "NAME|FILE", value_parser = parse_space)]
     pub space: Option<ActionSpace>,
-    /// Robot: robosuite (a Panda), identified, fr3, iiwa14, ur5e; or one of one's own, a file that ends with .toml or .urdf
+    /// Robot (default: robosuite): robosuite (a Panda), identified, fr3, iiwa14, ur5e; or one of one's own, a file that ends with .toml or .urdf
     #[arg(long, value_name = "NAME|FILE", value_parser = parse_robot)]
     pub robot: Option<RobotChoice>,
 }
@@ -58,14 +58,14 @@ pub struct EnvArgs {
 pub struct RunArgs {
     #[command(flatten)]
     env: EnvArgs,
-    /// Seed of the run, 0 to 4294967295
-    #[arg(long, value_parser = parse_seed)]
+    /// Seed of the run, 0 to 4294967295 (default: 1)
+    #[arg(long, value_parser = parse_seed, allow_negative_numbers = true)]
     seed: Option<u32>,
-    /// Learner's defaults
+    /// Learner's defaults (default: desktop)
     #[arg(long, value_parser = preset_parser())]
     preset: Option<String>,
-    /// Training actions, for example 300000 or 3e5
-    #[arg(long, value_parser = parse_steps)]
+    /// Training actions, for example 60000 or 6e4 (default: 300000)
+    #[arg(long, value_parser = parse_steps, allow_negative_numbers = true)]
     steps: Option<u64>,
 }
 

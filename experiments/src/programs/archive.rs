@@ -21,7 +21,7 @@ use output::program;
 /// group's median: OUT/EXPERIMENT/TASK/SPACE/seed_N. Runs that are under way are left out. A run that the archive holds already
 /// stays as it is, and new ones are added.
 #[derive(Parser)]
-#[command(version)]
+#[command(version = output::VERSION, after_help = "Example: archive runs/table-1 --out results/table-1")]
 pub struct Arguments {
     /// Folder with run folders somewhere below it
     runs: PathBuf,
@@ -60,7 +60,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         archive::write(&all, &folder)?;
         keep_policies(&all, &added, &folder)?;
         let (all, there) = (all.len(), there.len());
-        program::say(format_args!(
+        program::result(format_args!(
             "{}: {all} runs, {} of them new, {there} known before",
             folder.display(),
             added.len()

@@ -26,7 +26,7 @@ use tasks::{Env, Outcome, Step, TaskName};
 /// space. One thread per processor core, each with an environment of its own; the table does not depend on their number.
 /// An episode takes about half a second of one core.
 #[derive(Parser)]
-#[command(version)]
+#[command(version = output::VERSION, after_help = "Example: baselines random --tasks lift,wipe --out random.csv")]
 pub struct Arguments {
     /// Who plays
     policy: Who,
@@ -112,11 +112,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         ));
         Ok::<_, anyhow::Error>(row)
     })?;
+    let diverged: f64 = rows.iter().map(|row| row.number("diverged_episodes")).sum();
     file::write_table(&arguments.out, &rows)?;
     if let Some(path) = &arguments.plot {
         plot::write(&format!("{} actions", rows[0].policy), &panels(&rows), path)?;
     }
     program::written(&[Some(&arguments.out), picture.as_ref()].into_iter().flatten().collect::<Vec<_>>());
+    let (rows, episodes) = (rows.len(), u64::from(arguments.episodes) * rows.len() as u64);
+    program::result(format_args!("{rows} set-ups, {episodes} episodes, {diverged} of them diverged"));
     Ok(ExitCode::SUCCESS)
 }
 

@@ -20,10 +20,9 @@ use tasks::{Env, EnvConfig, Outcome};
 
 /// Evaluate a trained policy, a scripted expert or random actions.
 ///
-/// The episodes are the same for every policy and action space; none of them chose a run's best checkpoint
-/// (but in runs whose tables have schema 1).
+/// The episodes are the same for every policy and action space; none of them chose a run's best checkpoint.
 #[derive(Parser)]
-#[command(version)]
+#[command(version = output::VERSION, after_help = "Example: evaluate --run runs/train/lift/aforce/seed_1 --episodes 100")]
 pub struct Arguments {
     #[command(flatten)]
     source: SourceArgs,
@@ -71,12 +70,13 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         named => named.to_vec(),
     };
     introduce(arguments, &player, starts.len());
-    if arguments.disturb.is_some() {
-        compare(&mut player, cases, &starts, &mut table)?;
+    let outcomes = if arguments.disturb.is_some() {
+        compare(&mut player, cases, &starts, &mut table)?
     } else {
         let outcomes = play(&mut player, &starts, |key, outcome| table.write((key, outcome)))?;
         print(&outcomes);
-    }
+        outcomes
+    };
     if let Some((file, path)) = file.zip(arguments.csv.as_ref()) {
         file::finish_new(file, path)?;
         program::written(&[path]);
@@ -84,6 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if let Some(run) = &arguments.source.run {
         program::next("replay", &format!("--run {} --html replay.html", run.display()));
     }
+    program::result(in_words(&outcomes));
     Ok(ExitCode::SUCCESS)
 }
 
@@ -122,8 +123,20 @@ fn play(
     evaluate(env, policy, starts.iter().copied(), *step, &RunId::of(config), write)
 }
 
-/// Plays the same episodes under every disturbance, and prints by how much each changes them.
-fn compare(player: &mut Player, cases: Vec<(Case, Env)>, starts: &[u64], table: &mut CsvWriter) -> Result<()> {
+/// Return and success, undisturbed.
+fn in_words(outcomes: &[Outcome]) -> String {
+    let mean = |name: &str| mean_of(outcomes, |outcome| outcome.number(name).unwrap_or(f64::NAN));
+    let (total, success) = (mean("return"), 100.0 * mean("success"));
+    format!("return {total:.1}, success {success:.0} %: means over {} undisturbed episodes", outcomes.len())
+}
+
+/// Plays the same episodes under every disturbance, and prints by how much each changes them; the undisturbed ones.
+fn compare(
+    player: &mut Player,
+    cases: Vec<(Case, Env)>,
+    starts: &[u64],
+    table: &mut CsvWriter,
+) -> Result<Vec<Outcome>> {
     program::say("changes are means over pairs of episodes with the same start, +- their standard error");
     program::say(format_args!(
         "  {:<28} {:>7} {:>7} {:>8} {:>18} {:>18} {:>18}",
@@ -161,7 +174,7 @@ fn compare(player: &mut Player, cases: Vec<(Case, Env)>, starts: &[u64], table: 
             change("arm_max_contact_force_n"),
         ));
     }
-    Ok(())
+    Ok(undisturbed)
 }
 
 fn print(outcomes: &[Outcome]) {

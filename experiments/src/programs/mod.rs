@@ -51,7 +51,7 @@ pub fn main(tasks: &[TaskKind]) -> ExitCode {
 
 /// Train and evaluate policies on contact tasks, with tasks of one's own.
 #[derive(Parser)]
-#[command(version)]
+#[command(version = output::VERSION)]
 struct Programs {
     #[command(subcommand)]
     program: Program,

@@ -21,7 +21,7 @@ use tasks::{Env, EnvConfig, Step};
 /// Pictures show the simulated collision shapes; they need neither GPU nor display. Files that exist
 /// are replaced.
 #[derive(Parser)]
-#[command(version)]
+#[command(version = output::VERSION, after_help = "Example: replay --expert --task door --space aforce --html door.html")]
 pub struct Arguments {
     #[command(flatten)]
     source: SourceArgs,
@@ -101,6 +101,13 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if [html, png, sheet, gif, plot, csv].iter().all(|file| file.is_none()) {
         return Err(bad("nothing to show: name at least one of --html, --png, --sheet, --gif, --plot, --csv".into()));
     }
+    for (flag, path, ending) in
+        [("html", html, "html"), ("png", png, "png"), ("sheet", sheet, "png"), ("gif", gif, "gif"), ("csv", csv, "csv")]
+    {
+        if let Some(path) = path.as_ref().filter(|path| path.extension().is_none_or(|given| given != ending)) {
+            return Err(bad(format!("--{flag} {}: the file's name must end with .{ending}", path.display())));
+        }
+    }
     for path in [html, png, sheet, gif, plot, csv].into_iter().flatten() {
         file::prepare(path)?;
     }
@@ -150,12 +157,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         playback.write_csv(path)?;
     }
     let episodes: Vec<Playback> = std::iter::once(playback).chain(beside).collect();
-    episodes.iter().for_each(tell);
     if let Some(path) = &arguments.html {
         let notes: Vec<String> = std::iter::once(played(&arguments.source)).chain(arguments.note.clone()).collect();
         page::write(path, &episodes, &notes)?;
     }
     program::written(&written);
+    episodes.iter().for_each(tell);
     Ok(ExitCode::SUCCESS)
 }
 
@@ -180,7 +187,7 @@ fn sets_apart(here: &EnvConfig, there: &EnvConfig) -> Option<String> {
 /// What happened.
 fn tell(playback: &Playback) {
     let Playback { title, who, detail, story, .. } = playback;
-    program::say(format_args!("{title}, {who}: {detail}. {story}"));
+    program::result(format_args!("{title}, {who}: {detail}. {story}"));
 }
 
 /// Who chooses the actions, in a sentence.

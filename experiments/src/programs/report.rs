@@ -42,7 +42,7 @@ use show::plot;
 /// out and named, and the exit code is 3. So are curves of Stable-Baselines3 read, from a folder TASK/SPACE,LEARNER/seed_N with an
 /// evaluations.npz and perhaps a monitor.csv.
 #[derive(Parser)]
-#[command(version)]
+#[command(version = output::VERSION, after_help = "Example: report runs/table-1")]
 pub struct Arguments {
     /// Folder with run folders somewhere below it
     runs: PathBuf,
@@ -111,8 +111,13 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         let filled = out.join(template.strip_prefix(root)?).with_extension("");
         report.text(&template, filled, &found.rows, &comparison)?;
     }
-    program::say(format_args!("{} runs in {} tables of a task", found.rows.len(), sections.len()));
     program::written(&report.written);
+    program::result(format_args!(
+        "{} runs in {} tables of a task, {} verdicts",
+        found.rows.len(),
+        sections.len(),
+        verdicts.len()
+    ));
     Ok(if found.all_read { ExitCode::SUCCESS } else { ExitCode::from(cli::SOME_FAILED) })
 }
 

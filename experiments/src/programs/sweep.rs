@@ -26,7 +26,7 @@ use output::program::{self, bad};
 /// A file with `halving` is a search: after each of those numbers of actions the better half of the candidates of each task
 /// and action space goes on; one whose run fails is the last. Their ranks are written to search.csv.
 #[derive(Parser)]
-#[command(version)]
+#[command(version = output::VERSION, after_help = "Example: sweep experiments/configs/study/table-1.toml --list")]
 pub struct Arguments {
     /// TOML file with groups of tasks, spaces, seeds and settings that vary
     file: PathBuf,
@@ -190,6 +190,8 @@ fn train_all(arguments: &Arguments, runs: &[(usize, RunConfig)], out: &Path) -> 
     for job in &failed {
         program::tell(format_args!("failed: {}: {} ({})", job.name, job.words, job.log.display()));
     }
+    let whole = done + ended.iter().filter(|job| job.code == Some(0)).count();
+    program::result(format_args!("{whole} of {} runs done, {} failed", runs.len(), failed.len()));
     // Runs are missing for another reason than failure, so the sweep has to be taken on: it or one of its runs was stopped, or another
     // process is still at work on some of them.
     Ok(if stop.requested() || elsewhere > 0 || ended.iter().any(stopped) {

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use crate::config::cli::RunArgs;
+use crate::report::record::Record;
+use crate::report::summary::RunSummary;
 use crate::report::train_and_draw::train_and_draw;
 use crate::run::folder::RunFolder;
 use crate::run::train::RunOptions;
@@ -19,7 +21,7 @@ use tasks::{Description, Env};
 /// episode and exits with 75; --resume goes on from there to the same bytes of
 /// episodes.csv and eval.csv.
 #[derive(Parser)]
-#[command(version)]
+#[command(version = output::VERSION, after_help = "Example: train --task lift --preset swift --setup solve --steps 6e4", arg_required_else_help = true)]
 pub struct Arguments {
     #[command(flatten)]
     run: RunArgs,
@@ -58,6 +60,13 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         program::written(&[folder.curves().with_extension("svg"), folder.eval(), folder.best()]);
         program::next("evaluate", &format!("--run {run}"));
         program::next("replay", &format!("--run {run} --html {run}/replay.html"));
+        program::result(in_words(&RunSummary::of(&Record::of_folder(&folder)?, &arguments.out)?));
     }
     Ok(ending)
+}
+
+/// What the run came to.
+fn in_words(run: &RunSummary) -> String {
+    let [total, success] = ["final_return", "final_success"].map(|name| run.number(name));
+    format!("return {total:.1}, success {:.0} %: means over the last evaluations", 100.0 * success)
 }

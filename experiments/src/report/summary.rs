@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Error, Result};
+use output::program::bad;
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 use tasks::columns::Cell;
@@ -66,6 +67,9 @@ impl Serialize for RunSummary {
 /// # Errors
 /// If a folder or an archive cannot be read.
 pub fn find_runs(root: &Path) -> Result<Vec<Result<Record, (RunFolder, Error)>>> {
+    if !root.exists() {
+        return Err(bad(format!("{}: there is no such folder", root.display())));
+    }
     find_new_runs(root, &mut HashSet::new())
 }
 

@@ -59,7 +59,12 @@ impl RunFolder {
     pub fn open(path: &Path) -> Result<Self> {
         let folder = Self::at(path);
         if !folder.config().is_file() {
-            bail!("{}: not a run folder, it has no config.toml", path.display());
+            let below = fs_err::read_dir(path).into_iter().flatten().flatten().map(|entry| entry.path());
+            let hint = match below.filter(|path| Self::at(path).config().is_file()).min() {
+                Some(run) => format!("; did you mean {}?", run.display()),
+                None => String::new(),
+            };
+            bail!("{}: not a run folder, it has no config.toml{hint}", path.display());
         }
         Ok(folder)
     }

@@ -33,6 +33,9 @@ pub(super) struct File {
 impl File {
     /// With what it extends; `readers` are the files that asked for it.
     pub(super) fn read(path: &Path, readers: &mut Vec<PathBuf>) -> Result<Self> {
+        if !path.exists() {
+            return Err(bad(format!("{}: there is no such file", path.display())));
+        }
         let here = fs_err::canonicalize(path)?;
         if readers.contains(&here) {
             return Err(bad(format!("{}: extends itself", path.display())));
