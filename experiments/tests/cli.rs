@@ -215,7 +215,7 @@ fn committed_tables_and_curves_are_of_the_committed_runs() {
     program("report").arg(&results).arg("--pages").arg("--out").arg(out.path()).assert().success();
     let made = WalkDir::new(out.path()).into_iter().map(|entry| entry.unwrap().into_path());
     let texts: Vec<_> = made.filter(|path| path.is_file()).collect();
-    for filled in ["claims.md", "study/README.md", "noise/README.md"] {
+    for filled in ["findings.md", "study/README.md", "noise/README.md"] {
         assert!(texts.contains(&out.path().join(filled)), "{filled}");
     }
     for text in texts {
