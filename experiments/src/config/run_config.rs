@@ -72,6 +72,9 @@ impl RunConfig {
         }
         let mut flags = Table::new();
         for (key, value) in overrides {
+            if let Some(whole) = in_its_section(key) {
+                return Err(bad(format!("command line: unknown key \"{key}\"; did you mean \"{whole}\"?")));
+            }
             let mut flag = nested(key, value.clone());
             // At once: a later key may change the space that is named here.
             spaces::work_out(&mut flag, Path::new("")).map_err(|problem| bad(format!("command line: {problem:#}")))?;
@@ -175,6 +178,17 @@ impl RunConfig {
     }
 }
 
+/// A key whose section was left out, with it, as `learner.gamma` for `gamma`; none if there is not exactly one such.
+fn in_its_section(key: &str) -> Option<String> {
+    let table = Table::try_from(RunConfig::preset(sac::Preset::DESKTOP)).expect("a configuration is a table");
+    if key.contains('.') || table.contains_key(key) {
+        return None;
+    }
+    let below = |(section, value): (&String, &Value)| value.get(key).map(|_| format!("{section}.{key}"));
+    let mut sections = table.iter().filter_map(below);
+    sections.next().filter(|_| sections.next().is_none())
+}
+
 /// Dotted key of a setting, and its values in two configurations; `None` where one has no such setting.
 pub type Difference = (String, Option<Value>, Option<Value>);
 
@@ -265,6 +279,10 @@ mod tests {
         assert_eq!(error, "command line: unknown key \"learner.gama\"; did you mean \"learner.gamma\"?");
         let error = RunConfig::resolve(None, &[set("stps=7")]).unwrap_err().to_string();
         assert_eq!(error, "command line: unknown key \"stps\"; did you mean \"steps\"?");
+        for (key, whole) in [("gamma", "learner.gamma"), ("horizon", "env.horizon")] {
+            let error = RunConfig::resolve(None, &[set(&format!("{key}=1"))]).unwrap_err().to_string();
+            assert_eq!(error, format!("command line: unknown key \"{key}\"; did you mean \"{whole}\"?"));
+        }
     }
 
     #[test]
