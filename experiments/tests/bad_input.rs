@@ -36,9 +36,11 @@ fn bad_input_is_named() {
     expect(&error(replay().args(["--beside", "aforc"]), 2), &["aforc", "did you mean `aforce`"]);
     let doubled = ["--png", "x.png", "--plot", "x.svg"];
     expect(&error(replay().current_dir(out).args(doubled), 2), &["x.png", "two of the options"]);
-    let spelt_otherwise = ["--csv", "./page.html"];
-    expect(&error(replay().current_dir(out).args(spelt_otherwise), 2), &["page.html", "two of the options"]);
-    expect(&error(program("replay").args(["--expert", "--csv", "/dev/null"]), 1), &["/dev/null", "no file"]);
+    let spelt_otherwise = ["--png", "x.png", "--sheet", "./x.png"];
+    expect(&error(replay().current_dir(out).args(spelt_otherwise), 2), &["x.png", "two of the options"]);
+    expect(&error(program("replay").args(["--expert", "--csv", "/dev/null"]), 2), &["/dev/null", "must end with .csv"]);
+    std::fs::create_dir(out.join("folder.csv")).unwrap();
+    expect(&error(program("replay").current_dir(out).args(["--expert", "--csv", "folder.csv"]), 1), &["folder.csv"]);
     let disturbed = out.join("disturbed.toml");
     std::fs::write(&disturbed, "[[case]]\nname = \"high\"\ndisturbance.table_height_m = 0.2\n").unwrap();
     let mut evaluate = program("evaluate");

@@ -26,6 +26,8 @@ fn root() -> &'static Path {
 
 /// The words of every command of this workspace on a page, without `cargo run`: the program and its arguments.
 fn commands(text: &str) -> Vec<Vec<String>> {
+    // A long command goes on after a backslash.
+    let text = text.replace("\\\n", " ");
     let lines = text.lines().filter_map(|line| line.trim().strip_prefix("cargo run --release --bin "));
     lines.map(|line| line.split_whitespace().filter(|word| *word != "--").map(String::from).collect()).collect()
 }

@@ -26,12 +26,7 @@ pub const SETUPS: [Setup; 3] = [
         stops: false,
         purpose: "robosuite's action steps, which the paper has (default)",
     },
-    Setup {
-        name: "small-steps",
-        steps: [0.02, 0.15],
-        stops: false,
-        purpose: "less than half of them: calmer, and learned sooner",
-    },
+    Setup { name: "small-steps", steps: [0.02, 0.15], stops: false, purpose: "less than half of them: slow and calm" },
     Setup {
         name: "solve",
         steps: [0.044, 0.11],

@@ -21,7 +21,7 @@ use output::program;
 /// group's median: OUT/EXPERIMENT/TASK/SPACE/seed_N. Runs that are under way are left out. A run that the archive holds already
 /// stays as it is, and new ones are added.
 #[derive(Parser)]
-#[command(version = output::VERSION, after_help = "Example: archive runs/table-1 --out results/table-1")]
+#[command(name = "archive", version = output::VERSION, after_help = "Example: archive runs/table-1 --out results/table-1")]
 pub struct Arguments {
     /// Folder with run folders somewhere below it
     runs: PathBuf,

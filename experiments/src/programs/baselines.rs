@@ -26,7 +26,7 @@ use tasks::{Env, Outcome, Step, TaskName};
 /// space. One thread per processor core, each with an environment of its own; the table does not depend on their number.
 /// An episode takes about half a second of one core.
 #[derive(Parser)]
-#[command(version = output::VERSION, after_help = "Example: baselines random --tasks lift,wipe --out random.csv")]
+#[command(name = "baselines", version = output::VERSION, after_help = "Example: baselines random --tasks lift,wipe --out random.csv")]
 pub struct Arguments {
     /// Who plays
     policy: Who,

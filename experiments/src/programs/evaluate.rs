@@ -22,7 +22,7 @@ use tasks::{Env, EnvConfig, Outcome};
 ///
 /// The episodes are the same for every policy and action space; none of them chose a run's best checkpoint.
 #[derive(Parser)]
-#[command(version = output::VERSION, after_help = "Example: evaluate --run runs/train/lift/aforce/seed_1 --episodes 100")]
+#[command(name = "evaluate", version = output::VERSION, after_help = "Example: evaluate --run runs/train/lift/aforce/seed_1 --episodes 100")]
 pub struct Arguments {
     #[command(flatten)]
     source: SourceArgs,

@@ -21,7 +21,7 @@ use tasks::{Env, EnvConfig, Step};
 /// Pictures show the simulated collision shapes; they need neither GPU nor display. Files that exist
 /// are replaced.
 #[derive(Parser)]
-#[command(version = output::VERSION, after_help = "Example: replay --expert --task door --space aforce --html door.html")]
+#[command(name = "replay", version = output::VERSION, after_help = "Example: replay --expert --task door --space aforce --html door.html")]
 pub struct Arguments {
     #[command(flatten)]
     source: SourceArgs,

@@ -42,7 +42,7 @@ use show::plot;
 /// out and named, and the exit code is 3. So are curves of Stable-Baselines3 read, from a folder TASK/SPACE,LEARNER/seed_N with an
 /// evaluations.npz and perhaps a monitor.csv.
 #[derive(Parser)]
-#[command(version = output::VERSION, after_help = "Example: report runs/table-1")]
+#[command(name = "report", version = output::VERSION, after_help = "Example: report runs/table-1")]
 pub struct Arguments {
     /// Folder with run folders somewhere below it
     runs: PathBuf,

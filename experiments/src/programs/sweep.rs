@@ -26,7 +26,7 @@ use output::program::{self, bad};
 /// A file with `halving` is a search: after each of those numbers of actions the better half of the candidates of each task
 /// and action space goes on; one whose run fails is the last. Their ranks are written to search.csv.
 #[derive(Parser)]
-#[command(version = output::VERSION, after_help = "Example: sweep experiments/configs/study/table-1.toml --list")]
+#[command(name = "sweep", version = output::VERSION, after_help = "Example: sweep experiments/configs/study/table-1.toml --list")]
 pub struct Arguments {
     /// TOML file with groups of tasks, spaces, seeds and settings that vary
     file: PathBuf,

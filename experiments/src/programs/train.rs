@@ -21,7 +21,7 @@ use tasks::{Description, Env};
 /// episode and exits with 75; --resume goes on from there to the same bytes of
 /// episodes.csv and eval.csv.
 #[derive(Parser)]
-#[command(version = output::VERSION, after_help = "Example: train --task lift --preset swift --setup solve --steps 6e4", arg_required_else_help = true)]
+#[command(name = "train", version = output::VERSION, after_help = "Example: train --task lift --preset swift --setup solve --steps 6e4", arg_required_else_help = true)]
 pub struct Arguments {
     #[command(flatten)]
     run: RunArgs,

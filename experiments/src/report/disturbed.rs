@@ -5,10 +5,11 @@ use output::statistics::{mean, mean_of, student_interval};
 use serde::Serialize;
 use show::plot::{HeatMap, HeatRow};
 
+use crate::config;
 use crate::report::columns::Columns;
 use crate::report::groups::Group;
 use crate::report::record::Record;
-use crate::report::summary::{RunSummary, label};
+use crate::report::summary::RunSummary;
 use crate::report::table::Table;
 use crate::run::disturbances::UNDISTURBED;
 
@@ -127,11 +128,10 @@ pub fn heat_map(rows: &[DisturbedRow]) -> HeatMap {
             columns.push(row.disturbance.clone());
         }
     }
-    let key =
-        |row: &DisturbedRow| (row.experiment.clone(), row.task.clone(), label(&row.space, &row.variant, &row.preset));
+    let key = |row: &DisturbedRow| (row.experiment.clone(), row.task.clone(), config::label(&row.space, &row.variant));
     let of_group = |rows: &[DisturbedRow]| {
         let (experiment, task, label) = key(&rows[0]);
-        let heading = if experiment.is_empty() { task } else { format!("{task}, {experiment}") };
+        let heading = if experiment.is_empty() { task } else { format!("{task}, stage {experiment}") };
         let share = |column: &String| rows.iter().find(|row| row.disturbance == *column)?.relative_loss;
         HeatRow { heading, label, shares: columns.iter().map(share).collect() }
     };
