@@ -1,6 +1,6 @@
 //! Turns what a scripted expert wants into an action of any action space.
 
-use aforce::{Controller, ControllerConfig, Measurement, encode, pose_error};
+use aforce::{Controller, ControllerConfig, Measurement, OperationalSpace, StiffnessUnit, Vector3, encode, pose_error};
 use nalgebra::UnitVector3;
 
 use crate::task::Waypoint;
@@ -15,7 +15,8 @@ const DEPTH_STEP: f64 = 0.002;
 /// the middle of its range.
 ///
 /// To press is to aim behind the surface: the depth of the goal follows from the missing force and the
-/// stiffness. Where force control holds the axis it makes no difference.
+/// stiffness. Where force control holds the axis it makes no difference. In 1/s2 the goal goes aside as well, as far as the spring
+/// then presses along the axis alone.
 pub fn action_towards(
     waypoint: &Waypoint,
     controller: &Controller,
@@ -26,13 +27,26 @@ pub fn action_towards(
     let mut goal = waypoint.pose;
     if waypoint.force > 0.0 {
         let n = contact_axis.into_inner();
-        let along = |v: nalgebra::Vector3<f64>| v.dot(&n);
+        let along = |v: Vector3| v.dot(&n);
         let missing = waypoint.force - along(y.wrench.fixed_rows::<3>(0).into());
         let stiffness = along(controller.stiffness().fixed_rows::<3>(0).component_mul(&n));
         let depth = along(controller.error().fixed_rows::<3>(0).into())
             + (CORRECTION * missing / stiffness).clamp(-DEPTH_STEP, DEPTH_STEP);
         let target = along(y.pose.translation.vector) - depth;
         goal.translation.vector += n * (target - along(goal.translation.vector));
+        if controller.space().unit == StiffnessUnit::PerSecondSquared {
+            let owned = 1.0 - controller.engagement();
+            goal.translation.vector -= owned * depth * aside(y, &n);
+        }
     }
     encode(controller.space(), config, &pose_error(&goal, &controller.origin(y)), waypoint.force)
+}
+
+/// How far aside a goal 1 m behind a surface with normal `n` has to be (m, world), so that a spring in 1/s2 pulls along `n` alone. Its
+/// force is Lambda K e. Where the forearm slopes, Lambda makes a pull along the surface of a goal straight behind it: on an FR3 with its
+/// tool at the far end of the table 49 N for 28 N of pressure, enough to hold the tool 25 mm short of where it should wipe.
+fn aside(y: &Measurement, n: &Vector3) -> Vector3 {
+    let lambda = OperationalSpace::new(&y.mass, &y.jacobian).and_then(|lambda| lambda.lambda_p.try_inverse());
+    let goal = lambda.map_or(*n, |inverse| inverse * n);
+    goal / goal.dot(n) - n
 }
