@@ -7,6 +7,7 @@ mod drag;
 #[cfg(test)]
 mod insertion;
 mod pad;
+mod rays;
 mod surfaces;
 
 use aforce::{Pose, Twist, Vector3};

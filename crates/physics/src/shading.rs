@@ -55,7 +55,7 @@ pub(crate) fn shade(
     let point = eye + direction * distance;
     let color = decals.iter().rev().find(|decal| decal.covers(&point)).map_or(color, |decal| decal.color);
     let lit = normal.dot(light).max(0.0);
-    let in_shadow = lit > 0.0 && surfaces.cast(&(point + normal * 1e-4), light).is_some();
+    let in_shadow = lit > 0.0 && surfaces.hides(&(point + normal * 1e-4), light);
     let brightness = 0.45 + if in_shadow { 0.0 } else { 0.55 * lit };
     // Far surfaces fade into the sky, so that the floor has no hard edge.
     let haze = ((distance - 2.0) / 3.0).clamp(0.0, 1.0);

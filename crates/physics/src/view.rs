@@ -45,8 +45,8 @@ impl View {
     pub fn depths(&self, simulation: &Simulation, far: f64, width: usize, height: usize) -> Vec<f32> {
         let mut depths = Vec::with_capacity(width * height);
         self.each_ray(simulation, width, height, |surfaces, direction| {
-            let hit = surfaces.cast(&self.eye, direction);
-            let depth = hit.map_or(far, |(distance, ..)| distance * direction.dot(&self.axes[0]));
+            let distance = surfaces.distance(&self.eye, direction);
+            let depth = distance.map_or(far, |distance| distance * direction.dot(&self.axes[0]));
             depths.push(depth.min(far) as f32);
         });
         depths
