@@ -198,7 +198,7 @@ fn what_is_unusual_and_right_is_read() {
     assert_eq!(read(&with("\"base\"", "\"world\""), &Choices::default()).unwrap(), plain);
 }
 
-/// Shapes are read where links have them; a mesh is refused with what to do.
+/// Shapes are read where links have them; a mesh that is not found is refused with what to do.
 #[test]
 fn shapes_are_those_of_the_file() {
     use physics::scene::{Role, Shape};
@@ -220,12 +220,18 @@ fn shapes_are_those_of_the_file() {
     for (text, words) in [
         (
             "<mesh filename=\"package://a/b.stl\"/>",
-            "link \"l4\": its collision shape is the mesh \"package://a/b.stl\"",
+            "link \"l4\": package://a/b.stl: no folder \"a\" at the URDF or above it; the key `packages` of a robot file says",
         ),
+        ("<mesh filename=\"nowhere.stl\"/>", "link \"l4\": nowhere.stl: No such file"),
+        ("<mesh/>", "link \"l4\": <mesh> has no filename"),
+        ("<mesh filename=\"a.dae\"/>", "link \"l4\": a.dae: a mesh ends in .obj or .stl"),
         ("<cylinder radius=\"0.1\"/>", "link \"l4\": <cylinder> has no length"),
         ("<sphere radius=\"-1\"/>", "link \"l4\": <sphere radius=\"-1\">; it must be above 0"),
         ("<box size=\"1 1\"/>", "link \"l4\": <box size=\"1 1\">; wanted: 3 numbers"),
-        ("<cone radius=\"1\"/>", "link \"l4\": a collision shape <cone>; known are box, cylinder, sphere and capsule"),
+        (
+            "<cone radius=\"1\"/>",
+            "link \"l4\": a collision shape <cone>; known are box, cylinder, sphere, capsule and mesh",
+        ),
     ] {
         let error = error(&shape(text));
         assert!(error.starts_with(words), "{error}");

@@ -1,5 +1,6 @@
 //! A robot from a file: a URDF by itself, or a robot file, which is TOML, names a URDF and says what that does not.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -93,6 +94,9 @@ struct RobotFile {
     torque_rate_max: Option<Vec<f64>>,
     #[serde(default)]
     shapes: Shapes,
+    /// Folders of ROS packages by name, counted from this file.
+    #[serde(default)]
+    packages: BTreeMap<String, PathBuf>,
     #[serde(default)]
     capsules: Vec<CapsuleFile>,
     #[serde(default)]
@@ -144,7 +148,7 @@ pub fn read(path: &Path) -> Result<Robot, RobotFileError> {
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let file = path.display().to_string();
     if file.to_lowercase().ends_with(".urdf") {
-        let robot = Robot { name, ..urdf_of(path, &Choices::default())? };
+        let robot = Robot { name, ..urdf_of(path, Choices::default())? };
         return finished(robot, None, &file);
     }
     let own: RobotFile =
@@ -156,10 +160,11 @@ fn text_of(path: &Path) -> Result<String, RobotFileError> {
     fs::read_to_string(path).map_err(|error| RobotFileError::Unreadable { file: path.display().to_string(), error })
 }
 
-fn urdf_of(path: &Path, choices: &Choices) -> Result<Robot, RobotFileError> {
+fn urdf_of(path: &Path, mut choices: Choices) -> Result<Robot, RobotFileError> {
     let wrong = |error| RobotFileError::Urdf { file: path.display().to_string(), error };
     let document = Document::parse(&text_of(path)?).map_err(wrong)?;
-    urdf::robot(&document, choices, &fr3::fr3()).map_err(wrong)
+    choices.meshes.urdf = path.parent().unwrap_or(Path::new("")).into();
+    urdf::robot(&document, &choices, &fr3::fr3()).map_err(wrong)
 }
 
 impl RobotFile {
@@ -181,8 +186,11 @@ impl RobotFile {
         };
         (choices.range, choices.speed_max, choices.torque_max) =
             (self.range.clone(), self.speed_max.clone(), self.torque_max.clone());
-        let urdf = path.parent().unwrap_or(Path::new("")).join(&self.urdf);
-        let mut robot = Robot { name: self.name.clone().unwrap_or(stem), ..urdf_of(&urdf, &choices)? };
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let packages = self.packages.iter().map(|(name, place)| (name.clone(), folder.join(place)));
+        choices.meshes.packages = packages.collect();
+        let urdf = folder.join(&self.urdf);
+        let mut robot = Robot { name: self.name.clone().unwrap_or(stem), ..urdf_of(&urdf, choices)? };
         let joints = robot.joints;
         for (key, list) in self.lists() {
             let found = list.unwrap_or(joints);

@@ -5,11 +5,12 @@ use nalgebra::UnitQuaternion;
 
 use super::document::{Document, Joint};
 use super::error::UrdfError;
+use super::meshes::MeshFolders;
 use super::shapes::{Collision, turned_back};
 use crate::robots::check::impossible;
 use crate::robots::panda::capsule;
 use crate::robots::{JOINTS, Link, Robot};
-use crate::scene::{Geom, Inertial, Role};
+use crate::scene::{Geom, Inertial, Role, Shape};
 
 /// Range of a joint without end (rad): sixteen turns either way.
 const ENDLESS: [f64; 2] = [-100.0, 100.0];
@@ -36,6 +37,8 @@ pub struct Choices {
     pub torque_max: Option<Vec<f64>>,
     /// Whether collision shapes are left out.
     pub without_shapes: bool,
+    /// Where the files of meshes are.
+    pub meshes: MeshFolders,
     /// Capsules on top of the file's shapes: link, the ends of the axis in the link's frame, radius (m).
     pub capsules: Vec<Capsule>,
     /// Pairs of links that never touch, besides neighbours.
@@ -60,8 +63,8 @@ pub struct Capsule {
 ///
 /// # Errors
 /// If there is no such link, the way to the tool has other joints than six or seven revolute ones, or a joint on it has no axis, range,
-/// speed or torque that an arm can have, or follows another joint; if what a joint moves weighs nothing; if a collision shape
-/// is a mesh. Names link or joint.
+/// speed or torque that an arm can have, or follows another joint; if what a joint moves weighs nothing; if the mesh of a collision
+/// shape is not found, not closed or has no hull. Names link or joint.
 pub fn robot(document: &Document, choices: &Choices, rest: &Robot) -> Result<Robot, UrdfError> {
     let tool = tool(document, choices)?;
     let way = way(document, choices.base.as_deref(), tool)?;
@@ -277,17 +280,15 @@ impl Tree<'_> {
     fn add_shapes(&mut self, link: &str, shapes: &[Collision], part: usize, pose: &Pose) -> Result<(), UrdfError> {
         for (k, collision) in shapes.iter().enumerate() {
             let (shape, place) = match collision {
-                Collision::Shape { shape, pose: own } => (shape, pose * own),
-                Collision::Mesh(file) => {
-                    return Err(UrdfError::new(format!(
-                        "link {link:?}: its collision shape is the mesh {file:?}, and meshes are not read: in a robot file, \
-                         shapes = \"none\" leaves all shapes out, and `capsules` gives others"
-                    )));
+                Collision::Shape { shape, pose: own } => (shape.clone(), pose * own),
+                Collision::Mesh { file, scale, pose: own } => {
+                    let hull = self.choices.meshes.hull(file, *scale);
+                    (Shape::Convex(hull.map_err(|error| no_mesh(link, &error))?), pose * own)
                 }
             };
             let (role, geoms) = self.shapes_of(part);
             let name = format!("{}_{k}", plain(link));
-            geoms.push(Geom { name, shape: shape.clone(), pose: place, friction: 1.0, role, color: GREY });
+            geoms.push(Geom { name, shape, pose: place, friction: 1.0, role, color: GREY });
         }
         Ok(())
     }
@@ -308,6 +309,12 @@ impl Tree<'_> {
         }
         Ok(())
     }
+}
+
+fn no_mesh(link: &str, error: &str) -> UrdfError {
+    UrdfError::new(format!(
+        "link {link:?}: {error} (in a robot file, shapes = \"none\" leaves all collision shapes out, and `capsules` gives others)"
+    ))
 }
 
 /// A link's name without what has a meaning in XML.

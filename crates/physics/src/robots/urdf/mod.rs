@@ -7,8 +7,10 @@ mod arm;
 mod document;
 mod element;
 mod error;
+mod meshes;
 mod shapes;
 
 pub use arm::{Capsule, Choices, robot};
 pub use document::Document;
 pub use error::UrdfError;
+pub use meshes::MeshFolders;

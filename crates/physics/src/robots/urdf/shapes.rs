@@ -8,15 +8,19 @@ use super::element::{child, origin, required, vector};
 use super::error::UrdfError;
 use crate::scene::Shape;
 
-/// A shape of a link, in the link's frame, or what stands where one should.
+/// A shape of a link, in the link's frame, or the file that has it.
 #[derive(Debug, Clone)]
 pub(super) enum Collision {
     Shape {
         shape: Shape,
         pose: Pose,
     },
-    /// A mesh, and its file.
-    Mesh(String),
+    /// A mesh in a file, each coordinate multiplied by a factor.
+    Mesh {
+        file: String,
+        scale: [f64; 3],
+        pose: Pose,
+    },
 }
 
 /// The collision shapes of the link `node`, which messages call `at`.
@@ -46,9 +50,15 @@ fn collision(node: Node, at: &str) -> Result<Collision, UrdfError> {
         "cylinder" => Shape::Cylinder { half_length: number("length")? / 2.0, radius: number("radius")? },
         "capsule" => Shape::Capsule { half_length: number("length")? / 2.0, radius: number("radius")? },
         "sphere" => Shape::Sphere { radius: number("radius")? },
-        "mesh" => return Ok(Collision::Mesh(geometry.attribute("filename").unwrap_or_default().into())),
+        "mesh" => {
+            let scale = vector(geometry, "scale", at)?.unwrap_or([1.0; 3]);
+            let file = geometry.attribute("filename").unwrap_or_default().into();
+            return Ok(Collision::Mesh { file, scale, pose });
+        }
         other => {
-            return Err(wrong(format!("a collision shape <{other}>; known are box, cylinder, sphere and capsule")));
+            return Err(wrong(format!(
+                "a collision shape <{other}>; known are box, cylinder, sphere, capsule and mesh"
+            )));
         }
     };
     Ok(Collision::Shape { shape, pose })
