@@ -233,6 +233,35 @@ def test_bad_actions_are_answered(kind, words, action):
     env.step([0] * 7)  # And nothing is lost.
 
 
+def urdf(shape):
+    """An arm of seven joints whose links have this collision shape."""
+    text, parent = '<robot name="arm"><link name="l0"/>', "l0"
+    for i, (axis, height) in enumerate(zip(["0 0 1", "0 1 0"] * 4, [0.3, 0, 0.3, 0, 0.3, 0, 0.1]), 1):
+        inertia = '<inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.02"/>'
+        text += f'<link name="l{i}"><inertial><mass value="2"/>{inertia}</inertial><collision><geometry>{shape}</geometry></collision></link>'
+        text += f'<joint name="j{i}" type="revolute"><parent link="{parent}"/><child link="l{i}"/><origin xyz="0 0 {height}"/>'
+        text += f'<axis xyz="{axis}"/><limit lower="-2.8" upper="2.8" effort="80" velocity="2"/></joint>'
+        parent = f"l{i}"
+    return text + "</robot>"
+
+
+def test_bad_arms_are_answered_in_one_line(tmp_path):
+    known = "known are robosuite, identified, fr3, iiwa14, ur5e, or a file that ends with .toml or .urdf"
+    (tmp_path / "down.toml").write_text("urdf = 'arm.urdf'\nhome = [0.0, 2.4, 0.0, 0.0, 0.0, 0.0, 0.0]\n")
+    (tmp_path / "arm.urdf").write_text(urdf('<sphere radius="0.05"/>'))
+    (tmp_path / "mesh.urdf").write_text(urdf('<mesh filename="nowhere.stl"/>'))
+    for robot, words in [
+        ("ur5", f'no robot is called "ur5"; did you mean "ur5e"? {known}'),
+        ("nowhere.toml", "nowhere.toml: No such file"),
+        (str(tmp_path / "down.toml"), "the scene of lift leaves down no room at its start: "),
+        (str(tmp_path / "mesh.urdf"), 'link "l1": '),
+    ]:
+        with pytest.raises(ValueError) as error:
+            make(robot=robot)
+        text = str(error.value).replace('\\"', '"')
+        assert words in text and "\n" not in text
+
+
 @pytest.mark.parametrize("seed", [-1, 2**64, 1.5, "one"])
 def test_bad_seeds_are_answered(seed):
     with pytest.raises(ValueError, match="allowed: a whole number from 0 to 2"):

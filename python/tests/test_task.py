@@ -198,6 +198,7 @@ def test_a_state_tells_what_is():
         (TypeError, "Wrong.success: it returned a float; True or False is wanted", returning("success", 1.0)),
         (TypeError, "Wrong.observe: it returned a list; a dict", returning("observe", [1.0])),
         (TypeError, "\"ball\" is 'red'; a number or an array", returning("observe", {"ball": "red"})),
+        (ValueError, 'two numbers of its observation are called "eef_pos_x"', returning("observe", {"eef_pos_x": 0})),
         (ValueError, '"ball" holds inf', returning("observe", {"ball": [0, np.inf]})),
         (TypeError, 'Wrong.reset: unknown key "pose"; did you mean "poses"?', returning("reset", {"pose": {}})),
         (ValueError, 'no body "bal"; known are ball', returning("reset", {"poses": {"bal": [0, 0, 1]}})),

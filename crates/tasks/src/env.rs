@@ -1,5 +1,7 @@
 //! The environment: the one loop from an action to torques, and back to a reward.
 
+use std::collections::HashSet;
+
 use aforce::{ActionEntry, ConfigError, Controller, JointVector, Measurement, Vector3};
 use physics::robots::Robot;
 use physics::{Plant, Simulation};
@@ -121,7 +123,8 @@ impl Env {
     /// As [`Env::new`], with a task that need not be registered: `config.task` says no more than which disturbances it may have.
     ///
     /// # Errors
-    /// As [`EnvConfig::validate`], and if the arm stands in the scene's way at its start.
+    /// As [`EnvConfig::validate`], if the arm stands in the scene's way at its start, and if two observed numbers or two terms of the
+    /// reward have one name.
     ///
     /// # Panics
     /// If the task observes more numbers at one time than at another, names the terms of its reward otherwise, or one of them is no
@@ -181,6 +184,7 @@ impl Env {
             held: 0.0,
         };
         env.try_reset(Some(0))?;
+        env.has_each_name_once()?;
         env.shows_what_is_asked()?;
         Ok(env)
     }
@@ -221,6 +225,23 @@ impl Env {
             self.sensor.tare_too(&self.y, estimator.bias());
         }
         Ok(self.observation())
+    }
+
+    /// That no two numbers of the observation, and no two terms of the reward, have one name.
+    fn has_each_name_once(&self) -> Result<(), ConfigError> {
+        let observed = self.observation_components().iter().map(|component| component.name.as_str());
+        for (what, names) in [
+            ("numbers of its observation", observed.collect::<Vec<_>>()),
+            ("terms of its reward", self.reward_terms().collect()),
+        ] {
+            let mut seen = HashSet::new();
+            if let Some(twice) = names.into_iter().find(|name| !seen.insert(*name)) {
+                let reason =
+                    format!("two {what} are called {twice:?} in {}; each needs a name of its own", self.task.name());
+                return Err(ConfigError::Contradiction { field: "env.task".into(), reason });
+            }
+        }
+        Ok(())
     }
 
     /// That no entry of the critic's list is empty.

@@ -35,6 +35,10 @@ enum Fault {
     NoNumber,
     /// The reward gets a term more with the second action.
     MoreTerms,
+    /// A number of its observation is called as one of the arm's.
+    ArmsName,
+    /// The reward has a term twice.
+    TermTwice,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -113,14 +117,20 @@ impl Task for Circle {
         if self.options.fault == Fault::Longer && self.actions > 0 {
             out.put("more", 0.0, "1", 0.0, 1.0);
         }
+        if self.options.fault == Fault::ArmsName {
+            out.put("eef_pos_x", 0.0, "m, world", 0.0, 1.0);
+        }
     }
 
     fn reward(&mut self, _: &Simulation, _: &Measurement, _: Option<f64>) -> Reward {
         let later = self.actions > 1;
         let value = if self.options.fault == Fault::NoNumber && later { f64::NAN } else { 0.0 };
         let near = ("near", value);
-        let terms =
-            if self.options.fault == Fault::MoreTerms && later { [near, ("far", 0.0)].into() } else { [near].into() };
+        let terms = match self.options.fault {
+            Fault::MoreTerms if later => [near, ("far", 0.0)].into(),
+            Fault::TermTwice => [near, near].into(),
+            _ => [near].into(),
+        };
         Reward { terms, success: false }
     }
 
@@ -280,5 +290,19 @@ fn a_task_that_breaks_its_word_is_named() {
         let panic = catch_unwind(AssertUnwindSafe(|| (0..3).map(|_| env.step(&still)).count())).unwrap_err();
         let message = panic.downcast_ref::<String>().expect("a text");
         assert!(message.contains(words) && !message.contains('\n'), "{message}");
+    }
+}
+
+#[test]
+fn a_name_that_is_used_twice_is_refused() {
+    for (fault, words) in [
+        (
+            "arms-name",
+            "env.task: two numbers of its observation are called \"eef_pos_x\" in circle; each needs a name of its own",
+        ),
+        ("term-twice", "env.task: two terms of its reward are called \"near\" in circle; each needs a name of its own"),
+    ] {
+        let error = Env::new(config(&format!("fault = \"{fault}\"")), 0).err().unwrap();
+        assert_eq!(error.to_string(), words);
     }
 }
