@@ -1,5 +1,7 @@
 """Learners of others run, and their evaluation takes what was learned here."""
 
+import gymnasium as gym
+import numpy as np
 import pytest
 from common import ROOT, make
 
@@ -13,6 +15,33 @@ def test_sac_runs_with_the_shipped_settings():
     settings = aforce.SB3_SAC | {"learning_starts": 100}
     model = stable_baselines3.SAC("MlpPolicy", env, seed=1, **settings).learn(300)
     assert model.num_timesteps == 300 and model._n_updates > 50
+
+
+def as_a_picture(env):
+    """Depth as Stable-Baselines3 takes a picture of numbers: its channel first, 0 to 1."""
+    pixels = env.observation_space["pixels"]
+    rows, columns, channels = pixels.shape
+    space = gym.spaces.Dict({**env.observation_space, "pixels": gym.spaces.Box(0, 1, (channels, rows, columns), np.float32)})
+    turned = lambda seen: {**seen, "pixels": seen["pixels"].transpose(2, 0, 1) / pixels.high.max()}  # noqa: E731
+    return gym.wrappers.TransformObservation(env, turned, space)
+
+
+@pytest.mark.parametrize("kind", ["rgb", "depth"])
+def test_sac_learns_from_pixels_with_a_cnn(kind):
+    from stable_baselines3.common.torch_layers import NatureCNN
+
+    # Its network takes pictures of 36 pixels and more.
+    env = make(scaled=True, horizon=100, observation={"camera": {"width": 40, "height": 40, "kind": kind}})
+    env = env if kind == "rgb" else as_a_picture(env)
+    policy = {"net_arch": [32], "normalize_images": kind == "rgb"}
+    settings = {"buffer_size": 1000, "learning_starts": 100, "batch_size": 16, "train_freq": 5}
+    model = stable_baselines3.SAC("MultiInputPolicy", env, seed=1, policy_kwargs=policy, **settings)
+    assert isinstance(model.actor.features_extractor.extractors["pixels"], NatureCNN)
+    layers = model.critic.features_extractor.extractors["pixels"]
+    before = [weights.clone() for weights in layers.parameters()]
+    model.learn(1000)
+    assert model.num_timesteps == 1000 and model._n_updates > 150
+    assert all(not old.equal(new) and new.isfinite().all() for old, new in zip(before, layers.parameters(), strict=True))
 
 
 def test_ppo_runs_on_processes():
