@@ -6,7 +6,7 @@ RUN = $(CARGO) run --quiet --release --bin
 DEMO = runs/demo/lift/aforce/seed_1
 
 # What needs no learning.
-BASELINES = $(patsubst %,runs/%.csv,experts_paper_steps random_paper_steps random_1000 noise/random noise/expert)
+BASELINES = $(patsubst %,runs/%.csv,experts_paper_steps random_paper_steps random_1000 arms noise/random noise/expert)
 
 # Where `make gallery` puts what results/gallery has.
 GALLERY ?= runs/gallery
@@ -141,6 +141,9 @@ runs/random_paper_steps.csv: | setup
 
 runs/experts_paper_steps.csv: | setup
 	$(RUN) baselines -- expert --tasks lift,door,wipe --spaces aforce,low,variable,osc,robosuite-variable,robosuite-osc --episodes 30 --out $@
+
+runs/arms.csv: | setup
+	$(RUN) baselines -- expert --sweep experiments/configs/arms.toml --episodes 40 --out $@
 
 # What noise costs, factor by factor; with the script beside random actions.
 runs/noise/%.csv: | setup
