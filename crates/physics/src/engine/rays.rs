@@ -1,5 +1,6 @@
 //! Where a ray meets one shape. The engine's geometry library knows it exactly of boxes, balls and capsules; of cylinders and hulls it
-//! searches for it, at 20 times the cost. Both are what planes and a tube leave of space, so a ray is in them between two distances.
+//! searches for it, which was 70 % of the time of a picture. Both are what planes and a tube leave of space, so a ray is in them between
+//! two distances.
 
 use rapier3d_f64::geometry::Collider;
 use rapier3d_f64::math as rapier;
