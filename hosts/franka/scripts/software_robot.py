@@ -1,15 +1,19 @@
 #!/usr/bin/env python3
 """A robot in software for the tests of franka-host: franka-sim (MuJoCo behind Franka's protocol), bound to 127.0.0.1.
 
-    software_robot.py FOLDER
+    software_robot.py FOLDER [--lose SHARE] [--late SHARE] [--gap COMMAND] [--object WIDTH]
 
 FOLDER takes a virtual environment with franka-sim (pip needs a package index the first time) and the robot's model, without meshes. Prints
-"ready" once it answers, and ends when its standard input does. Exits with 77 if franka-sim cannot be installed. It counts its clock
-in cycles, so it tests protocol, limits and recovery, not latency; it reports no external wrench.
+"ready" once it answers, and ends when its standard input does. Exits with 77 if franka-sim cannot be installed. Its clock is its cycles': each
+state that it sends is a millisecond of its physics, and it waits for the answer, so a busy machine changes nothing. It tests protocol, limits
+and recovery, not latency. It reports no external wrench.
 """
 
+import argparse
 import os
+import random
 import re
+import socket
 import subprocess
 import sys
 import threading
@@ -20,6 +24,8 @@ from pathlib import Path
 
 PACKAGE = "franka-sim==1.1.7"
 CANNOT_INSTALL = 77
+# Wall time that a client has for an answer (s): less than the second after which it gives up by itself.
+PATIENCE = 0.5
 
 
 def environment(folder: Path) -> Path:
@@ -70,11 +76,81 @@ def model(folder: Path) -> Path:
     return mjcf
 
 
-def serve(folder: Path) -> None:
+class Network(socket.socket):
+    """A robot's socket that loses states and commands, hands some commands over a cycle late, and once loses 30 commands in a row."""
+
+    def __init__(self, whole: socket.socket, faults: argparse.Namespace) -> None:
+        super().__init__(fileno=whole.detach())
+        self.faults, self.random, self.commands, self.held = faults, random.Random(7), 0, None
+        self.unanswered = False  # No answer to the latest state will come in its cycle.
+
+    def sendto(self, state: bytes, address: tuple) -> int:
+        if self.held is not None:
+            super().sendto(self.held, ("127.0.0.1", self.getsockname()[1]))
+            self.held = None
+        self.unanswered = self.random.random() < self.faults.lose
+        return len(state) if self.unanswered else super().sendto(state, address)
+
+    def recvfrom(self, size: int) -> tuple:
+        command, sender = super().recvfrom(size)
+        if sender[1] == self.getsockname()[1]:
+            return command, sender
+        self.commands += 1
+        luck, gap = self.random.random(), self.faults.gap
+        if gap is not None and gap <= self.commands < gap + 30 or luck < self.faults.lose + self.faults.late:
+            self.held = command if luck >= self.faults.lose else None
+            self.unanswered = True
+            raise BlockingIOError
+        return command, sender
+
+
+def serve(folder: Path, faults: argparse.Namespace) -> None:
     os.environ["FR3_MJCF"] = str(model(folder))
     from franka_sim import FrankaSimServer
+    from franka_sim.mujoco_franka_sim import MujocoFrankaSim
 
-    server = FrankaSimServer(host="127.0.0.1", enable_gripper=False, enforce_comm_constraints=True, enforce_motion_limits=True)
+    class Physics(MujocoFrankaSim):
+        """Moves when the robot sends a state, and by itself while nobody listens."""
+
+        moving = threading.Lock()
+
+        def step(self, steps: int = 1) -> None:
+            with self.moving:
+                super().step(steps)
+
+        def run_simulation(self) -> None:
+            while self.running:
+                if not server.transmitting_state:
+                    self.step()
+                time.sleep(self.dt)
+
+    class Server(FrankaSimServer):
+        _DRAIN_GATE_TIMEOUT = PATIENCE
+
+        def start_command_receiver(self) -> None:
+            self.udp_socket = Network(self.udp_socket, faults)
+            super().start_command_receiver()
+
+        def _drain_gate(self, answer_deadline: float = 0.0) -> float:
+            # A client that the machine does not let run has lost no time.
+            lost = getattr(self.udp_socket, "unanswered", True)
+            return super()._drain_gate(answer_deadline + (0.0 if lost else PATIENCE))
+
+        def _account_for_communication_cycle(self) -> None:
+            super()._account_for_communication_cycle()
+            self.physics_sim.step()
+
+        def _absorb_within_motion_limits(self, command: dict, fresh: bool = True) -> bool:
+            # A robot drops what comes after its cycle.
+            return fresh and super()._absorb_within_motion_limits(command, fresh=fresh)
+
+    server = Server(
+        host="127.0.0.1",
+        physics_sim=Physics(),
+        gripper_object_width=faults.object,
+        enforce_comm_constraints=True,
+        enforce_motion_limits=True,
+    )
     # It ends with whoever started it, even if that was killed.
     threading.Thread(target=lambda: (sys.stdin.read(), os._exit(0)), daemon=True).start()
     threading.Thread(target=wait_until_ready, daemon=True).start()
@@ -90,14 +166,18 @@ def wait_until_ready() -> None:
 
 
 def main() -> None:
-    if len(sys.argv) != 2:
-        sys.exit(f"usage: {sys.argv[0]} FOLDER")
-    folder = Path(sys.argv[1]).absolute()
-    folder.mkdir(parents=True, exist_ok=True)
-    python = environment(folder)
-    if Path(sys.prefix) != folder / "venv":
-        os.execv(python, [python, __file__, str(folder)])
-    serve(folder)
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=lambda path: Path(path).absolute())
+    parser.add_argument("--lose", type=float, default=0.0, help="share of the states, and of the commands, that are lost")
+    parser.add_argument("--late", type=float, default=0.0, help="share of the commands that come a cycle late, which a robot drops")
+    parser.add_argument("--gap", type=int, help="of each connection, the command from which on 30 in a row are lost")
+    parser.add_argument("--object", type=float, help="width of what is between the fingers (m)")
+    arguments = parser.parse_args()
+    arguments.folder.mkdir(parents=True, exist_ok=True)
+    python = environment(arguments.folder)
+    if Path(sys.prefix) != arguments.folder / "venv":
+        os.execv(python, [python, __file__, *sys.argv[1:]])
+    serve(arguments.folder, arguments)
 
 
 if __name__ == "__main__":

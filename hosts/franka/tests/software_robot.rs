@@ -64,21 +64,9 @@ macro_rules! robot_or_skip {
 fn host(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_franka-host"));
     command.args(["--robot", "127.0.0.1", "--no-realtime", "--no-push-check"]);
-    if !arguments.contains(&"--setup") {
-        command.arg("--setup").arg(tolerant());
-    }
     // Last: a test may go on with values of the last one.
     command.args(arguments);
     command
-}
-
-/// The default set-up, with twice the tolerances between the parts of a state: on a busy machine the software robot's clock stumbles by some
-/// cycles while it moves on.
-fn tolerant() -> PathBuf {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("tolerant.toml");
-    let fr3 = include_str!("../configs/fr3.toml");
-    std::fs::write(&path, fr3.replace("[limits]", "[limits]\ndisagreement_max = 2.0")).unwrap();
-    path
 }
 
 fn text(output: &Output) -> String {
