@@ -28,7 +28,7 @@ static const char *const SETUP =
     "torque_max = [80, 80, 80, 80, 80, 12, 12]\n"
     "torque_rate_max = [1e9, 1e9, 1e9, 1e9, 1e9, 1e9, 1e9]\n"
     "rotor_inertia = [0, 0, 0, 0, 0, 0, 0]\n"
-    "cartesian = { translation = [1.7, 13, 6500], rotation = [2.5, 25, 12500] }\n"
+    "cartesian = { translation = [1.7, 13, 6500], rotation = [25, 25, 12500] }\n"
     "[limits]\n"
     "silence_max = inf\n"
     "error_max = [inf, inf]\n"
@@ -39,7 +39,13 @@ static const char *const SETUP =
     "joint_margin = 0\n"
     "contact_loss = inf\n"
     "disagreement_max = %s\n"
-    "tank = { initial = inf, capacity = inf, low = 0 }\n";
+    "tank = { initial = inf, capacity = inf, low = 0 }\n"
+    "[controller]\n"
+    "control_hz = 500\n"
+    "position_step = 0.05\n"
+    "rotation_step = 0.5\n"
+    "interpolation.linear.ramp_ratio = 1\n"
+    "force.ki = 4\n";
 
 static AforceHost host; // Zeroed, as aforce_init wants it.
 static char message[256];

@@ -45,8 +45,8 @@ pub struct HostLimits {
 }
 
 impl Default for HostLimits {
-    /// Wrench, its rate and the external stop are those of MIOS (github rr-aa-cl/mios), a published framework for this arm. The
-    /// workspace is in front of and above a base that stands on a table.
+    /// Wrench and its rate are those of MIOS (github rr-aa-cl/mios), a published framework for this arm; what the environment may exert is
+    /// half of its. The workspace is in front of and above a base that stands on a table.
     fn default() -> Self {
         Self {
             period_max: 0.020,
@@ -54,7 +54,7 @@ impl Default for HostLimits {
             error_max: [0.1, 0.5],
             wrench_max: [100.0, 50.0],
             wrench_rate_max: [1000.0, 500.0],
-            external_max: [100.0, 50.0],
+            external_max: [50.0, 20.0],
             workspace: [[0.2, -0.6, -0.1], [0.8, 0.6, 0.9]],
             workspace_margin: 0.05,
             joint_margin: 0.1,

@@ -13,6 +13,7 @@ use crate::law::built_in::{RecordError, UnknownActionSpace};
 use crate::law::commanded_psi::PsiParameter;
 use crate::law::config::ControllerConfig;
 use crate::law::controller::Controller;
+use crate::law::interpolator::Interpolation;
 use crate::record::{self, Problem};
 use crate::spatial::Vector3;
 
@@ -21,6 +22,9 @@ const SHORT_LEVER: f64 = 0.25;
 /// Largest stiffness of a joint's hold (Nm/rad), and its least damping ratio.
 const HOLD_STIFFNESS_MAX: f64 = 1000.0;
 const HOLD_RATIO: f64 = 0.3;
+
+/// What a text does not say of `controller` and `space`.
+const GENTLE: &str = include_str!("gentle.toml");
 
 /// What a [`Host`](crate::host::Host) is made of.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -69,12 +73,13 @@ pub enum SetupError {
 
 impl HostSetup {
     /// From TOML. `arm` is `"panda"`, `"fr3"` or a table; `interface` `"franka"`, `"plain"` or a table; `space` a built-in
-    /// space's name or a table. A table may extend what has a name (`{ extends = "plain", .. }`), or has every field. What
-    /// is not said of `limits`, `controller` and `contact_axis` is as by default (+z). An arm that extends one stays within its limits.
+    /// space's name or a table. A table may extend what has a name (`{ extends = "plain", .. }`), or has every field. An arm that extends
+    /// one stays within its limits. `limits` and `contact_axis` (+z) are as by default where nothing is said of them; `controller`, and a
+    /// `space` that is not there, as in `gentle.toml`: steps of 2 cm, 1 kHz, 150 to 1500 N/m.
     ///
     /// ```
     /// use aforce::host::HostSetup;
-    /// let text = "arm = 'fr3'\ninterface = 'franka'\nspace = 'aforce-force'\n[controller]\ncontrol_hz = 1000";
+    /// let text = "arm = 'fr3'\ninterface = 'franka'";
     /// assert_eq!(HostSetup::from_toml(text).unwrap().controller.samples_per_action(), 50);
     /// ```
     ///
@@ -82,7 +87,8 @@ impl HostSetup {
     /// If a field is missing, unknown, of the wrong type, or not allowed.
     pub fn from_toml(text: &str) -> Result<Self, SetupError> {
         let mut file: Table = record::parse(text)?;
-        let space = match file.remove("space") {
+        let mut gentle: Table = record::parse(GENTLE)?;
+        let space = match file.remove("space").or_else(|| gentle.remove("space")) {
             Some(Value::String(name)) => name.parse()?,
             Some(Value::Table(record)) => {
                 let name = record.get("name").and_then(Value::as_str).unwrap_or("space").to_owned();
@@ -99,6 +105,9 @@ impl HostSetup {
         named(&mut file, "arm", &arms, "panda, fr3")?;
         let interfaces = [("franka", ArmInterface::FRANKA), ("plain", ArmInterface::PLAIN)];
         named(&mut file, "interface", &interfaces, "franka, plain")?;
+        gentle.remove("space");
+        record::overlay(&mut gentle, file);
+        let file = gentle;
         let Rest { contact_axis, arm, interface, limits, controller } =
             record::read(file).map_err(|problem| Problem { place: record::place_of(text, &problem.key), ..problem })?;
         let setup = Self { contact_axis, arm, interface, limits, controller, space };
@@ -129,6 +138,7 @@ impl HostSetup {
         }
         self.rates_fit()?;
         self.limits_fit()?;
+        self.steps_fit()?;
         self.contact_axis().map(|_| ())
     }
 
@@ -181,6 +191,16 @@ impl HostSetup {
         Ok(())
     }
 
+    /// A set-point on a straight ramp that would be faster than the arm's tool may be; a jerk-limited one keeps its limits by itself.
+    fn steps_fit(&self) -> Result<(), ConfigError> {
+        let ControllerConfig { policy_hz, position_step, rotation_step, interpolation, .. } = self.controller;
+        let Interpolation::Linear { ramp_ratio } = interpolation else { return Ok(()) };
+        let way = |[speed, ..]: [f64; 3]| speed * ramp_ratio / f64::from(policy_hz);
+        let [most, turn] = [self.arm.cartesian.translation, self.arm.cartesian.rotation].map(way);
+        within("controller.position_step", position_step, 0.0..=most)?;
+        within("controller.rotation_step", rotation_step, 0.0..=turn)
+    }
+
     fn contact_axis(&self) -> Result<Unit<Vector3>, ConfigError> {
         contact_axis(self.contact_axis)
     }
@@ -211,7 +231,6 @@ struct Rest {
     interface: ArmInterface,
     #[serde(default)]
     limits: HostLimits,
-    #[serde(default)]
     controller: ControllerConfig,
 }
 
@@ -269,6 +288,20 @@ mod tests {
             HostSetup::from_toml(&sensorless).unwrap().interface,
             ArmInterface { wrench: observed, ..ArmInterface::PLAIN }
         );
+    }
+
+    #[test]
+    fn what_is_not_said_is_gentle() {
+        let two_lines = HostSetup::from_toml("arm = 'fr3'\ninterface = 'franka'").unwrap();
+        let ControllerConfig { control_hz, position_step, interpolation, .. } = two_lines.controller;
+        assert_eq!((control_hz, position_step), (1000, 0.02));
+        assert_eq!(interpolation, Interpolation::JerkLimited { dynamics: 0.1 });
+        let psi = two_lines.space.psi().unwrap();
+        assert_eq!((psi.k_max.vector().max(), two_lines.space.force), (1500.0, true));
+        // One key replaces its own value alone.
+        let faster = HostSetup::from_toml(&format!("{FILE}position_step = 0.03")).unwrap();
+        assert_eq!((faster.controller.position_step, faster.controller.rotation_step), (0.03, 0.15));
+        assert_eq!(faster.space, "aforce-force".parse().unwrap());
     }
 
     #[test]
@@ -331,6 +364,10 @@ mod tests {
         }
         let jumps = error(&FILE.replace("aforce-force", "robosuite-osc"));
         assert_eq!(jumps, "space.set_point: \"jump\": on an arm a set-point moves, \"interpolated\" would be right");
+        // A set-point that is faster than the tool may be.
+        let ramp = |lines: &str| error(&format!("{FILE}interpolation.linear.ramp_ratio = 0.5\n{lines}"));
+        assert_eq!(ramp("position_step = 0.1"), "controller.position_step = 0.1 is not allowed; allowed: 0 to 0.075");
+        assert_eq!(ramp(""), "controller.rotation_step = 0.15 is not allowed; allowed: 0 to 0.0625");
         // What would fault in every cycle, before every action, or overshoot.
         let slow = error(&FILE.replace("1000", "40"));
         assert!(

@@ -202,7 +202,7 @@ fn a_start_is_refused_with_the_two_numbers_that_disagree() {
     let pose = good.pose;
     assert_eq!(refused(&|s| s.q[3] = 0.5, &pose), "joint 4 is at 0.5000 rad; its range: -3.0718 to -0.0698");
     assert_eq!(refused(&|s| s.qd[1] = -11.0, &pose), "joint 2 moves at 11.000 rad/s; allowed: 10");
-    assert_eq!(refused(&|s| s.wrench[2] = 150.0, &pose), "the environment pushes with 150.0 N; allowed: 100");
+    assert_eq!(refused(&|s| s.wrench[2] = 150.0, &pose), "the environment pushes with 150.0 N; allowed: 50");
     let outside = Pose::new(Vector3::new(0.5, 0.0, 1.2), Vector3::zeros());
     assert_eq!(refused(&|s| s.pose = outside, &outside), "the tool is at z = 1.2000 m; allowed: -0.1500 to 0.9500");
     host.start(&good, &pose).unwrap();
