@@ -53,7 +53,7 @@ demo: setup
 test: setup
 	$(CARGO) test --release
 
-# The Franka host, a workspace of its own, over the real protocol against a robot in software: three minutes.
+# The Franka host, a workspace of its own, over the real protocol against a robot in software: four minutes.
 test-franka:
 	$(CARGO) test --release --manifest-path hosts/franka/Cargo.toml
 

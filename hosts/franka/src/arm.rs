@@ -2,7 +2,7 @@
 
 use aforce::host::{ArmState, pose_from_matrix};
 use aforce::{Jacobian, JointMatrix, Pose};
-use franka::{Frame, Model, RobotState};
+use franka::{Frame, FrankaResult, Model, Robot, RobotState};
 
 /// Signs, sides and gravity are the interface's to name ([`aforce::host::ArmInterface::FRANKA`]): numbers pass as they are.
 pub fn arm_state(state: &RobotState, model: &Model) -> ArmState {
@@ -17,6 +17,12 @@ pub fn arm_state(state: &RobotState, model: &Model) -> ArmState {
         wrench: state.O_F_ext_hat_K.into(),
         tau: state.tau_J_d.into(),
     }
+}
+
+/// How the robot is now. What has come while nobody read, or the oldest part of it, lies before.
+pub fn now(robot: &Robot) -> FrankaResult<RobotState> {
+    robot.read_once()?;
+    robot.read_once()
 }
 
 /// The tool where the model sees it at the robot's joint angles.

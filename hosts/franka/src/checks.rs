@@ -8,7 +8,7 @@ use aforce::{JointVector, Vector3};
 use anyhow::{Result, bail, ensure};
 use franka::{Model, Robot};
 
-use crate::arm::arm_state;
+use crate::arm::{arm_state, now};
 
 /// A push that is meant (N), and the time to give it.
 const PUSH: f64 = 8.0;
@@ -33,6 +33,7 @@ pub fn push_by_hand(robot: &Robot, model: &Model, setup: &HostSetup, stop: &Atom
         let state = arm_state(&robot.read_once()?, model);
         Ok(setup.interface.measurement(&state, &JointVector::zeros()).wrench.fixed_rows::<3>(0).into_owned())
     };
+    now(robot)?;
     let (mut rest, mut readings, begin) = (Vector3::zeros(), 0.0, Instant::now());
     while begin.elapsed() < UNTOUCHED {
         rest += read()?;

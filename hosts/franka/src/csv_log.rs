@@ -8,6 +8,8 @@ use aforce::host::{Command, Host, Status};
 use aforce::{EnergyLedger, JointVector, Pose, Vector3, Vector6, pose_error};
 use anyhow::{Context, Result, anyhow};
 
+use crate::protocol::Fingers;
+
 /// Rows that may wait for the disk.
 const WAITING: usize = 4096;
 const AXES: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
@@ -26,11 +28,13 @@ pub struct Row {
     status: &'static str,
     limited: u32,
     tau: JointVector,
+    episode: u32,
+    fingers: Option<Fingers>,
 }
 
 impl Row {
     /// What the host has just done. `energies` are of all of the torque, and without the compensation of gravity and Coriolis
-    /// forces. Forces are along the `contact_axis`.
+    /// forces. Forces are along the `contact_axis`. Last come the episode's number, and the gripper where there is one.
     pub fn new(
         time: f64,
         phase: &'static str,
@@ -38,6 +42,7 @@ impl Row {
         command: &Command,
         energies: [&EnergyLedger; 2],
         contact_axis: &Vector3,
+        (episode, fingers): (u32, Option<Fingers>),
     ) -> Option<Self> {
         let (controller, y) = (host.controller(), host.measurement()?);
         let (status, limited) = match command.status {
@@ -59,6 +64,8 @@ impl Row {
             status,
             limited,
             tau: command.tau,
+            episode,
+            fingers,
         })
     }
 
@@ -78,6 +85,7 @@ impl Row {
             ["quaternion_error", "energy_j", "control_energy_j", "tank_j", "status", "limited"].map(String::from),
         );
         header.extend((1..=7).map(|joint| format!("tau_{joint}_nm")));
+        header.extend(["episode", "gripper_width_m", "gripper_grasped"].map(String::from));
         header
     }
 
@@ -99,6 +107,10 @@ impl Row {
         cells.extend([quaternion_error, self.energy[0], self.energy[1], self.tank].map(|value| format!("{value:.6}")));
         cells.extend([self.status.to_owned(), self.limited.to_string()]);
         cells.extend(self.tau.iter().map(|tau| format!("{tau:.6}")));
+        let [width, grasped] = self.fingers.map_or_else(Default::default, |fingers| {
+            [format!("{:.5}", fingers.width), u8::from(fingers.grasped).to_string()]
+        });
+        cells.extend([self.episode.to_string(), width, grasped]);
         cells
     }
 }
@@ -110,16 +122,22 @@ pub struct Log {
 }
 
 impl Log {
-    /// A new file; one that exists is not overwritten.
+    /// A new file; one that exists is not overwritten. It is gone again if there was no row to write.
     pub fn create(path: &Path) -> Result<Self> {
         let file = std::fs::File::create_new(path).with_context(|| path.display().to_string())?;
         let (rows, received) = sync_channel::<Row>(WAITING);
+        let path = path.to_owned();
         let writer = std::thread::spawn(move || {
             let mut table = csv::Writer::from_writer(file);
             table.write_record(Row::header())?;
+            let mut is_empty = true;
             for row in received {
+                is_empty = false;
                 table.write_record(row.cells())?;
                 table.flush()?;
+            }
+            if is_empty {
+                std::fs::remove_file(path)?;
             }
             Ok(())
         });
@@ -152,7 +170,7 @@ mod tests {
         let energy = EnergyLedger::default();
         let column = Row::header().iter().position(|name| name == "measured_force_n").unwrap();
         for (axis, force) in [([0.0, 0.0, 1.0], 3.0), ([-1.0, 0.0, 0.0], -1.0), ([0.0, 0.6, 0.8], 3.6)] {
-            let row = Row::new(0.0, "hold", &host, &command, [&energy, &energy], &axis.into()).unwrap();
+            let row = Row::new(0.0, "hold", &host, &command, [&energy, &energy], &axis.into(), (1, None)).unwrap();
             assert_eq!(row.cells()[column], format!("{force:.6}"));
         }
     }

@@ -10,11 +10,18 @@ mod arm;
 mod checks;
 mod cli;
 mod csv_log;
+mod episode;
+mod episodes;
+mod gripper;
+mod memory;
 mod motion;
 mod policy;
+mod protocol;
 mod rehearsal;
+mod robot_setup;
 mod run;
 mod script;
+mod speed;
 #[cfg(test)]
 mod testing;
 

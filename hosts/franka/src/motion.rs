@@ -2,8 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use anyhow::{Context, Result};
-use franka::{ControllerMode, Duration, FciVersion, JointPositions, Robot, RobotState, motion_finished};
+use franka::{ControllerMode, Duration, FciVersion, FrankaResult, JointPositions, Robot, RobotState, motion_finished};
 
 /// Largest speed of a joint on the way (rad/s): a fifth of what the slowest may.
 const SPEED: f64 = 0.4;
@@ -11,22 +10,20 @@ const SPEED: f64 = 0.4;
 const BRAKING: f64 = 0.5;
 
 /// Moves to `goal` (rad), or brakes to rest on the way as soon as `stop` is set.
-pub fn move_to(robot: &Robot, goal: [f64; 7], stop: &AtomicBool) -> Result<()> {
+pub fn move_to(robot: &Robot, goal: [f64; 7], stop: &AtomicBool) -> FrankaResult<()> {
     let version = robot.fci_version();
     let mut way: Option<Way> = None;
-    robot
-        .control_joint_positions(
-            |state: &RobotState, period: Duration| {
-                let way = way.get_or_insert_with(|| Way::new(beginning(state, version), goal));
-                way.advance(period.as_secs_f64(), stop.load(Ordering::Relaxed));
-                let positions = JointPositions::new(way.target());
-                if way.is_over() { motion_finished(positions) } else { positions }
-            },
-            ControllerMode::JointImpedance,
-            true,
-            franka::DEFAULT_CUTOFF_FREQUENCY,
-        )
-        .context("the move to the start")
+    robot.control_joint_positions(
+        |state: &RobotState, period: Duration| {
+            let way = way.get_or_insert_with(|| Way::new(beginning(state, version), goal));
+            way.advance(period.as_secs_f64(), stop.load(Ordering::Relaxed));
+            let positions = JointPositions::new(way.target());
+            if way.is_over() { motion_finished(positions) } else { positions }
+        },
+        ControllerMode::JointImpedance,
+        true,
+        franka::DEFAULT_CUTOFF_FREQUENCY,
+    )
 }
 
 /// Where the way begins (rad). A Panda's first set-point, unlike an FR3's, is filtered and limited against the set-point

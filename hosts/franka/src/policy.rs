@@ -1,32 +1,36 @@
-//! A policy in a process of its own: a line of observations in, a line of actions out.
+//! A policy in a process of its own: a line of JSON in, a line of JSON out.
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, Command, Stdio};
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, sync_channel};
 use std::time::{Duration, Instant};
 
-use aforce::host::Host;
-use anyhow::{Context, Result, anyhow, bail, ensure};
+use anyhow::{Context, Result, bail};
 
-use crate::checks::go_on;
+use crate::protocol::{Answer, Expected, Told};
 
 /// Time that a policy has for its first answer, and how long a signal may wait meanwhile.
 const PATIENCE: Duration = Duration::from_secs(30);
 const LOOK: Duration = Duration::from_millis(50);
+/// Time that it has to save what it has learned, once its input is closed.
+const LEAVE: Duration = Duration::from_secs(10);
 
 /// The running policy. The host does not watch its process: when no action comes in time, the watchdog stops the arm.
 pub struct Policy {
     child: Child,
-    observations: SyncSender<String>,
-    actions: Receiver<Result<Vec<f64>>>,
+    /// Until it is to end.
+    told: Option<SyncSender<Told>>,
+    answers: Receiver<Result<Answer>>,
     /// Asked, and not yet answered.
     waiting: bool,
+    /// It has answered at least once.
+    begun: bool,
 }
 
 impl Policy {
-    /// Starts `command` (words at spaces).
-    pub fn start(command: &str) -> Result<Self> {
+    /// Starts `command` (words at spaces), which is to answer with such actions.
+    pub fn start(command: &str, expected: Expected) -> Result<Self> {
         let mut words = command.split_whitespace();
         let program = words.next().context("--policy: no program")?;
         let mut child = Command::new(program)
@@ -36,133 +40,119 @@ impl Policy {
             .spawn()
             .with_context(|| format!("--policy {command}"))?;
         let mut input = child.stdin.take().context("the policy's input")?;
-        let answers = BufReader::new(child.stdout.take().context("the policy's output")?);
-        // Writing and reading block: not in the control thread.
-        let (observations, lines) = sync_channel::<String>(1);
+        let output = BufReader::new(child.stdout.take().context("the policy's output")?);
+        // Making text of numbers, writing and reading take their time: not in the control thread.
+        let (told, received) = sync_channel::<Told>(1);
         std::thread::spawn(move || {
-            for line in lines {
+            for told in received {
+                let Ok(line) = serde_json::to_string(&told) else { break };
                 if writeln!(input, "{line}").and_then(|()| input.flush()).is_err() {
                     break;
                 }
             }
         });
-        let (sender, actions) = sync_channel(4);
+        let (sender, answers) = sync_channel(4);
         std::thread::spawn(move || {
-            for line in answers.lines() {
-                let action = line.map_err(Into::into).and_then(|line| numbers(&line));
-                if sender.send(action).is_err() {
+            for line in output.lines() {
+                let answer = line.map_err(Into::into).and_then(|line| Answer::read(&line, &expected));
+                if sender.send(answer).is_err() {
                     break;
                 }
             }
         });
-        Ok(Self { child, observations, actions, waiting: false })
+        Ok(Self { child, told: Some(told), answers, waiting: false, begun: false })
     }
 
-    /// The first action, before any torque flows: a policy for another space is refused here.
-    pub fn first(&mut self, host: &Host, stop: &AtomicBool) -> Result<Vec<f64>> {
-        let expected = host.controller().space().dim();
-        let begin = Instant::now();
-        let action = loop {
-            go_on(stop)?;
-            match self.actions.recv_timeout(LOOK) {
-                Ok(action) => break action?,
-                Err(RecvTimeoutError::Timeout) if begin.elapsed() < PATIENCE => (),
-                Err(RecvTimeoutError::Timeout) => bail!("the policy did not answer within {} s", PATIENCE.as_secs()),
-                Err(RecvTimeoutError::Disconnected) => bail!("the policy ended without an answer"),
-            }
-        };
-        self.waiting = false;
-        let found = action.len();
-        ensure!(
-            found == expected,
-            "the policy answers with {found} numbers, actions of `{}` have {expected}",
-            host.controller().space()
-        );
-        Ok(action)
-    }
-
-    /// Asks for an action, unless an answer is still due: questions that queue up would be answered late. A policy that
-    /// is gone is noticed by its silence.
-    pub fn ask(&mut self, host: &Host) {
-        if !self.waiting {
+    /// Tells it how the arm is, unless an answer is still due: what queues up would be answered late. A policy that is gone is noticed
+    /// by its silence.
+    pub fn tell(&mut self, told: Told) {
+        if !self.waiting
+            && let Some(to) = &self.told
+        {
             self.waiting = true;
-            let _ = self.observations.try_send(observation(host));
+            let _ = to.try_send(told);
         }
     }
 
-    /// The latest action since the last call, if there is one.
-    pub fn answer(&mut self) -> Result<Option<Vec<f64>>> {
+    /// The latest answer since the last call, if there is one.
+    pub fn answer(&mut self) -> Result<Option<Answer>> {
         let mut latest = None;
         loop {
-            match self.actions.try_recv() {
-                Ok(action) => {
+            match self.answers.try_recv() {
+                Ok(answer) => {
                     self.waiting = false;
-                    latest = Some(action?);
+                    latest = Some(answer?);
                 }
                 Err(TryRecvError::Empty | TryRecvError::Disconnected) => return Ok(latest),
             }
         }
     }
+
+    /// Between two episodes: its answer to `told`, for which it has as long as it wants, once it has ever answered. An answer to what
+    /// it was told before is none. `None` if it has ended, or after a signal.
+    pub fn answer_to(&mut self, told: Told, stop: &AtomicBool) -> Result<Option<Answer>> {
+        let begin = Instant::now();
+        let mut late = self.waiting;
+        if !late {
+            self.tell(told.clone());
+        }
+        while !stop.load(Ordering::Relaxed) {
+            match self.answers.recv_timeout(LOOK) {
+                Ok(answer) => {
+                    (self.waiting, self.begun) = (false, true);
+                    if !std::mem::take(&mut late) {
+                        return answer.map(Some);
+                    }
+                    self.tell(told.clone());
+                }
+                Err(RecvTimeoutError::Timeout) if self.begun || begin.elapsed() < PATIENCE => (),
+                Err(RecvTimeoutError::Timeout) => bail!("the policy did not answer within {} s", PATIENCE.as_secs()),
+                Err(RecvTimeoutError::Disconnected) if self.begun => return Ok(None),
+                Err(RecvTimeoutError::Disconnected) => bail!("the policy ended without an answer"),
+            }
+        }
+        Ok(None)
+    }
 }
 
 impl Drop for Policy {
     fn drop(&mut self) {
+        self.told = None;
+        let begin = Instant::now();
+        while begin.elapsed() < LEAVE && matches!(self.child.try_wait(), Ok(None)) {
+            std::thread::sleep(LOOK);
+        }
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
-}
-
-/// What a policy is told: joint angles and velocities (7 + 7), tool position and quaternion x, y, z, w (3 + 4), its velocity (6), the
-/// wrench on it (6), K that acts in N/m and Nm/rad (6), F_ff (6), F_d (1); all in base axes.
-fn observation(host: &Host) -> String {
-    let Some(y) = host.measurement() else { return String::new() };
-    let controller = host.controller();
-    let stiffness = host.effective_stiffness();
-    let parts: [&[f64]; 9] = [
-        y.q.as_slice(),
-        y.qd.as_slice(),
-        y.pose.translation.vector.as_slice(),
-        y.pose.rotation.coords.as_slice(),
-        y.twist.as_slice(),
-        y.wrench.as_slice(),
-        stiffness.as_slice(),
-        controller.feedforward().as_slice(),
-        &[controller.desired_force()],
-    ];
-    parts.concat().iter().map(f64::to_string).collect::<Vec<_>>().join(" ")
-}
-
-fn numbers(line: &str) -> Result<Vec<f64>> {
-    let number = |word: &str| word.parse::<f64>().map_err(|_| anyhow!("the policy answers {word:?}: no number"));
-    let numbers: Vec<f64> = line.split_whitespace().map(number).collect::<Result<_>>()?;
-    if numbers.is_empty() {
-        bail!("the policy answers with an empty line");
-    }
-    Ok(numbers)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::testing;
+    use aforce::host::Status;
 
     /// It takes ten times as long as passes between two questions, and answers with the last joint's angle.
     #[test]
     fn a_slow_policy_answers_to_what_was_measured_after_its_last_answer() {
         let folder = tempfile::tempdir().unwrap();
         let program = folder.path().join("slow");
-        std::fs::write(&program, "while read -r line; do set -- $line; sleep 0.05; echo $7; done").unwrap();
-        let mut policy = Policy::start(&format!("sh {}", program.display())).unwrap();
+        let lines = r#"while read -r line; do q=${line#*'"q":['}; q=${q%%]*}; sleep 0.05; echo "{\"action\": [${q##*,}, 0, 0, 0, 0, 0]}"; done"#;
+        std::fs::write(&program, lines).unwrap();
+        let expected = Expected::new(&"aforce".parse().unwrap(), false).unwrap();
+        let mut policy = Policy::start(&format!("sh {}", program.display()), expected).unwrap();
         let (mut host, (mut arm, _)) = (testing::host(), testing::panda());
         let (begin, mut answers, mut at_last_answer) = (Instant::now(), 0, arm.q[6]);
         while answers < 10 {
             assert!(begin.elapsed() < PATIENCE, "{answers} answers");
             arm.q[6] += 1e-4;
             host.update(&arm, 0.001);
-            policy.ask(&host);
+            policy.tell(Told::running(&host, 1, 0.0, &Status::Stopped, None).unwrap());
             std::thread::sleep(Duration::from_millis(5));
-            if let Some(answer) = policy.answer().unwrap() {
-                assert!(answer[0] > at_last_answer, "answer {answers}: {} rad, now {}", answer[0], arm.q[6]);
+            if let Some(Answer::Action(answer)) = policy.answer().unwrap() {
+                let answer = answer.entries()[0];
+                assert!(answer > at_last_answer, "answer {answers}: {answer} rad, now {}", arm.q[6]);
                 (answers, at_last_answer) = (answers + 1, arm.q[6]);
             }
         }

@@ -1,42 +1,107 @@
-//! Connect, check, move to the start, run, relax, end.
+//! All of it: set-up, connection, checks, and episodes one after the other.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
-use aforce::host::{ArmState, CompensatedBy, Host, HostSetup, InertiaSide, NotTaken, Status, WrenchAxes, WrenchSource};
-use aforce::{Arm, EnergyLedger, JointVector, Vector3};
-use anyhow::{Context, Result, anyhow, bail, ensure};
-use franka::{FciVersion, Model, RealtimeConfig, Robot, RobotMode, RobotState, Torques, motion_finished};
+use aforce::host::{CompensatedBy, Host, HostSetup, InertiaSide, WrenchAxes, WrenchSource};
+use aforce::{Arm, Vector3};
+use anyhow::{Context, Result, anyhow, ensure};
+use franka::{FciVersion, RealtimeConfig, Robot, RobotMode, RobotState};
 use signal_hook::consts::{SIGINT, SIGTERM};
 
-use crate::arm::{arm_state, model_pose};
+use crate::arm::{arm_state, now};
 use crate::cli::{Args, Script};
-use crate::csv_log::{Log, Row};
+use crate::csv_log::Log;
+use crate::episode::{Act, Source};
+use crate::gripper::Hand;
 use crate::policy::Policy;
+use crate::protocol::Expected;
 use crate::rehearsal::add_table;
+use crate::robot_setup::{COLLISION_MAX, RobotSetup};
 use crate::script::Running;
-use crate::{checks, motion};
+use crate::{checks, memory, motion};
 
-/// Cycles per row of the log.
-const LOGGED: u64 = 10;
 /// The robot refuses torque rates of 1000 Nm/s, and compares in single precision.
 const RATE_SHARE: f64 = 0.99;
-/// Torque (Nm) at which the robot itself stops, and force (N, Nm): so much above what the set-up calls a fault, up to a largest.
-const COLLISION_TORQUE: [f64; 7] = [60.0, 60.0, 60.0, 60.0, 12.0, 12.0, 12.0];
-const COLLISION_MARGIN: f64 = 1.5;
-const COLLISION_MAX: f64 = 100.0;
 const IDENTITY: [f64; 16] = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
-
-/// Who says what to do.
-enum Source {
-    Script(Running),
-    Policy(Policy),
-}
 
 /// All of it.
 pub fn run(args: &Args) -> Result<()> {
-    let setup = read_setup(args)?;
-    let mut host = Host::new(&setup)?;
+    let (setup, own) = read_setup(args)?;
+    let host = Host::new(&setup)?;
+    check_arguments(args, &setup)?;
+    memory::lock(!args.no_realtime)?;
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&stop))?;
+    }
+    // Threads and processes that begin after the robot is connected would have its thread's priority.
+    let log = args.log.as_deref().map(Log::create).transpose()?;
+    let outcome = with_robot(args, &setup, &own, host, &stop, log.as_ref());
+    outcome.and(log.map_or(Ok(()), Log::finish))
+}
+
+fn with_robot(
+    args: &Args,
+    setup: &HostSetup,
+    own: &RobotSetup,
+    host: Host,
+    stop: &Arc<AtomicBool>,
+    log: Option<&Log>,
+) -> Result<()> {
+    let expected = Expected::new(&setup.space, own.gripper.is_some())?;
+    let policy = args.policy.as_deref().map(|command| Policy::start(command, expected)).transpose()?;
+    let hand = own.gripper.map(|gripper| Hand::connect(&args.robot, gripper)).transpose()?;
+    let realtime = if args.no_realtime { RealtimeConfig::Ignore } else { RealtimeConfig::Enforce };
+    let robot = Robot::new(&args.robot, realtime).with_context(|| format!("--robot {}", args.robot))?;
+    println!("connected: {:?}, {:?}", args.robot, robot.fci_version());
+    check_arm(&setup.arm, robot.fci_version())?;
+    prepare(&robot, setup, own)?;
+    let model = robot.load_model().context("the robot's model")?;
+    if let Some(start) = args.start.as_deref() {
+        motion::move_to(&robot, within(start, &setup.arm)?, stop).context("the move to the start")?;
+        checks::go_on(stop)?;
+    }
+    if !args.no_push_check {
+        checks::push_by_hand(&robot, &model, setup, stop)?;
+    }
+
+    let read = |state: &RobotState| {
+        let mut arm = arm_state(state, &model);
+        if let Some(height) = args.rehearse_table {
+            add_table(&mut arm, height, setup.interface.wrench_sign);
+        }
+        arm
+    };
+    let state = now(&robot)?;
+    let source = match (policy, args.script) {
+        (Some(policy), _) => Source::Policy(policy),
+        (None, Some(script)) => Source::Script(Running::new(script, read(&state).pose)),
+        (None, None) => return Err(anyhow!("--script or --policy")),
+    };
+    let mut act = Act {
+        robot: &robot,
+        model: &model,
+        read: &read,
+        setup,
+        contact_axis: Vector3::from(setup.contact_axis).normalize(),
+        host,
+        source,
+        hand,
+        log,
+        stop: Arc::clone(stop),
+        duration: args.duration,
+        home: state.q,
+        episode: 1,
+        ended: None,
+    };
+    // Everything that can be refused is refused before a torque flows.
+    act.get_ready(false)?.map_err(|reason| anyhow!(reason))?;
+    act.episodes()
+}
+
+/// What contradicts the set-up, or itself.
+fn check_arguments(args: &Args, setup: &HostSetup) -> Result<()> {
     ensure!(args.duration > 0.0, "--duration {}: must be above 0", args.duration);
     let wipes = args.script == Some(Script::Wipe);
     ensure!(!wipes || setup.space.force, "--script wipe presses: `{}` has space.force = false", setup.space);
@@ -50,8 +115,7 @@ pub fn run(args: &Args) -> Result<()> {
         args.rehearse_table.is_none() || reported && interface.wrench_axes == WrenchAxes::Base,
         "--rehearse-table adds to a wrench that the arm reports in base axes: see interface.wrench and wrench_axes"
     );
-    let contact_axis = Vector3::from(setup.contact_axis).normalize();
-    let up = (contact_axis - Vector3::z()).norm() < 1e-6;
+    let up = (Vector3::from(setup.contact_axis).normalize() - Vector3::z()).norm() < 1e-6;
     for (option, given) in [("--script wipe", wipes), ("--rehearse-table", args.rehearse_table.is_some())] {
         ensure!(
             !given || up,
@@ -59,58 +123,10 @@ pub fn run(args: &Args) -> Result<()> {
             setup.contact_axis
         );
     }
-    let start = args.start.as_deref().map(|start| within(start, &setup.arm)).transpose()?;
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register(signal, Arc::clone(&stop))?;
-    }
-
-    let realtime = if args.no_realtime { RealtimeConfig::Ignore } else { RealtimeConfig::Enforce };
-    let robot = Robot::new(&args.robot, realtime).with_context(|| format!("--robot {}", args.robot))?;
-    println!("connected: {:?}, {:?}", args.robot, robot.fci_version());
-    check_range(&setup.arm, robot.fci_version())?;
-    prepare(&robot, &setup)?;
-    let model = robot.load_model().context("the robot's model")?;
-    if let Some(start) = start {
-        motion::move_to(&robot, start, &stop)?;
-        checks::go_on(&stop)?;
-    }
-    if !args.no_push_check {
-        checks::push_by_hand(&robot, &model, &setup, &stop)?;
-    }
-
-    // Everything that can be refused is refused before a torque flows.
-    let read = |state: &RobotState| {
-        let mut arm = arm_state(state, &model);
-        if let Some(height) = args.rehearse_table {
-            add_table(&mut arm, height, setup.interface.wrench_sign);
-        }
-        arm
-    };
-    let state = robot.read_once()?;
-    let arm = read(&state);
-    host.start(&arm, &model_pose(&state, &model)).map_err(|fault| anyhow!("{fault}: refused"))?;
-    let mut first = None;
-    let source = match (&args.policy, args.script) {
-        (Some(command), _) => {
-            let mut policy = Policy::start(command)?;
-            policy.ask(&host);
-            first = Some(policy.first(&host, &stop)?);
-            Source::Policy(policy)
-        }
-        (None, Some(script)) => Source::Script(Running::new(script, arm.pose)),
-        (None, None) => bail!("--script or --policy"),
-    };
-    let log = args.log.as_deref().map(Log::create).transpose()?;
-
-    let mut act =
-        Act { setup: &setup, contact_axis, host, source, first, log, stop, duration: args.duration, refused: None };
-    let outcome = act.control(&robot, &model, &read);
-    let written = act.log.take().map_or(Ok(()), Log::finish);
-    outcome.and(written)
+    args.start.as_deref().map_or(Ok(()), |start| within(start, &setup.arm).map(|_| ()))
 }
 
-fn read_setup(args: &Args) -> Result<HostSetup> {
+fn read_setup(args: &Args) -> Result<(HostSetup, RobotSetup)> {
     let (name, text) = match &args.setup {
         Some(path) => {
             let name = path.display().to_string();
@@ -118,6 +134,7 @@ fn read_setup(args: &Args) -> Result<HostSetup> {
         }
         None => ("configs/fr3.toml".to_owned(), include_str!("../configs/fr3.toml").to_owned()),
     };
+    let (own, text) = RobotSetup::cut_out(&text).map_err(|error| anyhow!("{name}: {error}"))?;
     let mut setup = HostSetup::from_toml(&text).map_err(|error| anyhow!("{name}: {error}"))?;
     ensure!(setup.controller.control_hz == 1000, "{name}: controller.control_hz must be 1000, the arm's rate");
     ensure!(
@@ -136,7 +153,7 @@ fn read_setup(args: &Args) -> Result<HostSetup> {
         );
     }
     setup.arm.torque_rate_max = setup.arm.torque_rate_max.map(|rate| RATE_SHARE * rate);
-    Ok(setup)
+    Ok((setup, own))
 }
 
 /// The joint angles (rad) to start from, which the arm must reach.
@@ -147,147 +164,22 @@ fn within(start: &[f64], arm: &Arm) -> Result<[f64; 7]> {
     start.try_into().context("--start takes seven angles")
 }
 
-/// The set-up's joint ranges must lie within those of the robot, whose generation its protocol tells.
-fn check_range(arm: &Arm, version: FciVersion) -> Result<()> {
+/// The set-up's arm must ask no more than the robot can do, whose generation its protocol tells.
+fn check_arm(arm: &Arm, version: FciVersion) -> Result<()> {
     let (name, robot) = match version {
         FciVersion::V5 => ("panda", Arm::PANDA),
         FciVersion::V10 => ("fr3", Arm::FR3),
     };
-    for (joint, (ours, robots)) in arm.range.iter().zip(robot.range).enumerate() {
-        ensure!(
-            ours[0] >= robots[0] && ours[1] <= robots[1],
-            "arm.range of joint {}: {} to {} rad; the robot ({name}) goes from {} to {}",
-            joint + 1,
-            ours[0],
-            ours[1],
-            robots[0],
-            robots[1]
-        );
-    }
-    Ok(())
+    arm.stays_within(&robot).map_err(|error| anyhow!("{}; the robot is of the kind {name}", error.below("arm")))
 }
 
 /// The robot's own settings: its stops beyond ours, its wrench about the tool point.
-fn prepare(robot: &Robot, setup: &HostSetup) -> Result<()> {
-    if robot.read_once()?.robot_mode == RobotMode::Reflex {
+fn prepare(robot: &Robot, setup: &HostSetup, own: &RobotSetup) -> Result<()> {
+    if now(robot)?.robot_mode == RobotMode::Reflex {
         println!("the robot has stopped in a reflex: recovering");
         robot.automatic_error_recovery()?;
     }
-    let [force, moment] = setup.limits.external_max.map(|max| (COLLISION_MARGIN * max).min(COLLISION_MAX));
-    let forces = [force, force, force, moment, moment, moment];
-    robot.set_collision_behavior_simple(COLLISION_TORQUE, COLLISION_TORQUE, forces, forces)?;
+    own.apply(robot, setup.limits.external_max)?;
     robot.set_k(IDENTITY)?;
     Ok(())
-}
-
-/// The loop at 1 kHz.
-struct Act<'a> {
-    setup: &'a HostSetup,
-    /// The set-up's, of length 1.
-    contact_axis: Vector3,
-    host: Host,
-    source: Source,
-    /// The policy's first action, which came before the loop.
-    first: Option<Vec<f64>>,
-    log: Option<Log>,
-    stop: Arc<AtomicBool>,
-    /// Longest time (s).
-    duration: f64,
-    /// Why the policy's latest answer was not taken.
-    refused: Option<anyhow::Error>,
-}
-
-impl Act<'_> {
-    fn control(&mut self, robot: &Robot, model: &Model, read: &dyn Fn(&RobotState) -> ArmState) -> Result<()> {
-        let mut control = robot.start_torque_control()?;
-        let (mut energy, mut control_energy) = (EnergyLedger::default(), EnergyLedger::default());
-        let (mut time, mut next_action, mut cycles) = (0.0, 0.0, 0u64);
-        let (mut lost, mut last_qd) = (0u64, None::<JointVector>);
-        let outcome = loop {
-            let (state, period) = control.read_once().context("the robot has stopped")?;
-            let arm = read(&state);
-            let dt = if last_qd.is_some() { period.as_secs_f64() } else { 0.0 };
-            if last_qd.is_none() {
-                // From where the arm is now, with the torque that it has now.
-                self.host.start(&arm, &model_pose(&state, model)).map_err(|fault| anyhow!("{fault}: refused"))?;
-            }
-            // Of the torque that has acted since the last cycle.
-            let qd = 0.5 * (last_qd.replace(arm.qd).unwrap_or(arm.qd) + arm.qd);
-            let law_coriolis =
-                if self.setup.interface.coriolis == CompensatedBy::Law { arm.coriolis } else { JointVector::zeros() };
-            energy.add(&(arm.tau + arm.gravity), &qd, &Arm::FRANKA_DRIVES, dt);
-            control_energy.add(&(arm.tau - law_coriolis), &qd, &Arm::FRANKA_DRIVES, dt);
-            time += dt;
-            cycles += 1;
-            lost += (dt / self.setup.controller.dt()).round().max(1.0) as u64 - 1;
-            let command = self.host.update(&arm, dt);
-            let tau = Torques::new(command.tau.into());
-            if let Some(log) = &self.log
-                && cycles.is_multiple_of(LOGGED)
-                && let Some(row) =
-                    Row::new(time, self.phase(), &self.host, &command, [&energy, &control_energy], &self.contact_axis)
-            {
-                log.add(row);
-            }
-            if self.host.is_relaxed() {
-                control.write_once(&motion_finished(tau))?;
-                break command.status;
-            }
-            control.write_once(&tau).context("the robot has stopped")?;
-            // Behind the torque: what takes time takes it from the next cycle's wait.
-            if time >= next_action {
-                next_action += 1.0 / f64::from(self.setup.controller.policy_hz);
-                self.ask();
-            }
-            self.answer();
-            if self.stop.load(Ordering::Relaxed) || time > self.duration {
-                self.host.stop();
-            }
-        };
-        println!(
-            "{time:.1} s, {cycles} cycles, {lost} lost, {:.2} J, tank {:.2} J",
-            control_energy.absolute,
-            self.host.tank()
-        );
-        match outcome {
-            Status::Fault(fault) => Err(anyhow!("{fault}: the arm held its posture, relaxed, and was let go")),
-            _ => self.refused.take().map_or(Ok(()), Err),
-        }
-    }
-
-    fn phase(&self) -> &'static str {
-        match &self.source {
-            Source::Script(script) => script.phase(),
-            Source::Policy(_) => "policy",
-        }
-    }
-
-    /// At the policy's rate.
-    fn ask(&mut self) {
-        match &mut self.source {
-            Source::Script(script) => match script.action(&self.host, self.setup) {
-                Some(action) => {
-                    let _ = self.host.set_goal(&action); // After a fault nobody listens.
-                }
-                None => self.host.stop(),
-            },
-            Source::Policy(policy) => policy.ask(&self.host),
-        }
-    }
-
-    /// At each cycle. A policy that answers nonsense is ended as one that is told to stop.
-    fn answer(&mut self) {
-        let Source::Policy(policy) = &mut self.source else { return };
-        let answer = self.first.take().map_or_else(|| policy.answer(), |first| Ok(Some(first)));
-        let refused = match answer {
-            Ok(Some(action)) => match self.host.set_goal(&action) {
-                Ok(()) | Err(NotTaken::NotRunning) => return,
-                Err(error) => anyhow!(error),
-            },
-            Ok(None) => return,
-            Err(error) => error,
-        };
-        self.refused.get_or_insert(refused);
-        self.host.stop();
-    }
 }

@@ -1,4 +1,7 @@
-//! A resting arm, and a host that runs on it.
+//! A resting arm, a host that runs on it, and a count of what a thread allocates.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
 
 use aforce::host::{ArmState, Host, HostSetup};
 use aforce::{Arm, Pose};
@@ -23,4 +26,34 @@ pub fn host() -> Host {
     let (state, model) = panda();
     host.start(&state, &model).unwrap();
     host
+}
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+// SAFETY: hands every call to the system allocator unchanged.
+#[allow(unsafe_code)]
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        // SAFETY: the caller's contract is passed on.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        // SAFETY: the caller's contract is passed on.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// How often this thread has taken or given back memory.
+pub fn allocations() -> u64 {
+    ALLOCATIONS.with(Cell::get)
 }

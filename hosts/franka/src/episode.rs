@@ -1,0 +1,333 @@
+//! One episode: the loop at 1 kHz from the moment at which the law begins until the arm has relaxed.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use aforce::host::{ArmState, CompensatedBy, Fault, Host, HostSetup, Status};
+use aforce::{Arm, EnergyLedger, JointVector, Vector3};
+use anyhow::{Context, Result, anyhow, bail};
+use franka::{FrankaError, Model, Robot, RobotState, Torques, motion_finished};
+
+use crate::arm::model_pose;
+use crate::csv_log::{Log, Row};
+use crate::gripper::Hand;
+use crate::policy::Policy;
+use crate::protocol::{Answer, Ask, Fingers, Told};
+use crate::script::Running;
+use crate::speed::{TooFast, too_fast};
+
+/// Cycles per row of the log.
+const LOGGED: u64 = 10;
+/// The robot's share of commands that arrived is of so many.
+const WINDOW: u64 = 100;
+
+/// Who says what to do.
+pub enum Source {
+    /// The host itself.
+    Script(Running),
+    /// A program.
+    Policy(Policy),
+}
+
+/// How an episode ended, or what became of a wish after it.
+#[derive(Debug)]
+pub enum End {
+    /// The script was done, the longest time was over, or a signal came.
+    Over,
+    /// The policy asked for it.
+    Asked(Ask),
+    /// The host stopped the law.
+    Fault(Fault),
+    /// So did a joint that the robot would soon find too fast.
+    TooFast(TooFast),
+    /// And a gripper that does not do what it is told.
+    Gripper,
+    /// The robot stopped by itself.
+    Reflex(String),
+    /// The policy has recovered the robot.
+    Recovered,
+    /// What the policy asked for is not to be had.
+    Refused(String),
+}
+
+impl End {
+    /// Its name in the protocol.
+    pub fn status(&self) -> &'static str {
+        match self {
+            Self::Over | Self::Asked(_) => "over",
+            Self::Fault(_) | Self::TooFast(_) | Self::Gripper => "fault",
+            Self::Reflex(_) => "reflex",
+            Self::Recovered => "recovered",
+            Self::Refused(_) => "refused",
+        }
+    }
+
+    /// Why, if nobody wanted it.
+    pub fn reason(&self) -> Option<String> {
+        match self {
+            Self::Over | Self::Asked(_) | Self::Recovered => None,
+            Self::Fault(fault) => Some(fault.to_string()),
+            Self::TooFast(joint) => Some(joint.to_string()),
+            Self::Gripper => Some("the gripper has failed".into()),
+            Self::Reflex(reason) | Self::Refused(reason) => Some(reason.clone()),
+        }
+    }
+
+    /// Of a program that ends with it.
+    pub fn result(&self) -> Result<()> {
+        match (self, self.reason()) {
+            (Self::Reflex(_), Some(reason)) => bail!("the robot has stopped: {reason}"),
+            (Self::Refused(_), Some(reason)) => bail!(reason),
+            (_, Some(reason)) => bail!("{reason}: the arm held its posture, relaxed, and was let go"),
+            (_, None) => Ok(()),
+        }
+    }
+}
+
+/// What the robot says that it does not do; any other error ends the program.
+pub fn said(error: FrankaError) -> Result<String> {
+    match error {
+        FrankaError::Control(exception) => Ok(exception.message),
+        FrankaError::Command(message) => Ok(message),
+        other => Err(other).context("the connection to the robot"),
+    }
+}
+
+/// The arm with whoever acts on it.
+pub struct Act<'a> {
+    pub robot: &'a Robot,
+    pub model: &'a Model,
+    /// Reads a state of the robot.
+    pub read: &'a dyn Fn(&RobotState) -> ArmState,
+    pub setup: &'a HostSetup,
+    /// The set-up's, of length 1.
+    pub contact_axis: Vector3,
+    pub host: Host,
+    pub source: Source,
+    pub hand: Option<Hand>,
+    pub log: Option<&'a Log>,
+    pub stop: Arc<AtomicBool>,
+    /// Longest time of an episode (s).
+    pub duration: f64,
+    /// Joint angles (rad) to which a reset goes.
+    pub home: [f64; 7],
+    /// From 1.
+    pub episode: u32,
+    /// Why the law was told to stop.
+    pub ended: Option<Result<End>>,
+}
+
+impl Act<'_> {
+    /// From the first action on, if a policy acts, until the arm has relaxed or the robot has stopped.
+    pub fn episode(&mut self, mut first: Option<Answer>) -> Result<End> {
+        let mut control = match self.robot.start_torque_control() {
+            Ok(control) => control,
+            Err(error) => return said(error).map(End::Reflex),
+        };
+        let (mut energy, mut control_energy) = (EnergyLedger::default(), EnergyLedger::default());
+        let (mut time, mut next_action, mut cycles) = (0.0, 0.0, 0u64);
+        let (mut lost, mut last_qd) = (0u64, None::<JointVector>);
+        let mut arrived = 1.0f64; // The least share of the last 100 commands that reached the robot.
+        self.ended = None;
+        let end = loop {
+            let (state, period) = match control.read_once() {
+                Ok(read) => read,
+                Err(error) => break said(error).map(End::Reflex),
+            };
+            let arm = (self.read)(&state);
+            let dt = if last_qd.is_some() { period.as_secs_f64() } else { 0.0 };
+            if last_qd.is_none() {
+                // From where the arm is now, with the torque that it has now.
+                if let Err(fault) = self.host.start(&arm, &model_pose(&state, self.model)) {
+                    break Ok(End::Fault(fault));
+                }
+            }
+            // Of the torque that has acted since the last cycle.
+            let qd = 0.5 * (last_qd.replace(arm.qd).unwrap_or(arm.qd) + arm.qd);
+            let law_coriolis =
+                if self.setup.interface.coriolis == CompensatedBy::Law { arm.coriolis } else { JointVector::zeros() };
+            energy.add(&(arm.tau + arm.gravity), &qd, &Arm::FRANKA_DRIVES, dt);
+            control_energy.add(&(arm.tau - law_coriolis), &qd, &Arm::FRANKA_DRIVES, dt);
+            time += dt;
+            cycles += 1;
+            lost += (dt / self.setup.controller.dt()).round().max(1.0) as u64 - 1;
+            if cycles > WINDOW {
+                arrived = arrived.min(state.control_command_success_rate);
+            }
+            let (lower, upper) =
+                (self.robot.lower_joint_velocity_limits(&state.q), self.robot.upper_joint_velocity_limits(&state.q));
+            if let Some(joint) = too_fast(&state.q, &state.dq, &lower, &upper) {
+                self.end(Ok(End::TooFast(joint)));
+            }
+            let command = self.host.update(&arm, dt);
+            let tau = Torques::new(command.tau.into());
+            if let Some(log) = self.log
+                && cycles.is_multiple_of(LOGGED)
+                && let Some(row) = Row::new(
+                    time,
+                    self.phase(),
+                    &self.host,
+                    &command,
+                    [&energy, &control_energy],
+                    &self.contact_axis,
+                    (self.episode, self.fingers()),
+                )
+            {
+                log.add(row);
+            }
+            if self.host.is_relaxed() {
+                let ended = match command.status {
+                    Status::Fault(fault) => Ok(End::Fault(fault)),
+                    _ => self.ended.take().unwrap_or(Ok(End::Over)),
+                };
+                break match control.write_once(&motion_finished(tau)) {
+                    Ok(()) => ended,
+                    Err(error) => said(error).map(End::Reflex),
+                };
+            }
+            if let Err(error) = control.write_once(&tau) {
+                break said(error).map(End::Reflex);
+            }
+            // Behind the torque: what takes time takes it from the next cycle's wait.
+            if time >= next_action {
+                next_action += 1.0 / f64::from(self.setup.controller.policy_hz);
+                self.ask(time, &command.status, first.is_some());
+            }
+            self.answer(first.take());
+            if self.hand.as_ref().is_some_and(Hand::has_failed) {
+                self.end(Ok(End::Gripper));
+            }
+            if self.stop.load(Ordering::Relaxed) || time > self.duration {
+                self.end(Ok(End::Over));
+            }
+        };
+        println!(
+            "{time:.1} s, {cycles} cycles, {lost} states lost, of 100 commands at least {:.0} arrived, {:.2} J, tank {:.2} J",
+            100.0 * arrived,
+            control_energy.absolute,
+            self.host.tank()
+        );
+        end
+    }
+
+    /// The law ends, for this reason if there is none yet.
+    fn end(&mut self, end: Result<End>) {
+        self.ended.get_or_insert(end);
+        self.host.stop();
+    }
+
+    fn phase(&self) -> &'static str {
+        match &self.source {
+            Source::Script(script) => script.phase(),
+            Source::Policy(_) => "policy",
+        }
+    }
+
+    /// Of the gripper, where there is one.
+    pub fn fingers(&self) -> Option<Fingers> {
+        self.hand.as_ref().map(Hand::fingers)
+    }
+
+    /// At the policy's rate. It is told nothing as long as its first action has not been taken.
+    fn ask(&mut self, time: f64, status: &Status, is_first: bool) {
+        if !matches!(status, Status::Running | Status::Limited(_)) {
+            return;
+        }
+        let fingers = self.fingers();
+        match &mut self.source {
+            Source::Script(script) => match script.action(&self.host, self.setup) {
+                Some(action) => {
+                    let _ = self.host.set_goal(&action); // After a fault nobody listens.
+                }
+                None => self.end(Ok(End::Over)),
+            },
+            Source::Policy(policy) => {
+                if !is_first && let Some(told) = Told::running(&self.host, self.episode, time, status, fingers) {
+                    policy.tell(told);
+                }
+            }
+        }
+    }
+
+    /// At each cycle. A policy that answers nonsense is ended as one that asks for the end.
+    fn answer(&mut self, first: Option<Answer>) {
+        let Source::Policy(policy) = &mut self.source else { return };
+        let answer = first.map_or_else(|| policy.answer(), |first| Ok(Some(first)));
+        match answer {
+            Ok(Some(Answer::Action(action))) => {
+                let (motion, grip) = action.entries().split_at(self.host.controller().space().dim());
+                // What comes while the law ends is not taken.
+                if self.host.set_goal(motion).is_ok()
+                    && let (Some(hand), [grip]) = (&mut self.hand, grip)
+                {
+                    hand.want(*grip);
+                }
+            }
+            Ok(Some(Answer::Ask(ask))) => self.end(Ok(End::Asked(ask))),
+            Ok(None) => {}
+            Err(error) => self.end(Err(anyhow!(error))),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::protocol::Expected;
+    use crate::testing;
+    use std::time::Duration;
+
+    /// Reading and writing the robot's packets, which franka-rs tests, apart.
+    #[test]
+    fn what_a_cycle_does_in_the_control_thread_takes_no_memory() {
+        let folder = tempfile::tempdir().unwrap();
+        let program = folder.path().join("still");
+        std::fs::write(&program, "while read -r line; do echo '{\"action\": [0, 0, 0, 0, 0, 0, -1]}'; done").unwrap();
+        let (mut host, (arm, _)) = (testing::host(), testing::panda());
+        let expected = Expected::new(host.controller().space(), false).unwrap();
+        let mut policy = Policy::start(&format!("sh {}", program.display()), expected).unwrap();
+        let log = Log::create(&folder.path().join("log.csv")).unwrap();
+        let (energy, axis, fingers) = (EnergyLedger::default(), Vector3::z(), Fingers { width: 0.08, grasped: false });
+        let before = testing::allocations();
+        let mut answers = 0;
+        for cycle in 0..200 {
+            let command = host.update(&arm, 0.001);
+            let none = too_fast(&[0.0; 7], &[0.0; 7], &[-1.0; 7], &[1.0; 7]);
+            let of = (1, Some(fingers));
+            let row = Row::new(0.0, "policy", &host, &command, [&energy, &energy], &axis, of);
+            assert!(none.is_none() && row.is_some());
+            log.add(row.unwrap());
+            if cycle % 50 == 0 {
+                policy.tell(Told::running(&host, 1, 0.0, &command.status, Some(fingers)).unwrap());
+            }
+            if let Ok(Some(Answer::Action(action))) = policy.answer() {
+                host.set_goal(action.entries()).unwrap();
+                answers += 1;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        assert_eq!(testing::allocations() - before, 0);
+        assert!(answers > 0);
+        log.finish().unwrap();
+    }
+
+    #[test]
+    fn an_end_is_told_and_is_a_programs_result() {
+        for (end, status, of_program) in [
+            (End::Over, "over", None),
+            (End::Asked(Ask::Reset), "over", None),
+            (End::Recovered, "recovered", None),
+            (End::Fault(Fault::Mass), "fault", Some(", relaxed, and was let go")),
+            (End::Gripper, "fault", Some("the gripper has failed: the arm")),
+            (End::Reflex("tau".into()), "reflex", Some("the robot has stopped: tau")),
+            (End::Refused("why".into()), "refused", Some("why")),
+        ] {
+            assert_eq!((end.status(), end.reason().is_some()), (status, of_program.is_some()));
+            match (end.result(), of_program) {
+                (Ok(()), None) => {}
+                (Err(error), Some(told)) => assert!(error.to_string().contains(told), "{error}"),
+                (found, _) => panic!("{found:?}"),
+            }
+        }
+    }
+}

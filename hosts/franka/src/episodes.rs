@@ -1,0 +1,102 @@
+//! What comes between two episodes: a policy is told how the last one ended, and asks for what it wants.
+
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use aforce::host::Status;
+use anyhow::{Context, Result};
+use franka::RobotMode;
+
+use crate::arm::{model_pose, now};
+use crate::episode::{Act, End, Source, said};
+use crate::motion;
+use crate::protocol::{Answer, Ask, Told};
+
+/// Before a policy hears that its wish was refused: it may have the same again and again.
+const REFUSED: Duration = Duration::from_millis(500);
+
+impl Act<'_> {
+    /// A script's one episode, or a policy's, as many as it asks for.
+    pub fn episodes(&mut self) -> Result<()> {
+        if let Source::Script(_) = self.source {
+            return self.episode(None)?.result();
+        }
+        // `None`: ready.
+        let mut last = None::<End>;
+        loop {
+            let answer = self.answer_between(last.as_ref())?;
+            last = match (answer, last) {
+                (Some(action @ Answer::Action(_)), None) => match self.episode(Some(action))? {
+                    End::Asked(Ask::End) => return Ok(()),
+                    End::Asked(Ask::Reset) => self.reset()?,
+                    end => Some(end),
+                },
+                (Some(Answer::Ask(Ask::Reset)), None) => None,
+                (Some(Answer::Ask(Ask::Reset)), Some(_)) => self.reset()?,
+                (Some(Answer::Ask(Ask::Recover)), last) => Some(self.recover(last)?),
+                (Some(Answer::Ask(Ask::End)), _) => return Ok(()),
+                // It has ended, or acts on although the episode is over.
+                (None | Some(Answer::Action(_)), Some(last)) => return last.result(),
+                (None, None) => return Ok(()),
+            };
+        }
+    }
+
+    /// What the policy wants now that the last episode has ended so, or is ready for another.
+    fn answer_between(&mut self, last: Option<&End>) -> Result<Option<Answer>> {
+        let fingers = self.fingers();
+        let mut told = Told::running(&self.host, self.episode, 0.0, &Status::Stopped, fingers)
+            .context("the robot's state was not read")?;
+        told.status = last.map_or("ready", End::status);
+        told.reason = last.and_then(End::reason);
+        if let Some(end) = last {
+            let reason = told.reason.as_ref().map_or(String::new(), |reason| format!(": {reason}"));
+            println!("episode {}: {}{reason}", self.episode, end.status());
+        }
+        if let Some(End::Refused(_)) = last {
+            std::thread::sleep(REFUSED);
+        }
+        let Source::Policy(policy) = &mut self.source else { return Ok(None) };
+        policy.answer_to(told, &self.stop)
+    }
+
+    /// Back to the start: the next episode, if it can begin there.
+    fn reset(&mut self) -> Result<Option<End>> {
+        if self.stop.load(Ordering::Relaxed) {
+            return Ok(Some(End::Over));
+        }
+        Ok(match self.get_ready(true)? {
+            Ok(()) => {
+                self.episode += 1;
+                None
+            }
+            Err(reason) => Some(End::Refused(reason)),
+        })
+    }
+
+    /// Makes the arm ready for the law, after a move to the start if it is to `move_home`; or says why it cannot be.
+    pub fn get_ready(&mut self, move_home: bool) -> Result<Result<(), String>> {
+        if now(self.robot)?.robot_mode == RobotMode::Reflex {
+            return Ok(Err("the robot has stopped: recover comes before reset".into()));
+        }
+        if move_home && let Err(error) = motion::move_to(self.robot, self.home, &self.stop) {
+            return said(error).map(Err);
+        }
+        let state = now(self.robot)?;
+        let started = self.host.start(&(self.read)(&state), &model_pose(&state, self.model));
+        Ok(started.map_err(|fault| format!("{fault}: refused")))
+    }
+
+    /// Clears a reflex. What has ended stays ended: the policy asks for a reset next.
+    fn recover(&mut self, last: Option<End>) -> Result<End> {
+        match self.robot.automatic_error_recovery() {
+            Ok(()) => Ok(End::Recovered),
+            Err(error) => {
+                let reason = said(error)?;
+                Ok(End::Refused(
+                    last.and_then(|last| last.reason()).map_or(reason.clone(), |why| format!("{why}; {reason}")),
+                ))
+            }
+        }
+    }
+}

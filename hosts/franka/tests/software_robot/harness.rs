@@ -1,0 +1,150 @@
+//! The robot in software, the program that drives it, and what the tests read of its log.
+
+use std::collections::HashMap;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::Mutex;
+
+use tempfile::TempDir;
+
+/// Clients know one port: one robot at a time.
+pub static PORT: Mutex<()> = Mutex::new(());
+
+/// The robot; it ends when its input does, so with this process at the latest.
+pub struct Robot(Child);
+
+impl Robot {
+    /// `None`, with a word, if there is none to be had. `faults` are options of the script.
+    pub fn start(faults: &[&str]) -> Option<Self> {
+        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/software_robot.py");
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("software-robot");
+        let python = std::env::var_os("PYTHON").unwrap_or("python3".into());
+        let started = Command::new(python)
+            .arg(script)
+            .arg(folder)
+            .args(faults)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn();
+        let mut child = match started {
+            Ok(child) => child,
+            Err(error) => {
+                println!("SKIPPED: no Python: {error}");
+                return None;
+            }
+        };
+        let mut line = String::new();
+        BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
+        if line.trim() == "ready" {
+            return Some(Self(child));
+        }
+        let code = child.wait().unwrap().code();
+        assert_eq!(code, Some(77), "the software robot did not start: {line}");
+        println!("SKIPPED: franka-sim cannot be installed");
+        None
+    }
+}
+
+impl Drop for Robot {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// A free port's robot and a folder for logs; the lock is held as long as the robot lives.
+macro_rules! robot_or_skip {
+    ($($fault:literal),*) => {{
+        let lock = crate::harness::PORT.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        match crate::harness::Robot::start(&[$($fault),*]) {
+            Some(robot) => (robot, lock),
+            None => return,
+        }
+    }};
+}
+pub(crate) use robot_or_skip;
+
+/// The program, on that robot.
+pub fn host(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_franka-host"));
+    command.args(["--robot", "127.0.0.1", "--no-realtime", "--no-push-check"]);
+    // Last: a test may go on with values of the last one.
+    command.args(arguments);
+    command
+}
+
+/// What it said.
+pub fn text(output: &Output) -> String {
+    format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
+}
+
+/// A log's columns.
+pub fn read(log: &Path) -> HashMap<String, Vec<String>> {
+    let mut table = csv::Reader::from_path(log).unwrap();
+    let header: Vec<String> = table.headers().unwrap().iter().map(String::from).collect();
+    let mut columns: HashMap<String, Vec<String>> = HashMap::new();
+    for row in table.records() {
+        for (name, cell) in header.iter().zip(row.unwrap().iter()) {
+            columns.entry(name.clone()).or_default().push(cell.to_owned());
+        }
+    }
+    columns
+}
+
+/// A column.
+pub fn numbers(columns: &HashMap<String, Vec<String>>, name: &str) -> Vec<f64> {
+    columns[name].iter().map(|cell| cell.parse().unwrap()).collect()
+}
+
+/// Runs to the end and hands back its words and its log.
+pub fn run(folder: &TempDir, arguments: &[&str]) -> (Output, HashMap<String, Vec<String>>) {
+    let log = folder.path().join(format!("{}.csv", std::fs::read_dir(folder.path()).unwrap().count()));
+    let output = host(arguments).arg("--log").arg(&log).output().unwrap();
+    println!("{arguments:?}: {}", text(&output));
+    (output, if log.exists() { read(&log) } else { HashMap::new() })
+}
+
+/// The command of a policy: for each line that the host `told`, these lines of Python answer. What they print to `notes` is read
+/// with [`notes`].
+pub fn policy(folder: &TempDir, name: &str, lines: &str) -> String {
+    let path = folder.path().join(name);
+    let lines = lines.replace('\n', "\n    ");
+    let program = format!(
+        "import json, sys, time
+notes = open({notes:?}, 'w', buffering=1)
+def act(*entries): print(json.dumps({{'action': entries}}), flush=True)
+def ask(what): print(json.dumps({{'ask': what}}), flush=True)
+n = 0
+for line in sys.stdin:
+    told, n = json.loads(line), n + 1
+    {lines}
+",
+        notes = path.with_extension("notes")
+    );
+    std::fs::write(&path, program).unwrap();
+    format!("python3 {}", path.display())
+}
+
+/// What the policy of that name noted.
+pub fn notes(folder: &TempDir, name: &str) -> String {
+    std::fs::read_to_string(folder.path().join(name).with_extension("notes")).unwrap()
+}
+
+/// The default set-up with more lines.
+pub fn setup(folder: &TempDir, lines: &str) -> String {
+    let path = folder.path().join("setup.toml");
+    std::fs::write(&path, format!("{}\n{lines}\n", include_str!("../../configs/fr3.toml"))).unwrap();
+    path.display().to_string()
+}
+
+/// Where the tool was in each row (m).
+pub fn positions(log: &HashMap<String, Vec<String>>) -> Vec<[f64; 3]> {
+    let [x, y, z] = ["x", "y", "z"].map(|axis| numbers(log, &format!("position_{axis}_m")));
+    (0..x.len()).map(|i| [x[i], y[i], z[i]]).collect()
+}
+
+/// Between two places (m).
+pub fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+}

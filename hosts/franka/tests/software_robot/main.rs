@@ -1,0 +1,7 @@
+//! `franka-host` over the real protocol, against a robot in software that enforces Franka's limits. Where that cannot be
+//! installed (no Python, no package index) these tests say so and pass.
+
+mod harness;
+mod motions;
+mod policies;
+mod refusals;
