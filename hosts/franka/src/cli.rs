@@ -15,17 +15,16 @@ pub struct Args {
     /// What the arm does
     #[arg(long, group = "who")]
     pub script: Option<Script>,
-    /// A program, with its arguments, that reads a line of observations and answers with a line of actions, up to 20
-    /// times a second
+    /// A program, with its arguments, that reads a line of JSON and answers with one, up to 20 times a second
     #[arg(long, group = "who")]
     pub policy: Option<String>,
     /// The arm, its limits and the action space, as TOML [default: configs/fr3.toml of this package]
     #[arg(long)]
     pub setup: Option<PathBuf>,
-    /// Joint angles to move to first (rad)
+    /// Joint angles to move to first, and when a policy asks for a reset (rad)
     #[arg(long, num_args = 7, allow_negative_numbers = true, value_name = "Q")]
     pub start: Option<Vec<f64>>,
-    /// End after so many seconds, if script or policy has not
+    /// Longest script, or episode of a policy (s)
     #[arg(long, default_value_t = 120.0)]
     pub duration: f64,
     /// Where to write every tenth cycle, as CSV

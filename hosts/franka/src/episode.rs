@@ -14,7 +14,7 @@ use crate::gripper::Hand;
 use crate::policy::Policy;
 use crate::protocol::{Answer, Ask, Fingers, Told};
 use crate::script::Running;
-use crate::speed::{TooFast, too_fast};
+use crate::speed::too_fast;
 
 /// Cycles per row of the log.
 const LOGGED: u64 = 10;
@@ -38,9 +38,7 @@ pub enum End {
     Asked(Ask),
     /// The host stopped the law.
     Fault(Fault),
-    /// So did a joint that the robot would soon find too fast.
-    TooFast(TooFast),
-    /// And a gripper that does not do what it is told.
+    /// So did a gripper that does not do what it is told.
     Gripper,
     /// The robot stopped by itself.
     Reflex(String),
@@ -55,7 +53,7 @@ impl End {
     pub fn status(&self) -> &'static str {
         match self {
             Self::Over | Self::Asked(_) => "over",
-            Self::Fault(_) | Self::TooFast(_) | Self::Gripper => "fault",
+            Self::Fault(_) | Self::Gripper => "fault",
             Self::Reflex(_) => "reflex",
             Self::Recovered => "recovered",
             Self::Refused(_) => "refused",
@@ -67,9 +65,16 @@ impl End {
         match self {
             Self::Over | Self::Asked(_) | Self::Recovered => None,
             Self::Fault(fault) => Some(fault.to_string()),
-            Self::TooFast(joint) => Some(joint.to_string()),
             Self::Gripper => Some("the gripper has failed".into()),
             Self::Reflex(reason) | Self::Refused(reason) => Some(reason.clone()),
+        }
+    }
+
+    /// The number of the host's fault.
+    pub fn fault(&self) -> Option<u32> {
+        match self {
+            Self::Fault(fault) => Some(fault.code()),
+            _ => None,
         }
     }
 
@@ -156,8 +161,8 @@ impl Act<'_> {
             }
             let (lower, upper) =
                 (self.robot.lower_joint_velocity_limits(&state.q), self.robot.upper_joint_velocity_limits(&state.q));
-            if let Some(joint) = too_fast(&state.q, &state.dq, &lower, &upper) {
-                self.end(Ok(End::TooFast(joint)));
+            if let Some(fault) = too_fast(&state.dq, &lower, &upper) {
+                self.end(Ok(End::Fault(fault)));
             }
             let command = self.host.update(&arm, dt);
             let tau = Torques::new(command.tau.into());
@@ -292,7 +297,7 @@ mod tests {
         let mut answers = 0;
         for cycle in 0..200 {
             let command = host.update(&arm, 0.001);
-            let none = too_fast(&[0.0; 7], &[0.0; 7], &[-1.0; 7], &[1.0; 7]);
+            let none = too_fast(&[0.0; 7], &[-1.0; 7], &[1.0; 7]);
             let of = (1, Some(fingers));
             let row = Row::new(0.0, "policy", &host, &command, [&energy, &energy], &axis, of);
             assert!(none.is_none() && row.is_some());

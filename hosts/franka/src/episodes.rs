@@ -48,7 +48,7 @@ impl Act<'_> {
         let mut told = Told::running(&self.host, self.episode, 0.0, &Status::Stopped, fingers)
             .context("the robot's state was not read")?;
         told.status = last.map_or("ready", End::status);
-        told.reason = last.and_then(End::reason);
+        (told.reason, told.fault) = (last.and_then(End::reason), last.and_then(End::fault));
         if let Some(end) = last {
             let reason = told.reason.as_ref().map_or(String::new(), |reason| format!(": {reason}"));
             println!("episode {}: {}{reason}", self.episode, end.status());

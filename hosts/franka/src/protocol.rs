@@ -20,6 +20,9 @@ pub struct Told {
     /// Why it ended.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
+    /// Of a fault of the host, the number of its kind: [`aforce::host::Fault::code`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fault: Option<u32>,
     /// What was cut, as the bits of [`aforce::host::Limited`].
     limited: u32,
     /// Joint angles and speeds (rad, rad/s).
@@ -63,6 +66,7 @@ impl Told {
             time,
             status,
             reason: None,
+            fault: None,
             limited,
             q: y.q.into(),
             qd: y.qd.into(),

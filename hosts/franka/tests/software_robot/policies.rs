@@ -37,7 +37,7 @@ fn a_policy_goes_on_after_a_fault_resets_the_arm_and_moves_the_gripper() {
     let lines = "status, episode, gripper = told['status'], told['episode'], told['gripper']
 print(episode, status, told.get('reason', ''), gripper['grasped'], round(gripper['width'], 4), file=notes)
 if status == 'ready': time.sleep(1.0); steps = 0
-if status not in ('ready', 'running', 'limited'): ask('reset'); continue
+if status not in ('ready', 'running', 'limited'): assert told['fault'] == 10; ask('reset'); continue
 assert status == 'ready' or abs(told['time'] - 0.05 * steps) < 0.5, told['time']
 steps += 1
 if steps < 12: act(0.3, 0, 0, 0, 0, 0, -1, 1 if episode == 2 else -1)
