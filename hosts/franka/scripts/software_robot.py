@@ -4,9 +4,9 @@
     software_robot.py FOLDER [--lose SHARE] [--late SHARE] [--gap COMMAND] [--object WIDTH]
 
 FOLDER takes a virtual environment with franka-sim (pip needs a package index the first time) and the robot's model, without meshes. Prints
-"ready" once it answers, and ends when its standard input does. Exits with 77 if franka-sim cannot be installed. Its clock is its cycles': each
-state that it sends is a millisecond of its physics, and it waits for the answer, so a busy machine changes nothing. It tests protocol, limits
-and recovery, not latency. It reports no external wrench.
+"ready" once it answers, then "second" after each second of its clock that a client sees, and ends when its standard input does. Exits with 77
+if franka-sim cannot be installed. Its clock is its cycles': each state that it sends is a millisecond of its physics, and it waits for the
+answer, so a busy machine changes nothing. It tests protocol, limits and recovery, not latency. It reports no external wrench.
 """
 
 import argparse
@@ -81,13 +81,16 @@ class Network(socket.socket):
 
     def __init__(self, whole: socket.socket, faults: argparse.Namespace) -> None:
         super().__init__(fileno=whole.detach())
-        self.faults, self.random, self.commands, self.held = faults, random.Random(7), 0, None
+        self.faults, self.random, self.states, self.commands, self.held = faults, random.Random(7), 0, 0, None
         self.unanswered = False  # No answer to the latest state will come in its cycle.
 
     def sendto(self, state: bytes, address: tuple) -> int:
         if self.held is not None:
             super().sendto(self.held, ("127.0.0.1", self.getsockname()[1]))
             self.held = None
+        self.states += 1
+        if self.states % 1000 == 0:
+            print("second", flush=True)
         self.unanswered = self.random.random() < self.faults.lose
         return len(state) if self.unanswered else super().sendto(state, address)
 

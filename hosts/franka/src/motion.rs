@@ -11,6 +11,7 @@ const BRAKING: f64 = 0.5;
 
 /// Moves to `goal` (rad), or brakes to rest on the way as soon as `stop` is set.
 pub fn move_to(robot: &Robot, goal: [f64; 7], stop: &AtomicBool) -> FrankaResult<()> {
+    println!("moving to the start");
     let version = robot.fci_version();
     let mut way: Option<Way> = None;
     robot.control_joint_positions(

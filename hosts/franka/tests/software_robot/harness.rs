@@ -4,7 +4,9 @@ use std::collections::HashMap;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
-use std::sync::Mutex;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
@@ -12,7 +14,11 @@ use tempfile::TempDir;
 pub static PORT: Mutex<()> = Mutex::new(());
 
 /// The robot; it ends when its input does, so with this process at the latest.
-pub struct Robot(Child);
+pub struct Robot {
+    process: Child,
+    /// Of its clock, while a client listened.
+    seconds: Arc<AtomicU32>,
+}
 
 impl Robot {
     /// `None`, with a word, if there is none to be had. `faults` are options of the script.
@@ -34,22 +40,38 @@ impl Robot {
                 return None;
             }
         };
-        let mut line = String::new();
-        BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
-        if line.trim() == "ready" {
-            return Some(Self(child));
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        let line = lines.next().map_or(String::new(), Result::unwrap);
+        if line == "ready" {
+            let seconds = Arc::new(AtomicU32::new(0));
+            let counted = Arc::clone(&seconds);
+            std::thread::spawn(move || {
+                lines.for_each(|_| {
+                    counted.fetch_add(1, Ordering::Relaxed);
+                });
+            });
+            return Some(Self { process: child, seconds });
         }
         let code = child.wait().unwrap().code();
         assert_eq!(code, Some(77), "the software robot did not start: {line}");
         println!("SKIPPED: franka-sim cannot be installed");
         None
     }
+
+    /// Waits until between one and two seconds have passed on its clock.
+    pub fn wait(&self) {
+        let (from, begin) = (self.seconds.load(Ordering::Relaxed), Instant::now());
+        while self.seconds.load(Ordering::Relaxed) < from + 2 {
+            assert!(begin.elapsed() < Duration::from_secs(120), "its clock stands");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
 }
 
 impl Drop for Robot {
     fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
+        let _ = self.process.kill();
+        let _ = self.process.wait();
     }
 }
 

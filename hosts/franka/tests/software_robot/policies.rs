@@ -7,7 +7,7 @@ fn a_policy_drives_and_its_loss_is_a_fault_that_relaxes() {
     let (_robot, _lock) = robot_or_skip!();
     let folder = tempfile::tempdir().unwrap();
     // Nineteen answers, then silence.
-    let lost = policy(&folder, "lost", "if n == 20: time.sleep(1.0); break\nact(0.1, 0, 0, 0, 0, 0, -1)");
+    let lost = policy(&folder, "lost", "if n == 20: time.sleep(3.0); break\nact(0.1, 0, 0, 0, 0, 0, -1)");
     let (output, log) = run(&folder, &["--policy", &lost]);
     assert_eq!(output.status.code(), Some(1));
     assert!(text(&output).contains("no action for 0.25"), "{}", text(&output));
@@ -41,7 +41,7 @@ if status not in ('ready', 'running', 'limited'): assert told['fault'] == 10; as
 assert status == 'ready' or abs(told['time'] - 0.05 * steps) < 0.5, told['time']
 steps += 1
 if steps < 12: act(0.3, 0, 0, 0, 0, 0, -1, 1 if episode == 2 else -1)
-elif episode == 1: time.sleep(0.6); act(0, 0, 0, 0, 0, 0, -1, 0)
+elif episode == 1: time.sleep(3.0); act(0, 0, 0, 0, 0, 0, -1, 0)
 elif episode == 2: ask('reset')
 else: ask('end'); sys.stdin.read(); time.sleep(1.0); print('saved', file=notes)";
     let (output, log) = run(&folder, &["--setup", &setup, "--policy", &policy(&folder, "learner", lines)]);
