@@ -3,7 +3,8 @@
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use aforce::host::Status;
+use aforce::ActionSpace;
+use aforce::host::{Host, Status};
 use anyhow::{Context, Result};
 use franka::RobotMode;
 
@@ -14,6 +15,12 @@ use crate::protocol::{Answer, Ask, Told};
 
 /// Before a policy hears that its wish was refused: it may have the same again and again.
 const REFUSED: Duration = Duration::from_millis(500);
+
+/// Refuses a law under which the arm would swing where it stands.
+fn stable(space: &ActionSpace, host: &Host) -> Result<(), String> {
+    let y = host.measurement().ok_or("the robot's state was not read")?;
+    space.stable_on(y).map_err(|error| error.below("space").to_string())
+}
 
 impl Act<'_> {
     /// A script's one episode, or a policy's, as many as it asks for.
@@ -84,7 +91,7 @@ impl Act<'_> {
         }
         let state = now(self.robot)?;
         let started = self.host.start(&(self.read)(&state), &model_pose(&state, self.model));
-        Ok(started.map_err(|fault| format!("{fault}: refused")))
+        Ok(started.map_err(|fault| format!("{fault}: refused")).and_then(|()| stable(&self.setup.space, &self.host)))
     }
 
     /// Clears a reflex. What has ended stays ended: the policy asks for a reset next.
@@ -98,5 +105,23 @@ impl Act<'_> {
                 ))
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+    use aforce::{Gains, Stiffness};
+
+    #[test]
+    fn a_law_that_would_swing_is_refused_where_the_arm_stands() {
+        let host = testing::host();
+        let mut space = host.controller().space().clone();
+        assert_eq!(stable(&space, &host), Ok(()));
+        let Stiffness::Adaptive(psi) = &mut space.stiffness else { panic!() };
+        psi.alpha = Gains::all(1e5);
+        let refused = stable(&space, &host).unwrap_err();
+        assert!(refused.starts_with("space.stiffness.adaptive.alpha: unstable on this arm at its start"), "{refused}");
     }
 }
