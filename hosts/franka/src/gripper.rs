@@ -79,8 +79,7 @@ impl Shared {
 impl Hand {
     /// Connects to the hand of the robot at `address`, whose port is the robot's own.
     pub fn connect(address: &str, setup: GripperSetup) -> Result<Self> {
-        let host = address.rsplit_once(':').map_or(address, |(host, _)| host);
-        let gripper = Arc::new(Gripper::new(host).context("the gripper")?);
+        let gripper = Arc::new(Gripper::new(without_port(address)).context("the gripper")?);
         let state = gripper.read_once().context("the gripper")?;
         ensure!(
             state.max_width >= setup.open,
@@ -144,9 +143,23 @@ impl Hand {
     }
 }
 
+/// An address of version 6 has more than one colon.
+fn without_port(address: &str) -> &str {
+    match address.split_once(':') {
+        Some((host, port)) if !port.contains(':') => host,
+        _ => address,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_robots_port_is_not_the_grippers() {
+        assert_eq!(without_port("172.16.0.2:1337"), "172.16.0.2");
+        assert_eq!((without_port("fr3.local"), without_port("fe80::1")), ("fr3.local", "fe80::1"));
+    }
 
     #[test]
     fn what_no_hand_can_do_is_refused() {
