@@ -4,7 +4,9 @@ mod common;
 
 use std::path::Path;
 
-use common::{assert_same, error, expect, few, note, program, run_folder, start, states, stored, train, train_for};
+use common::{
+    assert_same, error, expect, few, note, program, run_folder, start, states, stored, train, train_for, unsummed,
+};
 use experiments::config::cli::EnvArgs;
 use experiments::config::{RunConfig, RunId};
 use experiments::report::columns::Columns;
@@ -110,7 +112,7 @@ fn the_best_evaluation_outlives_a_stop() {
         let file = run.join("checkpoints/last/state.json");
         let text = std::fs::read_to_string(&file).unwrap();
         let line = text.lines().find(|line| line.contains("\"best_return\"")).unwrap();
-        std::fs::write(&file, text.replace(line, &format!("\"best_return\": {value},"))).unwrap();
+        std::fs::write(&file, unsummed(&text.replace(line, &format!("\"best_return\": {value},")))).unwrap();
     };
     resume(500);
     assert_eq!(best(), Some(500));
@@ -254,7 +256,7 @@ fn a_run_that_cannot_go_on_stays_finished() {
 fn change(path: &Path, part: &str, other: &str) {
     let text = std::fs::read_to_string(path).unwrap();
     assert!(text.contains(part));
-    std::fs::write(path, text.replacen(part, other, 1)).unwrap();
+    std::fs::write(path, unsummed(&text.replacen(part, other, 1))).unwrap();
 }
 
 fn first_lines(path: &Path, n: usize) -> String {

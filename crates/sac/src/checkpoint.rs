@@ -6,9 +6,10 @@
 //! | `online_actor.safetensors` | the same for the actor that learns, of which the former is a running mean |
 //! | `critic.safetensors`, `target.safetensors` | the same for `critic_1` and `critic_2` |
 //! | `optimizer.safetensors` | Adam's moments (`.adam_m`, `.adam_v`) of `online_actor` and `critic`, and `log_temperature` with its own |
-//! | `state.json` | sizes, settings, number of updates (which `actor.safetensors` repeats), states of the random generators, and what the caller adds |
-//! | `replay.bin`, `replay_*.bin` | the replay memory, if it was given; the latter are shared with the checkpoint before, as second names of the same files |
+//! | `state.json` | sizes, settings, number of updates (which `actor.safetensors` repeats), states of the random generators, what the caller adds, BLAKE3 of the files above, and a checksum of itself |
+//! | `replay.bin`, `replay_*.bin` | the replay memory with checksums of its own, if it was given; the latter are shared with the checkpoint before, as second names of the same files |
 
+use std::collections::BTreeMap;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -29,12 +30,14 @@ use crate::{Actor, Config, Error, Replay, Sac, Sizes, replay_file};
 const FORMAT: u32 = 1;
 /// The file of the policy.
 const POLICY: &str = "actor.safetensors";
+/// The file of Adam's moments.
+const OPTIMIZER: &str = "optimizer.safetensors";
 /// The file that is not of tensors.
 const STATE: &str = "state.json";
 /// Key of the policy's file under which it says which checkpoint it belongs to.
 const UPDATES: &str = "updates";
 /// How often a checkpoint is read that a run replaces meanwhile, and the pause between: longer than two renames.
-const TRIES: u32 = 3;
+const TRIES: u32 = 10;
 const PAUSE: Duration = Duration::from_millis(20);
 
 /// Everything that [`Checkpoint::load`] finds.
@@ -50,6 +53,8 @@ pub struct Checkpoint {
 
 #[derive(Serialize, Deserialize)]
 struct State {
+    /// BLAKE3 of this file's text, with zeros in this place. Earlier checkpoints lack it.
+    checksum: Option<String>,
     format: u32,
     observation_dim: usize,
     /// Numbers that only the critics see.
@@ -61,8 +66,11 @@ struct State {
     acting_rng: ChaCha8Rng,
     batch_rng: ChaCha8Rng,
     noise_rng: ChaCha8Rng,
-    /// BLAKE3 of the policy's file, so that another policy of the same sizes is not taken for it. Earlier checkpoints lack it.
+    /// BLAKE3 of the files of tensors, by name: a damaged one and one of another checkpoint are told from them. Earlier checkpoints have
+    /// none, or that of the policy alone.
     #[serde(default)]
+    hashes: BTreeMap<String, String>,
+    #[serde(default, skip_serializing)]
     policy_hash: Option<String>,
     caller: Value,
 }
@@ -95,6 +103,9 @@ impl Checkpoint {
         }
         // A kill here is what `current` is for.
         fs::rename(&new, folder)?;
+        if let Some(parent) = folder.parent() {
+            synced_file::names(parent)?;
+        }
         // The new one is in place: what a network drive keeps of the old, as somebody reads it, goes next time.
         let _ = fs::remove_dir_all(&old);
         Ok(())
@@ -131,7 +142,8 @@ impl Checkpoint {
         let policy = read_policy(folder, &state, config)?;
         let mut sac = Sac::zeros(config, sizes);
         (sac.average, sac.updates) = (policy, state.updates);
-        (sac.actor.rng, sac.batch_rng, sac.noise_rng) = (state.acting_rng, state.batch_rng, state.noise_rng);
+        (sac.actor.rng, sac.batch_rng, sac.noise_rng) =
+            (state.acting_rng.clone(), state.batch_rng.clone(), state.noise_rng.clone());
 
         let (actor, critics) = (sac.actor.network.entries(), sac.critics.entries());
         for (file, entries, values) in [
@@ -139,9 +151,11 @@ impl Checkpoint {
             ("critic.safetensors", &critics, &mut sac.critics.values),
             ("target.safetensors", &critics, &mut sac.targets.values),
         ] {
-            values.copy_from_slice(&Tensors::read(folder.join(file))?.values(entries, "")?);
+            let tensors = Tensors::read(folder.join(file))?;
+            values.copy_from_slice(&tensors.values(entries, "")?);
+            state.names(file, &tensors)?;
         }
-        let optimizer = Tensors::read(folder.join("optimizer.safetensors"))?;
+        let optimizer = Tensors::read(folder.join(OPTIMIZER))?;
         let temperature = log_temperature();
         let adams = [
             (&mut sac.actor_adam, &actor),
@@ -153,6 +167,7 @@ impl Checkpoint {
             adam.v = optimizer.values(entries, ".adam_v")?;
         }
         sac.log_temperature = optimizer.values(&temperature, "")?[0];
+        state.names(OPTIMIZER, &optimizer)?;
 
         let replay = replay_file::exists(folder).then(|| replay_file::read(folder, config, sizes)).transpose()?;
         Ok(Self { sac, replay, caller: state.caller })
@@ -182,11 +197,16 @@ impl Actor {
 /// Writes the folder of a checkpoint that will take the place of the one `before`.
 fn write(folder: &Path, before: &Path, sac: &Sac, replay: Option<&Replay>, caller: Value) -> Result<(), Error> {
     let (actor, critics, temperature) = (sac.actor.network.entries(), sac.critics.entries(), log_temperature());
-    let of_checkpoint = Some((UPDATES, sac.updates.to_string()));
-    write_tensors(&folder.join(POLICY), &[(&actor, "", &sac.average.values)], of_checkpoint)?;
-    write_tensors(&folder.join("online_actor.safetensors"), &[(&actor, "", &sac.actor.network.values)], None)?;
-    write_tensors(&folder.join("critic.safetensors"), &[(&critics, "", &sac.critics.values)], None)?;
-    write_tensors(&folder.join("target.safetensors"), &[(&critics, "", &sac.targets.values)], None)?;
+    let mut hashes = BTreeMap::new();
+    let mut write = |name: &str, groups: &[(&[Entry], &str, &[f32])], note| {
+        let hash = write_tensors(&folder.join(name), groups, note)?;
+        hashes.insert(name.to_string(), hash.to_hex().to_string());
+        Ok::<_, Error>(())
+    };
+    write(POLICY, &[(&actor, "", &sac.average.values)], Some((UPDATES, sac.updates.to_string())))?;
+    write("online_actor.safetensors", &[(&actor, "", &sac.actor.network.values)], None)?;
+    write("critic.safetensors", &[(&critics, "", &sac.critics.values)], None)?;
+    write("target.safetensors", &[(&critics, "", &sac.targets.values)], None)?;
     let optimizer: [(&[Entry], &str, &[f32]); 7] = [
         (&actor, ".adam_m", &sac.actor_adam.m),
         (&actor, ".adam_v", &sac.actor_adam.v),
@@ -196,11 +216,12 @@ fn write(folder: &Path, before: &Path, sac: &Sac, replay: Option<&Replay>, calle
         (&temperature, ".adam_v", &sac.temperature_adam.v),
         (&temperature, "", std::slice::from_ref(&sac.log_temperature)),
     ];
-    write_tensors(&folder.join("optimizer.safetensors"), &optimizer, None)?;
+    write(OPTIMIZER, &optimizer, None)?;
     if let Some(replay) = replay {
         replay_file::write(folder, before, replay)?;
     }
     let state = State {
+        checksum: Some(unsummed()),
         format: FORMAT,
         observation_dim: sac.sizes.observation,
         privileged_dim: sac.sizes.privileged,
@@ -210,11 +231,37 @@ fn write(folder: &Path, before: &Path, sac: &Sac, replay: Option<&Replay>, calle
         acting_rng: sac.actor.rng.clone(),
         batch_rng: sac.batch_rng.clone(),
         noise_rng: sac.noise_rng.clone(),
-        policy_hash: Some(hash(&folder.join(POLICY))?),
+        hashes,
+        policy_hash: None,
         caller,
     };
     let text = serde_json::to_string_pretty(&state).expect("plain data");
-    synced_file::write(&folder.join(STATE), text.as_bytes())
+    let summed = text.replacen(&unsummed(), &checksum(&text), 1);
+    synced_file::write(&folder.join(STATE), summed.as_bytes())?;
+    synced_file::names(folder)
+}
+
+/// What stands for the checksum of `state.json` while that is computed.
+fn unsummed() -> String {
+    "0".repeat(2 * blake3::OUT_LEN)
+}
+
+fn checksum(text: &str) -> String {
+    blake3::hash(text.as_bytes()).to_hex().to_string()
+}
+
+impl State {
+    /// Whether a file is the one that this state was saved with, as far as it says so.
+    fn names(&self, file: &str, tensors: &Tensors) -> Result<(), Error> {
+        let hash = self.hashes.get(file).or(self.policy_hash.as_ref().filter(|_| file == POLICY));
+        match hash {
+            Some(hash) if *hash != tensors.hash() => Err(Error::checkpoint(
+                &tensors.path,
+                format!("not the file that {STATE} beside it names: damaged, or of another checkpoint"),
+            )),
+            _ => Ok(()),
+        }
+    }
 }
 
 fn is_zero(number: &usize) -> bool {
@@ -223,7 +270,11 @@ fn is_zero(number: &usize) -> bool {
 
 fn read_state(folder: &Path, observation_dim: usize, action_dim: usize) -> Result<State, Error> {
     let path = folder.join(STATE);
-    let state: State = serde_json::from_slice(&fs::read(&path)?).map_err(|e| Error::checkpoint(&path, e))?;
+    let text = fs::read_to_string(&path)?;
+    let state: State = serde_json::from_str(&text).map_err(|e| Error::checkpoint(&path, e))?;
+    if state.checksum.as_ref().is_some_and(|sum| checksum(&text.replacen(sum.as_str(), &unsummed(), 1)) != *sum) {
+        return Err(Error::checkpoint(&path, "its checksum does not agree: damaged, or changed by hand"));
+    }
     if state.format != FORMAT {
         return Err(Error::checkpoint(&path, format!("format {}, this program reads {FORMAT}", state.format)));
     }
@@ -237,7 +288,7 @@ fn read_state(folder: &Path, observation_dim: usize, action_dim: usize) -> Resul
     Ok(state)
 }
 
-/// Reads the policy that `state` belongs to: it has seen as many updates and has the hash that `state` names, as far as the files say
+/// Reads the policy that `state` belongs to: it has seen as many updates and is the file that `state` names, as far as the files say
 /// so; those of older checkpoints do not.
 fn read_policy(folder: &Path, state: &State, config: &Config) -> Result<Networks, Error> {
     let path = folder.join(POLICY);
@@ -250,16 +301,8 @@ fn read_policy(folder: &Path, state: &State, config: &Config) -> Result<Networks
     let sizes = Actor::sizes(config, state.observation_dim, state.action_dim);
     // Before any network is made: settings that are not the file's must not ask for memory.
     let values = file.values(&network::entries(Actor::NAMES, &sizes), "")?;
-    match &state.policy_hash {
-        Some(expected) if hash(&path)? != *expected => {
-            Err(Error::checkpoint(&path, format!("not the policy that {STATE} beside it belongs to")))
-        }
-        _ => Ok(Networks::with_values(Actor::NAMES, &sizes, Buffer::from_slice(&values))),
-    }
-}
-
-fn hash(path: &Path) -> Result<String, Error> {
-    Ok(blake3::hash(&fs::read(path)?).to_hex().to_string())
+    state.names(POLICY, &file)?;
+    Ok(Networks::with_values(Actor::NAMES, &sizes, Buffer::from_slice(&values)))
 }
 
 /// The settings are those with which a checkpoint was saved, or else the first difference. A setting that came later was off then.

@@ -11,3 +11,10 @@ pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     file.write_all(bytes)?;
     Ok(file.sync_all()?)
 }
+
+/// Waits until the names in `folder` are on the disk, as they are now.
+pub(crate) fn names(folder: &Path) -> Result<(), Error> {
+    // An empty path is the parent of a name alone.
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    Ok(fs_err::File::open(folder)?.sync_all()?)
+}

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
+use blake3::Hash;
 use fs_err as fs;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 
@@ -10,12 +11,12 @@ use crate::Error;
 use crate::network::Entry;
 use crate::synced_file;
 
-/// Writes groups of entries, each under its name and the group's suffix, and a note about them.
+/// Writes groups of entries, each under its name and the group's suffix, and a note about them; BLAKE3 of the file.
 pub(crate) fn write_tensors(
     path: &Path,
     groups: &[(&[Entry], &str, &[f32])],
     note: Option<(&str, String)>,
-) -> Result<(), Error> {
+) -> Result<Hash, Error> {
     let note = note.map(|(key, value)| HashMap::from([(key.to_string(), value)]));
     let mut tensors = Vec::new();
     for (entries, suffix, values) in groups {
@@ -27,18 +28,25 @@ pub(crate) fn write_tensors(
     let views = tensors.iter().map(|(name, shape, bytes)| {
         (name, TensorView::new(Dtype::F32, shape.clone(), bytes).expect("as many bytes as the shape says"))
     });
-    synced_file::write(path, &safetensors::serialize(views, note).map_err(|e| Error::checkpoint(path, e))?)
+    let bytes = safetensors::serialize(views, note).map_err(|e| Error::checkpoint(path, e))?;
+    synced_file::write(path, &bytes)?;
+    Ok(blake3::hash(&bytes))
 }
 
 /// A safetensors file in memory.
 pub(crate) struct Tensors {
-    path: PathBuf,
+    pub path: PathBuf,
     bytes: Vec<u8>,
 }
 
 impl Tensors {
     pub fn read(path: PathBuf) -> Result<Self, Error> {
         Ok(Self { bytes: fs::read(&path)?, path })
+    }
+
+    /// BLAKE3 of the file, in hexadecimal.
+    pub fn hash(&self) -> String {
+        blake3::hash(&self.bytes).to_hex().to_string()
     }
 
     /// The note of this name, if there is one.

@@ -193,6 +193,27 @@ fn a_missing_damaged_or_foreign_checkpoint_is_refused_in_one_line() {
     );
     fs::write(path.join("replay.bin"), whole).unwrap();
 
+    // A bit that flips where every number stays finite.
+    for file in ["actor", "online_actor", "critic", "target", "optimizer"] {
+        let file = format!("{file}.safetensors");
+        let whole = fs::read(path.join(&file)).unwrap();
+        let mut flipped = whole.clone();
+        let last = flipped.len() - 4;
+        flipped[last] ^= 1;
+        fs::write(path.join(&file), flipped).unwrap();
+        let expected =
+            format!("last/{file}: not the file that state.json beside it names: damaged, or of another checkpoint");
+        assert!(message(OBSERVATIONS).ends_with(&expected), "{}", message(OBSERVATIONS));
+        fs::write(path.join(&file), whole).unwrap();
+    }
+    let whole = fs::read_to_string(path.join("state.json")).unwrap();
+    fs::write(path.join("state.json"), whole.replacen("\"updates\": 0", "\"updates\": 8", 1)).unwrap();
+    assert!(
+        message(OBSERVATIONS).ends_with("last/state.json: its checksum does not agree: damaged, or changed by hand")
+    );
+    fs::write(path.join("state.json"), whole).unwrap();
+    Checkpoint::load(&path, &config(), (OBSERVATIONS, ACTIONS)).unwrap();
+
     // A weight of another shape.
     fs::copy(path.join("critic.safetensors"), path.join("actor.safetensors")).unwrap();
     assert!(message(OBSERVATIONS).ends_with("last/actor.safetensors: holds no actor.0.weight"));
@@ -212,6 +233,7 @@ fn a_checkpoint_goes_on_with_the_settings_it_was_saved_with() {
     let path = folder.path().join("state.json");
     let mut state: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
     state["config"].as_object_mut().unwrap().remove("policy_average").unwrap();
+    state["checksum"] = Value::Null;
     fs::write(&path, state.to_string()).unwrap();
     assert!(refused(&config()).ends_with("(policy_average: there 1.0, here 0.0003)"), "{}", refused(&config()));
     Actor::load(folder.path(), OBSERVATIONS, ACTIONS, 0).unwrap();
@@ -226,6 +248,7 @@ fn layers_that_are_not_the_files_are_refused_before_they_are_made() {
     let mut state: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
     let mut refused = |hidden: &[usize]| {
         state["config"]["hidden"] = json!(hidden);
+        state["checksum"] = Value::Null;
         fs::write(&path, state.to_string()).unwrap();
         Actor::load(folder.path(), OBSERVATIONS, ACTIONS, 0).unwrap_err().to_string()
     };
