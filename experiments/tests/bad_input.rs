@@ -4,7 +4,7 @@ mod common;
 
 use std::path::Path;
 
-use common::{error, expect, few, program, run_folder, train, train_for};
+use common::{error, expect, few, program, run_folder, train, train_for, unsummed};
 
 #[test]
 fn bad_input_is_named() {
@@ -20,6 +20,17 @@ fn bad_input_is_named() {
         &["50000", "allow_unstable"],
     );
     expect(&error(train(out).args(["--config", "/nowhere.toml"]), 1), &["/nowhere.toml"]);
+    expect(&error(train(out).args(["--config", "/dev/zero"]), 1), &["/dev/zero: longer than 4 MiB"]);
+    expect(&error(program("sweep").args(["/dev/zero", "--list"]), 1), &["/dev/zero: longer than 4 MiB"]);
+    let long = "n".repeat(300);
+    for (name, reason) in [("=1+1", "letter or digit first"), ("-x", "letter or digit first"), (&long, "is too long")] {
+        for key in ["env.space.name", "variant"] {
+            expect(&error(train(out).args(["--describe", "--set", &format!("{key}={name}")]), 2), &["name", reason]);
+        }
+        let sweep = out.join("named.toml");
+        std::fs::write(&sweep, few(600).replace("[[group]]", &format!("[[group]]\nname = \"{name}\""))).unwrap();
+        expect(&error(program("sweep").arg(&sweep).arg("--list"), 2), &["named.toml", reason]);
+    }
     expect(&error(train(out).args(["--space", "aforc"]), 2), &["aforc", "aforce"]);
     expect(&error(train(out).args(["--steps", "0"]), 2), &["--steps"]);
     let file = out.join("a_file");
@@ -115,7 +126,7 @@ fn what_was_tampered_with_is_named() {
     let mut exchange = |file: &str, from: &str, to: &str, words: &[&str]| {
         let ours = std::fs::read_to_string(run.join(file)).unwrap();
         assert!(ours.contains(from), "{from:?} is not in {file}");
-        std::fs::write(run.join(file), ours.replace(from, to)).unwrap();
+        std::fs::write(run.join(file), unsummed(&ours.replace(from, to))).unwrap();
         let command = if file == "config.toml" {
             let mut command = program("train");
             command
@@ -157,7 +168,7 @@ fn what_was_tampered_with_is_named() {
     let last = foreign.len() - 4;
     foreign[last..].copy_from_slice(&0.5f32.to_le_bytes());
     std::fs::write(&best, &foreign).unwrap();
-    expect(&error(&mut evaluate(), 1), &["actor.safetensors", "not the policy"]);
+    expect(&error(&mut evaluate(), 1), &["actor.safetensors", "not the file that state.json beside it names"]);
     std::fs::write(&best, &weights).unwrap();
     evaluate().assert().success();
 }

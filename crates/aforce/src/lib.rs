@@ -39,6 +39,7 @@ mod energy;
 mod error;
 pub mod host;
 mod law;
+pub mod name;
 mod observer;
 pub mod record;
 mod spatial;

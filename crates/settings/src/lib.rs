@@ -9,4 +9,4 @@ mod source;
 pub mod spaces;
 
 pub use layers::{WANTED, env, layered, nested, of_file};
-pub use source::{Source, parse};
+pub use source::{Source, parse, text};

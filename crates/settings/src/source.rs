@@ -1,5 +1,8 @@
 //! Where settings come from, so that what is wrong with one is told with its place.
 
+use std::io::{Error, ErrorKind, Read, Result as IoResult};
+use std::path::Path;
+
 use aforce::record::{self, place_of};
 use serde::de::DeserializeOwned;
 
@@ -9,6 +12,24 @@ use serde::de::DeserializeOwned;
 /// In words: place, key and what is wrong.
 pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     record::parse(text).map_err(|problem| problem.to_string())
+}
+
+/// Longest file of settings (bytes).
+const LONGEST: u64 = 4 << 20;
+
+/// The text of a file of settings. What never ends, such as a device, is not read to its end.
+///
+/// # Errors
+/// If it cannot be read, is no text or is longer than any settings are.
+pub fn text(path: &Path) -> IoResult<String> {
+    let mut text = String::new();
+    let read = fs_err::File::open(path)?.take(LONGEST + 1).read_to_string(&mut text);
+    let named = |kind, problem: &str| Error::new(kind, format!("{}: {problem}", path.display()));
+    read.map_err(|error| named(error.kind(), &error.to_string()))?;
+    if text.len() as u64 > LONGEST {
+        return Err(named(ErrorKind::InvalidData, &format!("longer than {} MiB: no file of settings", LONGEST >> 20)));
+    }
+    Ok(text)
 }
 
 /// Where settings come from.
@@ -47,6 +68,12 @@ impl Source {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_never_ends_is_not_read_to_its_end() {
+        let told = text(Path::new("/dev/zero")).unwrap_err().to_string();
+        assert_eq!(told, "/dev/zero: longer than 4 MiB: no file of settings");
+    }
 
     #[test]
     fn a_key_has_the_line_of_its_file() {

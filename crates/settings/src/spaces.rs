@@ -17,7 +17,7 @@ pub fn named(text: &str, folder: &Path) -> Result<ActionSpace> {
         return Ok(text.parse()?);
     }
     let path = folder.join(text);
-    let table: Table = record::parse(&fs_err::read_to_string(&path)?).with_context(|| path.display().to_string())?;
+    let table: Table = record::parse(&crate::text(&path)?).with_context(|| path.display().to_string())?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     own(table, &stem).with_context(|| path.display().to_string())
 }

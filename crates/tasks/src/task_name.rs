@@ -4,8 +4,8 @@ use std::fmt::{self, Debug, Formatter};
 use std::str::FromStr;
 use std::sync::RwLock;
 
-use aforce::ConfigError;
 use aforce::record::nearest;
+use aforce::{ConfigError, name};
 use serde::de::{Error, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -56,11 +56,11 @@ pub fn register(kinds: &[TaskKind]) -> Result<(), ConfigError> {
 /// That a name can be that of a folder.
 fn check_name(kind: &TaskKind) -> Result<(), ConfigError> {
     let fits = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-    if kind.name.is_empty() || !kind.name.chars().all(fits) || kind.name.parse::<f64>().is_ok() {
-        let reason = "a name has lower-case letters, digits and -, and is no number".into();
-        return Err(ConfigError::Contradiction { field: format!("task {:?}", kind.name), reason });
+    let wrong = |reason: String| Err(ConfigError::Contradiction { field: format!("task {:?}", kind.name), reason });
+    if !kind.name.chars().all(fits) {
+        return wrong("a name has lower-case letters, digits and -".into());
     }
-    Ok(())
+    name::check(kind.name).or_else(wrong)
 }
 
 /// Makes a task known that is written while the program runs, and may be written again: it takes the place of one of its name.
@@ -213,8 +213,16 @@ mod tests {
         for names in [&["press", "press"] as &[_], &["press", "door"]] {
             assert!(error(names).contains("registered twice"));
         }
-        for name in ["", "My Task", "a/b", "1e5"] {
-            assert!(error(&[name]).contains("lower-case letters"), "{name}");
+        let long: &'static str = "n".repeat(300).leak();
+        for (name, reason) in [
+            ("My Task", "lower-case letters"),
+            ("a/b", "lower-case letters"),
+            ("", "is no name"),
+            ("-x", "letter or digit first"),
+            ("15", "reads as a number"),
+            (long, "is too long"),
+        ] {
+            assert!(error(&[name]).contains(reason), "{name}");
         }
         let misspelt = kind("press").disturbed_by(&["cube_mas"]);
         assert!(register(&[misspelt]).unwrap_err().to_string().contains("\"cube_mas\" is no disturbance"));

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use aforce::within;
+use aforce::{name, within};
 use anyhow::{Context, Result, ensure};
 use output::program::bad;
 use serde::{Deserialize, Serialize};
@@ -12,7 +12,8 @@ use settings::{Source, layered, nested, spaces};
 use tasks::{EnvConfig, TaskName};
 use toml::{Table, Value};
 
-use crate::config::run_id::{NAME_CHARACTERS, is_name_character};
+/// Characters of a variant: with a space's name before it, it is the name of a folder.
+const LONGEST_VARIANT: usize = 160;
 
 /// Everything that decides the outcome of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -68,7 +69,7 @@ impl RunConfig {
     pub fn resolve(file: Option<&Path>, overrides: &[(String, Value)]) -> Result<Self> {
         let mut layers = vec![];
         if let Some(path) = file {
-            layers.push(layer(path, fs_err::read_to_string(path).context(settings::WANTED)?)?);
+            layers.push(layer(path, settings::text(path).context(settings::WANTED)?)?);
         }
         let mut flags = Table::new();
         for (key, value) in overrides {
@@ -134,10 +135,16 @@ impl RunConfig {
         ] {
             within(key, value, range)?;
         }
-        let fits = self.variant.chars().all(|c| c == ',' || is_name_character(c));
-        ensure!(fits, "variant = {:?}: {NAME_CHARACTERS}, and commas between parts", self.variant);
+        for part in self.variant.split(',').filter(|_| !self.variant.is_empty()) {
+            name::check_part(part).map_err(|reason| bad(format!("variant: {reason}, commas between names")))?;
+        }
         let is_number = self.variant.parse::<f64>().is_ok();
         ensure!(!is_number, "variant = {:?}: reads as a number, which tables would round", self.variant);
+        let long = self.variant.len();
+        ensure!(
+            long <= LONGEST_VARIANT,
+            "variant: {long} characters: at most {LONGEST_VARIANT} fit into a folder's name"
+        );
         self.env.validate()?;
         let camera = self.env.observation.camera.is_none();
         ensure!(

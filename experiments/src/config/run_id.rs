@@ -48,11 +48,3 @@ impl Display for RunId {
 pub fn label(space: &str, variant: &str) -> String {
     if variant.is_empty() { space.into() } else { format!("{space},{variant}") }
 }
-
-/// What a name may be made of, in words.
-pub(crate) const NAME_CHARACTERS: &str = "letters, digits and . _ = + - are allowed";
-
-/// Whether a name that becomes a part of a folder's name may have this character.
-pub(crate) fn is_name_character(c: char) -> bool {
-    c.is_ascii_alphanumeric() || "._=+-".contains(c)
-}

@@ -61,7 +61,7 @@ pub fn find(root: &Path) -> Result<Vec<PathBuf>> {
 /// If the file is not understood, or a table lacks a column or holds no numbers there.
 pub fn make(path: &Path, out: &Path) -> Result<Vec<PathBuf>> {
     let wrong = |problem: String| bad(format!("{}: {problem}", path.display()));
-    let File { table: wanted } = parse(&fs_err::read_to_string(path)?).map_err(wrong)?;
+    let File { table: wanted } = parse(&settings::text(path)?).map_err(wrong)?;
     let beside = path.parent().context("a file lies in a folder")?;
     let mut written = vec![];
     for table in &wanted {

@@ -66,7 +66,7 @@ const PAPER: &str = "paper";
 /// If it is no such file, or a space of it has several variants.
 pub fn energy_ratios(file: &Path, runs: &[RunSummary]) -> Result<(Vec<EnergyRatioRow>, Forest)> {
     let wrong = |problem: String| bad(format!("{}: {problem}", file.display()));
-    let File { title, less, more, ratio: wanted } = parse(&fs_err::read_to_string(file)?).map_err(wrong)?;
+    let File { title, less, more, ratio: wanted } = parse(&settings::text(file)?).map_err(wrong)?;
     let (mut rows, mut ratios) = (vec![], vec![]);
     for of_heading in wanted.chunk_by(|one, next| one.heading == next.heading) {
         let of_runs =

@@ -131,7 +131,7 @@ pub fn judge_all(files: &[PathBuf], runs: &[RunSummary]) -> Result<Vec<VerdictRo
 /// If the file is not one of hypotheses, names a metric that runs do not have, or means runs of several groups as one.
 pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
     let wrong = |problem: String| bad(format!("{}: {problem}", file.display()));
-    let File { family, hypothesis: hypotheses } = parse(&fs_err::read_to_string(file)?).map_err(wrong)?;
+    let File { family, hypothesis: hypotheses } = parse(&settings::text(file)?).map_err(wrong)?;
     let numbers: Vec<Value> = runs.iter().map(|run| serde_json::to_value(run).expect("a row")).collect();
     let done: Vec<(&RunSummary, &Value)> = runs.iter().zip(&numbers).filter(|(run, _)| run.done).collect();
     let mut rows: Vec<VerdictRow> = vec![];

@@ -35,7 +35,7 @@ pub const UNDISTURBED: &str = "none";
 pub fn read(path: &Path, task: TaskName) -> Result<Vec<Case>> {
     let at = || path.display().to_string();
     let Grid { case: cases } =
-        settings::parse(&fs_err::read_to_string(path)?).map_err(|problem| anyhow!("{}: {problem}", at()))?;
+        settings::parse(&settings::text(path)?).map_err(|problem| anyhow!("{}: {problem}", at()))?;
     let none = Case { name: UNDISTURBED.into(), task: None, disturbance: Disturbance::default() };
     let mut read = vec![none];
     for case in cases.into_iter().filter(|case| case.task.is_none_or(|only| only == task)) {

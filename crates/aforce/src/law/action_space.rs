@@ -14,6 +14,7 @@ use crate::law::goal::GoalRule;
 use crate::law::psi::Psi;
 use crate::law::stability::{StabilityMargin, stability_margin};
 use crate::law::stiffness::{Stiffness, StiffnessUnit};
+use crate::name;
 use crate::spatial::{Measurement, RotationError};
 
 /// An action space.
@@ -176,15 +177,7 @@ impl ActionSpace {
     fn check(&self, control_hz: u32) -> Result<(), ConfigError> {
         let contradiction =
             |field: &str, reason: &str| Err(ConfigError::Contradiction { field: field.into(), reason: reason.into() });
-        let harmless = |c: char| c.is_ascii_alphanumeric() || "-_.+=".contains(c);
-        if self.name.is_empty() || !self.name.chars().all(harmless) || self.name.starts_with('.') {
-            let reason =
-                format!("{:?} names folders: letters, digits, - _ + = and . (not first) are allowed", self.name);
-            return contradiction("name", &reason);
-        }
-        if self.name.parse::<f64>().is_ok() {
-            return contradiction("name", &format!("{:?} reads as a number, which tables would round", self.name));
-        }
+        name::check(&self.name).or_else(|reason| contradiction("name", &reason))?;
         self.goal.validate()?;
         self.damping_ratio.within("damping_ratio", 0.0..=10.0)?;
         self.stiffness.validate(control_hz)?;

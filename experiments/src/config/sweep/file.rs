@@ -42,7 +42,7 @@ impl File {
         }
         readers.push(here);
         let wrong = |problem: String| bad(format!("{}: {problem}", path.display()));
-        let mut file: File = parse(&fs_err::read_to_string(path)?).map_err(wrong)?;
+        let mut file: File = parse(&settings::text(path)?).map_err(wrong)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         for space in file.group.iter_mut().flat_map(|group| &mut group.spaces) {
             let named = spaces::of_value(space.clone(), folder);

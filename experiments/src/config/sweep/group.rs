@@ -1,5 +1,6 @@
 //! A group of a sweep's file: tasks, action spaces and seeds, and the settings that it varies.
 
+use aforce::name;
 use aforce::record::overlay;
 use anyhow::Result;
 use output::program::bad;
@@ -10,7 +11,6 @@ use toml::{Table, Value};
 
 use crate::config::RunConfig;
 use crate::config::draws::Draws;
-use crate::config::run_id::{NAME_CHARACTERS, is_name_character};
 
 /// Every task with every action space, every choice of the varied settings and every seed.
 #[derive(Deserialize)]
@@ -152,12 +152,11 @@ pub(super) fn no_identity(section: &str, settings: &Table) -> Result<(), String>
 
 /// What is to be a part of a folder's name.
 pub(super) fn is_name(name: &str) -> Result<(), String> {
-    let fits = !name.is_empty() && !name.starts_with('.') && name.chars().all(is_name_character);
-    if fits { Ok(()) } else { Err(format!("name = {name:?}: {NAME_CHARACTERS}, no dot first")) }
+    name::check_part(name).map_err(|reason| format!("name: {reason}"))
 }
 
 /// A value as a part of a folder's name.
 fn spelt(value: &Value) -> String {
     let text = value.as_str().map_or_else(|| value.to_string(), String::from);
-    text.chars().map(|c| if is_name_character(c) { c } else { '_' }).collect()
+    text.chars().map(|c| if name::may_have(c) { c } else { '_' }).collect()
 }
