@@ -71,9 +71,24 @@ def check_own_libtorch(version):
     return False
 
 
+def glibc():
+    """Version of this system's glibc, or None where the C library is another one, such as musl."""
+    try:
+        name, _, version = os.confstr("CS_GNU_LIBC_VERSION").partition(" ")
+        return tuple(int(part) for part in version.split(".")[:2]) if name == "glibc" else None
+    except (AttributeError, OSError, ValueError):
+        return None
+
+
 def check_machine():
     if (platform.system(), platform.machine()) != ("Linux", "x86_64"):
         fail(f"no wheel is pinned for {platform.system()} {platform.machine()}: set LIBTORCH to a libtorch of your own (see README)")
+    found, needed = glibc(), (2, 28)
+    if found is None:
+        fail("libtorch is linked with glibc, and this system's C library is another (musl, as on Alpine?): nothing was downloaded. "
+             "Use a distribution with glibc 2.28 or later, such as Debian 10 or Ubuntu 20.04")
+    if found < needed:
+        fail(f"libtorch needs glibc 2.28 or later, and this system has {found[0]}.{found[1]}: nothing was downloaded")
     if subprocess.run([sys.executable, "-m", "pip", "--version"], capture_output=True).returncode:
         fail(f"{sys.executable} has no pip: install it (Debian, Ubuntu: apt install python3-pip) or use a virtual environment's python")
     free = shutil.disk_usage(TARGET.parent).free

@@ -1,5 +1,6 @@
 """What the repository says about Python is true."""
 
+import importlib.util
 import subprocess
 import sys
 
@@ -25,6 +26,31 @@ def examples():
         elif code is not None:
             code.append(line)
     return sections
+
+
+@pytest.mark.parametrize(("libc", "reason"), [(None, "musl"), ("glibc 2.27", "this system has 2.27"), ("glibc 2.28", None)])
+def test_another_c_library_is_told_before_the_download(monkeypatch, libc, reason):
+    spec = importlib.util.spec_from_file_location("setup_libtorch", ROOT / "scripts" / "setup-libtorch.py")
+    setup = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(setup)
+
+    def confstr(name):
+        assert name == "CS_GNU_LIBC_VERSION"
+        if libc is None:  # as musl's Python does
+            raise ValueError("unrecognized configuration name")
+        return libc
+
+    monkeypatch.setattr(setup.os, "confstr", confstr)
+    monkeypatch.setattr(setup.platform, "system", lambda: "Linux")
+    monkeypatch.setattr(setup.platform, "machine", lambda: "x86_64")
+    monkeypatch.setattr(setup, "FREE_BYTES_NEEDED", 0)
+    monkeypatch.setattr(setup, "TARGET", ROOT / "libtorch")
+    if reason is None:
+        setup.check_machine()
+    else:
+        with pytest.raises(SystemExit, match=reason) as told:
+            setup.check_machine()
+        assert "nothing was downloaded" in str(told.value)
 
 
 def test_the_tutorial_of_a_task_runs(tmp_path):
