@@ -24,14 +24,24 @@ pub fn finish(file: NamedTempFile, path: &Path) -> Result<()> {
     let path = &behind_links(path)?;
     file.as_file().sync_all().with_context(|| path.display().to_string())?;
     file.persist(path).with_context(|| path.display().to_string())?;
-    Ok(())
+    sync_names(path)
 }
 
 /// Gives a file its name, which no other may have, once the disk has its bytes.
 pub fn finish_new(file: NamedTempFile, path: &Path) -> Result<()> {
     file.as_file().sync_all().with_context(|| path.display().to_string())?;
     file.persist_noclobber(path).with_context(|| format!("{}: nothing was overwritten", path.display()))?;
-    Ok(())
+    sync_names(path)
+}
+
+/// Waits until the disk has the names in the folder of a file.
+fn sync_names(path: &Path) -> Result<()> {
+    Ok(fs::File::open(folder_of(path))?.sync_all()?)
+}
+
+/// The folder in which a file lies.
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// Writes a CSV table, its header from the names of the rows' fields; what is no finite number leaves its cell empty.
@@ -61,7 +71,7 @@ pub fn prepare(path: &Path) -> Result<()> {
 pub fn unfinished(path: &Path) -> Result<NamedTempFile> {
     let path = &behind_links(path)?;
     let name = path.file_name().with_context(|| format!("{} is a folder", path.display()))?;
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = folder_of(path);
     let mut builder = tempfile::Builder::new();
     // As of any new file: what others may do with it, the user's mask says.
     builder.prefix(name).suffix(".tmp").permissions(Permissions::from_mode(0o666));
@@ -72,8 +82,7 @@ pub fn unfinished(path: &Path) -> Result<NamedTempFile> {
 pub fn place(path: &Path) -> Result<PathBuf> {
     let path = behind_links(path)?;
     let name = path.file_name().with_context(|| format!("{} is a folder", path.display()))?;
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    Ok(fs::canonicalize(folder)?.join(name))
+    Ok(fs::canonicalize(folder_of(&path))?.join(name))
 }
 
 /// Where a file of this name lies: what a link leads to is written, not the link replaced.

@@ -47,10 +47,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     ensure!(!experiments.is_empty(), "{}: no run below it that is done", arguments.runs.display());
     for (experiment, new) in experiments {
         let folder = arguments.out.join(&experiment);
-        let mut all = if archive::is_archive(&folder) { archive::read(&folder)? } else { vec![] };
+        let mut all = if archive::is_archive(&folder) { archive::read_listed(&folder)? } else { vec![] };
         let known: Vec<RunId> = all.iter().map(|record| RunId::of(&record.config)).collect();
         let (there, added): (Vec<_>, Vec<_>) =
-            new.into_iter().partition(|record| known.contains(&RunId::of(&record.config)));
+            new.iter().cloned().partition(|record| known.contains(&RunId::of(&record.config)));
         all.extend(added.iter().cloned());
         let order = |record: &Record| {
             let RunId { task, space, variant, seed } = RunId::of(&record.config);
@@ -58,7 +58,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         };
         all.sort_by_key(order);
         archive::write(&all, &folder)?;
-        keep_policies(&all, &added, &folder)?;
+        keep_policies(&all, &new, &folder)?;
         let (all, there) = (all.len(), there.len());
         program::result(format_args!(
             "{}: {all} runs, {} of them new, {there} known before",
@@ -69,8 +69,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Of every group the policy of the run nearest to the median, among those `added` now and the one kept before.
-fn keep_policies(all: &[Record], added: &[Record], folder: &Path) -> Result<()> {
+/// Of every group the policy of the run nearest to the median, among the runs `found` now and the one kept before.
+fn keep_policies(all: &[Record], found: &[Record], folder: &Path) -> Result<()> {
     let mut groups: BTreeMap<(String, String), Vec<(&Record, f64)>> = BTreeMap::new();
     for record in all {
         let id = RunId::of(&record.config);
@@ -84,16 +84,18 @@ fn keep_policies(all: &[Record], added: &[Record], folder: &Path) -> Result<()> 
         let median = energies[(energies.len() - 1) / 2];
         let group = folder.join(task).join(label);
         let place = |record: &Record| group.join(format!("seed_{}", record.config.seed));
-        let new = |record: &Record| added.iter().find(|new| RunId::of(&new.config) == RunId::of(&record.config));
+        let new = |record: &Record| found.iter().find(|new| RunId::of(&new.config) == RunId::of(&record.config));
         let kept = |record: &Record| RunFolder::at(&place(record)).best().is_dir();
         let available = runs.iter().filter(|(record, _)| new(record).is_some() || kept(record));
         let nearest = available.min_by(|a, b| (a.1 - median).abs().total_cmp(&(b.1 - median).abs()));
         let Some((record, _)) = nearest else { continue };
-        for (other, _) in runs.iter().filter(|(other, _)| other.config.seed != record.config.seed && kept(other)) {
-            fs_err::remove_dir_all(place(other))?;
-        }
         if let Some(new) = new(record).filter(|_| !kept(record)) {
             archive::keep_policy(new, &place(record))?;
+        }
+        for (other, _) in runs.iter().filter(|(other, _)| other.config.seed != record.config.seed) {
+            if place(other).exists() {
+                fs_err::remove_dir_all(place(other))?;
+            }
         }
     }
     Ok(())

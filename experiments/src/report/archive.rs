@@ -51,6 +51,19 @@ pub fn is_archive(folder: &Path) -> bool {
 /// # Errors
 /// If it is damaged, or has rows of a run that it does not list.
 pub fn read(folder: &Path) -> Result<Vec<Record>> {
+    read_rows(folder, false)
+}
+
+/// The runs that an archive lists, to add others: rows of a run that it does not list are of an `archive` that was cut short before it wrote the
+/// list, and are written again.
+///
+/// # Errors
+/// If it is damaged.
+pub fn read_listed(folder: &Path) -> Result<Vec<Record>> {
+    read_rows(folder, true)
+}
+
+fn read_rows(folder: &Path, listed_alone: bool) -> Result<Vec<Record>> {
     let path = folder.join(RUNS);
     let lines = unpack(&path)?;
     let lines = lines.lines().map(serde_json::from_str).collect::<Result<Vec<Line>, _>>();
@@ -74,7 +87,13 @@ pub fn read(folder: &Path) -> Result<Vec<Record>> {
         for row in all.rows {
             let key: Key = [0, 1, 2, 3].map(|at| row[places[at]].to_string());
             let Some(of_run) = tables.get_mut(&key) else {
-                bail!("{}: has rows of a run that {RUNS} does not list: {key:?}", path.display())
+                if listed_alone {
+                    continue;
+                }
+                bail!(
+                    "{}: has rows of a run that {RUNS} does not list: {key:?}: an `archive` was cut short, give its command again",
+                    path.display()
+                )
             };
             match of_run.last_mut() {
                 Some((kind, part)) if *kind == table => part.rows.push(row),
@@ -130,14 +149,19 @@ pub fn write(records: &[Record], folder: &Path) -> Result<()> {
 /// # Errors
 /// If the run has no such networks, or the disk does not take them.
 pub fn keep_policy(record: &Record, folder: &Path) -> Result<()> {
-    let (from, to) = (RunFolder::at(&record.path), RunFolder::at(folder));
-    fs_err::create_dir_all(to.best())?;
-    fs_err::write(to.config(), &record.config_text)?;
-    to.write_manifest(&record.manifest)?;
-    for file in ["actor.safetensors", "state.json"] {
-        fs_err::copy(from.best().join(file), to.best().join(file))?;
+    let name = folder.file_name().unwrap_or_default().display();
+    let new = folder.with_file_name(format!(".{name}.new"));
+    for leftover in [&new, folder].into_iter().filter(|leftover| leftover.exists()) {
+        fs_err::remove_dir_all(leftover)?;
     }
-    Ok(())
+    let (from, to) = (RunFolder::at(&record.path), RunFolder::at(&new));
+    fs_err::create_dir_all(to.best())?;
+    for name in ["actor.safetensors", "state.json"] {
+        file::replace(&to.best().join(name), &fs_err::read(from.best().join(name))?)?;
+    }
+    to.write_manifest(&record.manifest)?;
+    file::replace(&to.config(), record.config_text.as_bytes())?;
+    Ok(fs_err::rename(&new, folder)?)
 }
 
 /// With the columns that tell the run, after `schema`, and fractions of so many `digits`.
