@@ -2,14 +2,18 @@
 
 mod common;
 
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use common::{
-    assert_same, error, expect, few, last_step, note, program, run_folder, start, start_unheard, states, train,
-    train_for,
+    assert_same, error, expect, few, last_step, note, program, run_folder, start, start_loud, start_unheard, states,
+    train, train_for,
 };
 use experiments::config::RunConfig;
 use experiments::run::folder::RunFolder;
+use experiments::run::place::Place;
+use experiments::run::pool::{self, Job, Pool};
+use experiments::run::stop::Stop;
 use rustix::process::Signal;
 
 /// Killed long after its last checkpoint: what it did since then is undone and done again. With all that a preset switches on: pink
@@ -152,4 +156,127 @@ fn a_folder_belongs_to_one_process() {
     expect(&error(train(folder.path()).arg("--resume"), 1), &["another process is at work"]);
     first.kill();
     train(folder.path()).arg("--resume").assert().success();
+}
+
+/// Tables that are open move with their folder, and a checkpoint that is written to its name would lie apart from them.
+#[test]
+fn a_folder_that_is_moved_or_deleted_is_not_written_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    for delete in [false, true] {
+        let out = folder.path().join(format!("delete-{delete}"));
+        let (run, moved) = (run_folder(&out), out.join("moved"));
+        let mut command = train_for(1_000_000, &out);
+        command.args(["--set", "checkpoint_every=300"]);
+        let mut child = start_loud(&command, &out.with_extension("txt"));
+        child.wait_until("a checkpoint", || run.join("checkpoints/last/state.json").exists());
+        std::fs::rename(&run, &moved).unwrap();
+        if delete {
+            std::fs::remove_dir_all(&moved).unwrap();
+        }
+        assert_eq!(child.ends(), Some(1));
+        assert!(!run.exists(), "nothing is split");
+        let told = std::fs::read_to_string(out.with_extension("txt")).unwrap();
+        expect(&told, &["error: ", "seed_7", "moved or deleted while the run was at work", "--resume"]);
+        if !delete {
+            // Put back, it goes on.
+            std::fs::rename(&moved, &run).unwrap();
+            let saved = || note(&run.join("checkpoints/last")).and_then(|note| note["step"].as_u64());
+            let before = saved();
+            let mut child = start(command.arg("--resume"));
+            child.wait_until("a later checkpoint", || saved() > before);
+            assert_eq!(child.stop(), Some(75));
+        }
+    }
+}
+
+/// Whether a process holds SIGTERM back, or has a handler for it.
+fn heeds(status: &str) -> bool {
+    let has = |mask: &str| {
+        let mask = status.lines().find_map(|line| u64::from_str_radix(line.strip_prefix(mask)?.trim(), 16).ok());
+        mask.is_some_and(|mask| mask & (1 << (Signal::TERM.as_raw() - 1)) != 0)
+    };
+    has("SigBlk:") || has("SigCgt:")
+}
+
+/// Between the start of the process and that of training, as soon as it is the program: before, it is the shell's.
+#[test]
+fn a_signal_in_the_first_moment_is_heard() {
+    for (at, signal) in [Signal::TERM, Signal::HUP, Signal::INT].into_iter().enumerate() {
+        // `nohup cargo test` ignores SIGHUP, and a shell's background SIGINT; children inherit that. What is handled they do not inherit.
+        signal_hook::flag::register(signal.as_raw(), std::sync::Arc::default()).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let mut child = start(&train_for(1_000_000, folder.path()));
+        std::thread::sleep(Duration::from_millis(30 * at as u64));
+        let status = format!("/proc/{}/status", child.id());
+        child.wait_until("signals that are held or heard", || heeds(&std::fs::read_to_string(&status).unwrap()));
+        child.signal(signal);
+        assert_eq!(child.ends(), Some(75), "{signal:?}");
+        let run = run_folder(folder.path());
+        assert!(run.join("checkpoints/last/replay.bin").exists() && !run.join("DONE").exists());
+    }
+}
+
+/// A run that a person or a fault has stopped (SIGSTOP) would keep its sweep for ever.
+#[test]
+fn a_run_beyond_its_limit_of_time_saves_itself() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, out) = (folder.path().join("few.toml"), folder.path().join("out"));
+    std::fs::write(&file, few(1_000_000).replace("\"aforce\", \"osc\"", "\"aforce\"")).unwrap();
+    let run = out.join("lift/aforce/seed_1");
+    let mut sweep = start(program("sweep").arg(&file).arg("--out").arg(&out).args(["--limit", "0.02"]));
+    sweep.wait_until("a lock", || run.join("lock").exists());
+    assert_eq!(sweep.ends(), Some(75));
+    assert!(run.join("checkpoints/last/replay.bin").exists());
+    expect(&error(program("sweep").arg(&file).args(["--limit", "0"]), 2), &["--limit", "above 0"]);
+}
+
+/// Scripts as the jobs of a pool, each with 0.3 s to end and 0.3 s more: name, exit code and last words.
+fn jobs(folder: &Path, place: &Place, scripts: &[(&str, &str)]) -> Vec<(String, Option<i32>, String)> {
+    let job = |(name, script): &(&str, &str)| {
+        let mut command = std::process::Command::new("sh");
+        command.args(["-c", script]);
+        Job { name: name.to_string(), command, log: folder.join(name) }
+    };
+    let stop = Stop::default();
+    let [limit, grace] = [300, 300].map(Duration::from_millis);
+    let pool = Pool { parallel: scripts.len(), limit: Some(limit), grace, out: place, stop: &stop };
+    let mut ended: Vec<_> = pool::run(scripts.iter().map(job).collect(), &pool)
+        .into_iter()
+        .map(|job| (job.name, job.code, job.words))
+        .collect();
+    ended.sort();
+    ended
+}
+
+fn place(folder: &Path) -> Place {
+    Place::of(folder, &std::fs::File::open(folder).unwrap()).unwrap()
+}
+
+/// Neither hears the signal that asks to stop; the one that was halted with SIGSTOP goes on all the same.
+#[test]
+fn a_job_that_does_not_end_is_killed_and_hides_no_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let scripts = [
+        ("deaf", "trap '' TERM; while true; do sleep 0.1; done"),
+        ("halted", "trap '' TERM; kill -STOP $$; echo goes on"),
+        ("quick", "echo fine"),
+    ];
+    let ended = jobs(folder.path(), &place(folder.path()), &scripts);
+    let by_itself = |name: &str, word: &str| (name.to_string(), Some(0), word.to_string());
+    let killed = ("deaf".to_string(), None, pool::TOO_LATE.to_string());
+    assert_eq!(ended, [killed, by_itself("halted", "goes on"), by_itself("quick", "fine")]);
+}
+
+#[test]
+fn no_job_is_begun_in_a_folder_that_was_moved() {
+    let folder = tempfile::tempdir().unwrap();
+    let below = folder.path().join("out");
+    std::fs::create_dir(&below).unwrap();
+    let place = place(&below);
+    assert!(place.is_there());
+    std::fs::rename(&below, folder.path().join("moved")).unwrap();
+    std::fs::create_dir(&below).unwrap();
+    let ended = jobs(&below, &place, &[("late", "echo begun")]);
+    assert!(ended[0].1 == Some(126) && ended[0].2.contains("moved or deleted"), "{ended:?}");
+    assert!(!below.join("late").exists());
 }

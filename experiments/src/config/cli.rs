@@ -1,6 +1,7 @@
 //! Flags and exit codes that programs share.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use aforce::ActionSpace;
 use anyhow::Result;
@@ -159,6 +160,19 @@ fn preset_parser() -> impl TypedValueParser<Value = String> {
 
 fn parse_seed(text: &str) -> Result<u32, String> {
     text.parse().map_err(|_| format!("{text}: must be a whole number, 0 to {}", u32::MAX))
+}
+
+/// A length of time, in minutes.
+///
+/// # Errors
+/// If it is none, or not above zero.
+pub fn parse_minutes(text: &str) -> Result<Duration, String> {
+    let minutes: f64 = text.parse().map_err(|_| format!("{text:?} is not a number"))?;
+    if minutes > 0.0 && minutes <= 1e6 {
+        Ok(Duration::from_secs_f64(60.0 * minutes))
+    } else {
+        Err(format!("{text}: must be above 0 and at most 1e6 minutes"))
+    }
 }
 
 /// A number of actions: 20000, 20_000 or 2e4.

@@ -2,13 +2,15 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Duration;
 
 use crate::config::sweep::{self, Sweep};
 use crate::config::{RunConfig, RunId, cli};
 use crate::report::search::{self, Candidate};
-use crate::report::train_and_draw::train_and_draw;
+use crate::report::train_and_draw::{make_up_curves, train_and_draw};
 use crate::run::folder::{Busy, RunFolder, State};
-use crate::run::pool::{self, Ended, Job};
+use crate::run::place::Place;
+use crate::run::pool::{self, Ended, Job, Pool};
 use crate::run::stop::Stop;
 use crate::run::train::RunOptions;
 use anyhow::{Context, Result};
@@ -48,6 +50,9 @@ pub struct Arguments {
     /// Runs at the same time (default: one per processor core)
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
+    /// Ask a run to save itself after so many minutes, and kill it if it has not a minute later; the same command goes on with it
+    #[arg(long, value_name = "MINUTES", value_parser = cli::parse_minutes, conflicts_with = "index")]
+    limit: Option<Duration>,
     /// Write TensorBoard's event files into the run folders as well
     #[arg(long)]
     tensorboard: bool,
@@ -58,6 +63,7 @@ pub struct Arguments {
 /// # Errors
 /// If the file is no sweep, or the folder cannot be written. A run that fails is told by the exit code.
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let stop = Stop::on_signals()?;
     let Sweep { name, mut runs, halving } = sweep::read(&arguments.file)?;
     let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(name));
     if arguments.list {
@@ -78,7 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         runs.iter_mut().for_each(|run| run.steps = steps);
     }
     if let Some(index) = arguments.index {
-        return train_one(arguments, &runs, index, &out);
+        return train_one(arguments, &runs, index, &out, &stop);
     }
 
     for run in &runs {
@@ -89,7 +95,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     let mut runs: Vec<(usize, RunConfig)> = runs.into_iter().enumerate().collect();
     if halving.is_empty() {
-        let ending = train_all(arguments, &runs, &out)?;
+        let ending = train_all(arguments, &runs, &out, &stop)?;
         if ending == ExitCode::SUCCESS {
             program::next("report", &out.display().to_string());
         }
@@ -106,7 +112,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     for round in halving.into_iter().chain([steps]) {
         let shorter: Vec<_> = runs.iter().cloned().map(|(at, run)| (at, RunConfig { steps: round, ..run })).collect();
         program::say(format_args!("until {round} actions:"));
-        let ended = train_all(arguments, &shorter, &out)?;
+        let ended = train_all(arguments, &shorter, &out, &stop)?;
         if ended == ExitCode::from(cli::SOME_FAILED) {
             ending = ended; // A candidate whose run fails is ranked last, and the others go on.
         } else if ended != ExitCode::SUCCESS {
@@ -121,11 +127,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(ending)
 }
 
+/// What a run whose time is over has left to save itself.
+const GRACE: Duration = Duration::from_secs(60);
+
 fn configs(runs: &[(usize, RunConfig)]) -> Vec<&RunConfig> {
     runs.iter().map(|(_, run)| run).collect()
 }
 
-fn train_one(arguments: &Arguments, runs: &[RunConfig], index: usize, out: &Path) -> Result<ExitCode> {
+fn train_one(arguments: &Arguments, runs: &[RunConfig], index: usize, out: &Path, stop: &Stop) -> Result<ExitCode> {
     let last = runs.len() - 1;
     let run = runs.get(index).ok_or_else(|| bad(format!("--index {index}: the list goes from 0 to {last}")))?;
     if arguments.expect.as_ref().is_some_and(|meant| *meant != run.hash()) {
@@ -141,7 +150,7 @@ fn train_one(arguments: &Arguments, runs: &[RunConfig], index: usize, out: &Path
         return Ok(ExitCode::SUCCESS);
     }
     let options = RunOptions { resume: true, tensorboard: arguments.tensorboard, quiet: false };
-    match train_and_draw(run, out, options) {
+    match train_and_draw(run, out, options, stop) {
         // No failure: it is left to that process, as in a sweep of many.
         Err(error) if error.is::<Busy>() => {
             program::tell(error);
@@ -152,13 +161,15 @@ fn train_one(arguments: &Arguments, runs: &[RunConfig], index: usize, out: &Path
 }
 
 /// Trains what is not done yet, several at a time; the exit code of a sweep that ends with it.
-fn train_all(arguments: &Arguments, runs: &[(usize, RunConfig)], out: &Path) -> Result<ExitCode> {
+fn train_all(arguments: &Arguments, runs: &[(usize, RunConfig)], out: &Path, stop: &Stop) -> Result<ExitCode> {
+    let place = Place::of(out, fs_err::File::open(out)?.file())?;
     let path = std::env::current_exe().context("the path of this program")?;
     let jobs = runs.iter().map(|(index, run)| (*index, run, RunFolder::below(out, run)));
     let (mut done, mut elsewhere) = (0, 0);
     let jobs = jobs.filter(|(_, run, folder)| match folder.state(run) {
         state if state == State::Done || folder.has_come_past(run) => {
             done += 1;
+            make_up_curves(folder);
             false
         }
         State::Running => {
@@ -181,11 +192,10 @@ fn train_all(arguments: &Arguments, runs: &[(usize, RunConfig)], out: &Path) -> 
     program::say(format_args!("{} runs, {done} done before{busy}, in {}", runs.len(), out.display()));
     let parallel =
         arguments.jobs.map_or_else(|| std::thread::available_parallelism().map_or(1, Into::into), usize::from);
-    let stop = Stop::on_signals()?;
-    let ended = pool::run(jobs, parallel, &stop);
+    program::outlive_readers();
+    let ended = pool::run(jobs, &Pool { parallel, limit: arguments.limit, grace: GRACE, out: &place, stop });
 
-    // A run that gets the signal before it has set up its handler is killed by it, and has no exit code. It was stopped, not failed.
-    let stopped = |job: &Ended| job.code == Some(cli::STOPPED.into()) || job.code.is_none() && stop.requested();
+    let stopped = |job: &Ended| job.code == Some(cli::STOPPED.into());
     let failed: Vec<&Ended> = ended.iter().filter(|job| job.code != Some(0) && !stopped(job)).collect();
     for job in &failed {
         program::tell(format_args!("failed: {}: {} ({})", job.name, job.words, job.log.display()));

@@ -8,6 +8,7 @@ use crate::report::record::Record;
 use crate::report::summary::RunSummary;
 use crate::report::train_and_draw::train_and_draw;
 use crate::run::folder::RunFolder;
+use crate::run::stop::Stop;
 use crate::run::train::RunOptions;
 use anyhow::Result;
 use clap::Parser;
@@ -43,6 +44,7 @@ pub struct Arguments {
 /// # Errors
 /// If a setting is wrong, or the folder cannot be written.
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let stop = Stop::on_signals()?;
     let config = arguments.run.resolve()?;
     if arguments.describe {
         let description = Description::of(&Env::new(config.env, 0)?);
@@ -53,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
         return Ok(ExitCode::SUCCESS);
     }
-    let ending = train_and_draw(&config, &arguments.out, arguments.options)?;
+    let ending = train_and_draw(&config, &arguments.out, arguments.options, &stop)?;
     if ending == ExitCode::SUCCESS && !arguments.options.quiet {
         let folder = RunFolder::below(&arguments.out, &config);
         let run = folder.path().display();

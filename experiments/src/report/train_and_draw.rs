@@ -9,6 +9,7 @@ use output::program;
 use crate::config::{RunConfig, cli};
 use crate::report::curves;
 use crate::run::folder::RunFolder;
+use crate::run::stop::Stop;
 use crate::run::train::{self, Ending, RunOptions};
 
 /// Trains as `config` says in its folder below `out` and draws the learning curves, anew after every evaluation; the exit code of a
@@ -16,22 +17,30 @@ use crate::run::train::{self, Ending, RunOptions};
 ///
 /// # Errors
 /// As [`train::in_folder`].
-pub fn train_and_draw(config: &RunConfig, out: &Path, options: RunOptions) -> Result<ExitCode> {
+pub fn train_and_draw(config: &RunConfig, out: &Path, options: RunOptions, stop: &Stop) -> Result<ExitCode> {
     let folder = RunFolder::below(out, config);
-    let draw = || {
-        // A run that is stopped while its script plays has none yet.
-        if !folder.episodes().exists() {
-            return;
-        }
-        if let (Err(error), false) = (curves::draw(&folder), options.quiet) {
-            // The run goes on all the same: its exit code says how it ended.
-            program::tell(format_args!("learning curves could not be drawn: {error:#}"));
-        }
-    };
-    let ending = train::in_folder(config, &folder, options, &draw)?;
-    // Of a run that was done before, the picture may be missing.
-    if ending.is_some() || !folder.curves().with_extension("svg").exists() {
-        draw();
-    }
+    let ending = train::in_folder(config, &folder, options, stop, &|| draw(&folder))?;
+    // Also of a run that was done before: the picture may be missing, or older than its tables.
+    draw(&folder);
     Ok(if ending == Some(Ending::Stopped) { ExitCode::from(cli::STOPPED) } else { ExitCode::SUCCESS })
+}
+
+/// Draws the learning curves of a run if they are missing or older than its tables: its process may have been killed in between.
+pub fn make_up_curves(folder: &RunFolder) {
+    let written = |path: &Path| path.metadata().and_then(|file| file.modified()).ok();
+    let picture = written(&folder.curves().with_extension("svg"));
+    if [folder.episodes(), folder.eval()].iter().any(|table| written(table) > picture) {
+        draw(folder);
+    }
+}
+
+/// What goes wrong is told, and the run goes on all the same: its exit code says how it ended.
+fn draw(folder: &RunFolder) {
+    // A run that is stopped while its script plays has no table yet.
+    if !folder.episodes().exists() {
+        return;
+    }
+    if let Err(error) = curves::draw(folder) {
+        program::tell(format_args!("learning curves could not be drawn: {error:#}"));
+    }
 }

@@ -11,6 +11,7 @@ use sac::Checkpoint;
 
 use crate::config::{RunConfig, RunId};
 use crate::run::csv_writer::last_step;
+use crate::run::place::Place;
 
 /// `OUT/TASK/SPACE/seed_N`, or `OUT/TASK/SPACE,VARIANT/seed_N`.
 #[derive(Debug, Clone)]
@@ -20,7 +21,29 @@ pub struct RunFolder {
 
 /// Keeps other processes out of a run folder until it is dropped, or the process dies.
 #[derive(Debug)]
-pub struct Lock(#[allow(dead_code, reason = "held, not read")] File);
+pub struct Lock {
+    #[allow(dead_code, reason = "held, not read")]
+    file: File,
+    folder: PathBuf,
+    place: Place,
+}
+
+impl Lock {
+    /// Whether the folder is still where it was when it was locked. What is written to its name would otherwise lie apart from the tables, which
+    /// are open and move with it.
+    ///
+    /// # Errors
+    /// If it was moved or deleted, or its lock was.
+    pub fn holds(&self) -> Result<()> {
+        ensure!(
+            self.place.is_there(),
+            "{}: the folder or its file `lock` was moved or deleted while the run was at work: nothing was saved since; put it back and go \
+             on from its last checkpoint with --resume",
+            self.folder.display()
+        );
+        Ok(())
+    }
+}
 
 /// A folder in which another process is at work.
 #[derive(Debug, thiserror::Error)]
@@ -109,7 +132,8 @@ impl RunFolder {
             }
         }
         self.can_go_on(config)?;
-        Ok(Lock(file))
+        let place = Place::of(&self.lock(), &file)?;
+        Ok(Lock { file, folder: self.path.clone(), place })
     }
 
     /// From now on the folder holds this run, even if it had ended after fewer steps. Called when all that it needs has been
@@ -127,7 +151,7 @@ impl RunFolder {
 
     /// Takes away what a kill left of a run's own files while they were being written.
     fn clear(&self) {
-        let own = ["config.toml", "manifest.json", "episodes.csv", "eval.csv", "progress.csv", "curves."];
+        let own = ["config.toml", "manifest.json", "episodes.csv", "eval.csv", "progress.csv", "curves.", "DONE"];
         for file in fs_err::read_dir(&self.path).into_iter().flatten().flatten() {
             let name = file.file_name().to_string_lossy().into_owned();
             if name.ends_with(".tmp") && own.iter().any(|own| name.starts_with(own)) {

@@ -9,6 +9,7 @@ mod experience;
 pub mod folder;
 mod learner_log;
 pub mod manifest;
+pub mod place;
 pub mod pool;
 pub mod progress_bar;
 pub mod rollout;

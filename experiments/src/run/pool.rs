@@ -5,9 +5,9 @@ use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use fs_err::OpenOptions;
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use output::program;
@@ -15,7 +15,8 @@ use rustix::process::{Pid, Signal, getpid, getppid, kill_process, set_parent_pro
 use signal_hook::consts::SIGCHLD;
 use signal_hook::flag;
 
-use crate::run::stop::Stop;
+use crate::run::place::Place;
+use crate::run::stop::{self, Stop};
 
 /// A program to run.
 pub struct Job {
@@ -39,8 +40,25 @@ pub struct Ended {
     pub words: String,
 }
 
+/// How jobs are run.
+pub struct Pool<'a> {
+    /// At the same time.
+    pub parallel: usize,
+    /// After so long a job is asked to stop.
+    pub limit: Option<Duration>,
+    /// What it has left then to save itself: it is killed after that.
+    pub grace: Duration,
+    /// The folder in which all jobs work: no job is begun when it is no longer there.
+    pub out: &'a Place,
+    /// Whether somebody asks to stop.
+    pub stop: &'a Stop,
+}
+
 struct Running {
     name: String,
+    begun: Instant,
+    /// When it was asked to stop because its time was over.
+    asked: Option<Instant>,
     child: Child,
     log: PathBuf,
     /// Length of what the log held before (bytes).
@@ -51,12 +69,16 @@ struct Running {
 /// The code that a shell gives to what cannot be started.
 const NOT_STARTED: Option<i32> = Some(126);
 
+/// Last words of a job that was killed as its time was over.
+pub const TOO_LATE: &str = "was over its limit of time, did not save itself and was killed";
+
 /// How often children are looked after.
 const POLL: Duration = Duration::from_millis(200);
 
-/// Runs all jobs, at most `parallel` at once, and returns how each ended. When a stop is asked for,
-/// those running are asked to stop and no other is begun. One that cannot be started hides no other.
-pub fn run(jobs: Vec<Job>, parallel: usize, stop: &Stop) -> Vec<Ended> {
+/// Runs all jobs and returns how each ended. When a stop is asked for, those running are asked to stop and no other is begun. One that cannot
+/// be started hides no other.
+pub fn run(jobs: Vec<Job>, pool: &Pool) -> Vec<Ended> {
+    let Pool { parallel, stop, .. } = *pool;
     let progress = PoolProgress::new(jobs.len());
     let mut waiting = jobs.into_iter();
     let (mut running, mut ended) = (vec![], vec![]);
@@ -67,7 +89,7 @@ pub fn run(jobs: Vec<Job>, parallel: usize, stop: &Stop) -> Vec<Ended> {
         while running.len() < parallel && !stop.requested() {
             let Some(job) = waiting.next() else { break };
             let (name, log) = (job.name.clone(), job.log.clone());
-            match start(job, &progress) {
+            match start(job, pool, &progress) {
                 Ok(job) => running.push(job),
                 Err(reason) => {
                     let words = format!("{reason:#}");
@@ -83,20 +105,23 @@ pub fn run(jobs: Vec<Job>, parallel: usize, stop: &Stop) -> Vec<Ended> {
             asked = true;
             progress.line("stopping: running jobs save themselves");
             for job in &running {
-                // One that has just ended needs no asking.
-                let _ = kill_process(Pid::from_child(&job.child), Signal::TERM);
+                job.ask_to_stop();
             }
         }
         std::thread::sleep(POLL);
         for mut job in std::mem::take(&mut running) {
             match job.child.try_wait().expect("a child that nobody else waits for") {
                 None => {
+                    if let Some(limit) = pool.limit {
+                        job.keep_to(limit, pool.grace, &progress);
+                    }
                     job.bar.set_message(last_line(&job.log));
                     running.push(job);
                 }
                 Some(status) => {
                     progress.ended(&job, status.code());
-                    let words = last_words(&job.log, job.old);
+                    let late = status.code().is_none() && job.asked.is_some_and(|asked| asked.elapsed() > pool.grace);
+                    let words = if late { TOO_LATE.into() } else { last_words(&job.log, job.old) };
                     ended.push(Ended { name: job.name, code: status.code(), log: job.log, words });
                 }
             }
@@ -104,7 +129,37 @@ pub fn run(jobs: Vec<Job>, parallel: usize, stop: &Stop) -> Vec<Ended> {
     }
 }
 
-fn start(Job { name, mut command, log }: Job, progress: &PoolProgress) -> Result<Running> {
+impl Running {
+    /// Also one that somebody has stopped with a signal: it goes on to save itself.
+    fn ask_to_stop(&self) {
+        for signal in [Signal::TERM, Signal::CONT] {
+            // One that has just ended needs no asking.
+            let _ = kill_process(Pid::from_child(&self.child), signal);
+        }
+    }
+
+    /// Asks it to stop when its time is over, and kills it if it does not.
+    fn keep_to(&mut self, limit: Duration, grace: Duration, progress: &PoolProgress) {
+        match self.asked {
+            None if self.begun.elapsed() > limit => {
+                self.asked = Some(Instant::now());
+                progress.line(&format!("over its limit of time, saves itself: {}", self.name));
+                self.ask_to_stop();
+            }
+            Some(asked) if asked.elapsed() > grace => {
+                // As before: it may have just ended.
+                let _ = self.child.kill();
+            }
+            _ => {}
+        }
+    }
+}
+
+fn start(Job { name, mut command, log }: Job, pool: &Pool, progress: &PoolProgress) -> Result<Running> {
+    ensure!(
+        pool.out.is_there(),
+        "not begun: the folder of the experiment was moved or deleted while the sweep was at work"
+    );
     if let Some(folder) = log.parent() {
         fs_err::create_dir_all(folder)?;
     }
@@ -114,7 +169,7 @@ fn start(Job { name, mut command, log }: Job, progress: &PoolProgress) -> Result
     command.stdin(Stdio::null()).stdout(file.try_clone()?).stderr(file).process_group(0);
     die_with_us(&mut command);
     let child = command.spawn().with_context(|| name.clone())?;
-    Ok(Running { bar: progress.begun(&name), name, child, log, old })
+    Ok(Running { bar: progress.begun(&name), name, begun: Instant::now(), asked: None, child, log, old })
 }
 
 /// Has the child asked to stop when we end, however we end: nobody else would look after it.
@@ -122,10 +177,12 @@ fn die_with_us(command: &mut Command) {
     let us = getpid();
     let listen = move || {
         set_parent_process_death_signal(Some(Signal::TERM))?;
+        // Before it has a handler, too, it is asked and not ended.
+        stop::hold()?;
         // We may have ended before the child could ask to be told.
         if getppid() == Some(us) { Ok(()) } else { Err(std::io::ErrorKind::BrokenPipe.into()) }
     };
-    // SAFETY: between fork and exec only calls that are safe in a signal handler are allowed: these are two bare system calls.
+    // SAFETY: between fork and exec only calls that are safe in a signal handler are allowed: these are bare system calls.
     unsafe { command.pre_exec(listen) };
 }
 

@@ -1,10 +1,10 @@
 //! Ctrl-C, SIGTERM and a terminal that goes away (SIGHUP) ask a run to save itself; Ctrl-C after that kills it. A second SIGTERM
 //! does not: a scheduler sends one to every process of a job, and so does the sweep that started the run.
 
+use std::io::Result;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use output::program;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::flag;
 
@@ -13,14 +13,12 @@ use signal_hook::flag;
 pub struct Stop(Arc<AtomicBool>);
 
 impl Stop {
-    /// Listens from now on. Nor does a reader of the output that goes away end the program any more: Ctrl-C also ends the `tee`
-    /// behind it, before it has saved itself.
+    /// Listens from now on, and hears what [`hold_signals`](crate::hold_signals) has held back.
     ///
     /// # Errors
     /// If the system refuses the handlers.
-    pub fn on_signals() -> std::io::Result<Self> {
+    pub fn on_signals() -> Result<Self> {
         let stop = Stop::default();
-        program::outlive_readers();
         // Before the next two: the first signal finds the flag unset and only sets it.
         flag::register_conditional_shutdown(SIGINT, 128 + SIGINT, Arc::clone(&stop.0))?;
         flag::register(SIGINT, Arc::clone(&stop.0))?;
@@ -28,6 +26,7 @@ impl Stop {
         if !ignores_hang_up() {
             flag::register(SIGHUP, Arc::clone(&stop.0))?;
         }
+        set_held(libc::SIG_UNBLOCK)?;
         Ok(stop)
     }
 
@@ -35,6 +34,47 @@ impl Stop {
     pub fn requested(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
+}
+
+/// Blocks the signals that ask to stop, or unblocks them.
+fn set_held(how: libc::c_int) -> Result<()> {
+    // SAFETY: plain system calls on a set of this function's own. `sigemptyset` makes it one.
+    let failed = unsafe {
+        let mut set = std::mem::zeroed();
+        libc::sigemptyset(&raw mut set);
+        for signal in [SIGINT, SIGTERM, SIGHUP] {
+            libc::sigaddset(&raw mut set, signal);
+        }
+        libc::pthread_sigmask(how, &raw const set, std::ptr::null_mut())
+    };
+    if failed == 0 { Ok(()) } else { Err(std::io::Error::from_raw_os_error(failed)) }
+}
+
+/// Holds back the signals that ask to stop, until [`Stop::on_signals`]: a program that is started calls it before anything else, and so
+/// does what starts one. Nothing but system calls that are safe between fork and exec.
+///
+/// # Errors
+/// If the system refuses.
+pub fn hold() -> Result<()> {
+    set_held(libc::SIG_BLOCK)
+}
+
+/// Has a program hold back the signals that ask to stop from its first moment on: libtorch takes a fifth of a second before `main`, in which
+/// they would end it as if it knew of none.
+#[macro_export]
+macro_rules! hold_signals {
+    () => {
+        // SAFETY: the loader calls what this section lists, before any constructor of a library.
+        #[used]
+        #[unsafe(link_section = ".preinit_array")]
+        static HOLD_SIGNALS: extern "C" fn() = {
+            extern "C" fn hold() {
+                // Where the system refuses, they end the program as before.
+                let _ = $crate::run::stop::hold();
+            }
+            hold
+        };
+    };
 }
 
 /// Whether the process was started to outlive its terminal, as `nohup` does.

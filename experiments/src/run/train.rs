@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use output::statistics::mean_of;
+use output::{file, program};
 use rand_chacha::ChaCha8Rng;
 use sac::{Act, Checkpoint, Replay, Sac};
 use serde::{Deserialize, Serialize};
@@ -15,7 +16,7 @@ use crate::config::{RunConfig, RunId};
 use crate::run::checkpoint_record::CheckpointRecord;
 use crate::run::clock::{Clock, Spent};
 use crate::run::experience::{script, step_and_store};
-use crate::run::folder::{RunFolder, State};
+use crate::run::folder::{Lock, RunFolder, State};
 use crate::run::learner_log::LearnerLog;
 use crate::run::manifest::Manifest;
 use crate::run::progress_bar::RunProgress;
@@ -85,6 +86,7 @@ struct BestRecord {
 struct Run<'a> {
     config: &'a RunConfig,
     folder: &'a RunFolder,
+    lock: &'a Lock,
     id: RunId,
     env: Env,
     evaluation_env: Env,
@@ -110,10 +112,11 @@ pub fn in_folder(
     config: &RunConfig,
     folder: &RunFolder,
     options: RunOptions,
+    stop: &Stop,
     draw: &dyn Fn(),
 ) -> Result<Option<Ending>> {
-    let _lock = folder.prepare(config, options.resume)?;
-    let stop = Stop::on_signals()?;
+    let lock = folder.prepare(config, options.resume)?;
+    program::outlive_readers();
     let mut progress = RunProgress::new(config.steps, options.quiet, draw);
     progress.line(&format!("run folder {}", folder.path().display()));
     progress.line(&setup::in_words(&config.env));
@@ -126,7 +129,7 @@ pub fn in_folder(
         progress.line(&format!("nothing will be learned: the first {random} actions of a run are random"));
     }
 
-    let ending = train(config, folder, options.tensorboard, &stop, &mut progress)?;
+    let ending = train(config, folder, &lock, options.tensorboard, stop, &mut progress)?;
     if ending == Ending::Stopped {
         progress.line("stopped; continue with the same command and --resume");
     }
@@ -136,15 +139,16 @@ pub fn in_folder(
 /// Trains as `config` says, in `folder`, going on from its checkpoint if it has one.
 ///
 /// # Errors
-/// If the folder cannot be written, a checkpoint cannot be read or the learner's numbers cease to be finite.
+/// If the folder cannot be written or is moved, a checkpoint cannot be read or the learner's numbers cease to be finite.
 pub fn train(
     config: &RunConfig,
     folder: &RunFolder,
+    lock: &Lock,
     tensorboard: bool,
     stop: &Stop,
     progress: &mut RunProgress,
 ) -> Result<Ending> {
-    let Some((mut run, mut manifest)) = Run::start(config, folder, tensorboard, stop)? else {
+    let Some((mut run, mut manifest)) = Run::start(config, folder, lock, tensorboard, stop)? else {
         return Ok(Ending::Stopped);
     };
 
@@ -156,12 +160,12 @@ pub fn train(
     }
     .into();
     manifest.spent = run.clock.spent();
-    let written = folder.write_manifest(&manifest);
+    let written = lock.holds().and_then(|()| folder.write_manifest(&manifest));
     let ending = ending.with_context(|| format!("{}", folder.path().display()))?;
     written?;
     if matches!(ending, Ending::Done) {
         // Last of all: where it is, the rest is whole.
-        fs_err::write(folder.done(), "")?;
+        file::replace(&folder.done(), b"")?;
     }
     Ok(ending)
 }
@@ -171,6 +175,7 @@ impl<'a> Run<'a> {
     fn start(
         config: &'a RunConfig,
         folder: &'a RunFolder,
+        lock: &'a Lock,
         tensorboard: bool,
         stop: &Stop,
     ) -> Result<Option<(Self, Manifest)>> {
@@ -213,6 +218,7 @@ impl<'a> Run<'a> {
         let run = Run {
             config,
             folder,
+            lock,
             id: RunId::of(config),
             prior,
             env,
@@ -341,6 +347,7 @@ impl<'a> Run<'a> {
             let record =
                 BestRecord { record: CheckpointRecord { run: self.id.clone(), step }, evaluation_return: score };
             let record = serde_json::to_value(record).context("record of the best checkpoint")?;
+            self.lock.holds()?;
             Checkpoint::save(&self.folder.best(), &self.sac, None, record)?;
         }
         Ok(())
@@ -353,6 +360,7 @@ impl<'a> Run<'a> {
     }
 
     fn save(&mut self) -> Result<()> {
+        self.lock.holds()?;
         // A checkpoint whose rows a power loss took away could not be gone on from.
         self.tables.sync()?;
         self.counters.episode_stream = self.env.episode_stream();

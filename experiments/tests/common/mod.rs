@@ -63,7 +63,23 @@ pub fn start_unheard(command: &Command) -> Running {
     Running(std::process::Command::new(command.get_program()).args(loud).stderr(deaf).spawn().unwrap())
 }
 
+/// With its standard error in a file.
+pub fn start_loud(command: &Command, errors: &Path) -> Running {
+    let file = std::fs::File::create(errors).unwrap();
+    Running(std::process::Command::new(command.get_program()).args(command.get_args()).stderr(file).spawn().unwrap())
+}
+
 impl Running {
+    /// Its number.
+    pub fn id(&self) -> u32 {
+        self.0.id()
+    }
+
+    /// Waits until it has ended by itself; its exit code.
+    pub fn ends(&mut self) -> Option<i32> {
+        self.0.wait().unwrap().code()
+    }
+
     /// Waits until `done` says so, which the program is to bring about.
     pub fn wait_until(&mut self, what: &str, mut done: impl FnMut() -> bool) {
         let deadline = Instant::now() + Duration::from_secs(300);
@@ -126,6 +142,11 @@ pub fn last_step(table: &Path) -> Option<f64> {
 pub fn note(checkpoint: &Path) -> Option<serde_json::Value> {
     let state = std::fs::read(checkpoint.join("state.json")).ok()?;
     Some(serde_json::from_slice::<serde_json::Value>(&state).unwrap()["caller"].take())
+}
+
+/// A changed `state.json` without its checksum, as those of earlier programs are.
+pub fn unsummed(text: &str) -> String {
+    text.lines().filter(|line| !line.contains("\"checksum\"")).map(|line| format!("{line}\n")).collect()
 }
 
 /// The same bytes in both folders.
