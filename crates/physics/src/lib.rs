@@ -37,6 +37,6 @@ pub use check::SceneError;
 pub use contact::{ContactReading, LinkReading};
 pub use deviation::{Change, Deviation};
 pub use engine::Surfaces;
-pub use simulation::{Diverged, Overlap, Plant, Simulation, SimulationConfig};
+pub use simulation::{Diverged, Overlap, Plant, Push, Simulation, SimulationConfig};
 pub use solid::Solid;
 pub use view::View;

@@ -83,6 +83,17 @@ impl fmt::Display for Overlap {
     }
 }
 
+/// A force from outside on a moving body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Push {
+    /// Index of the body.
+    pub body: usize,
+    /// Where it acts (m, in the body's frame): the point moves with the body.
+    pub point: Vector3,
+    /// N, world.
+    pub force: Vector3,
+}
+
 /// Longest step of the engine (s). The joints' end stops and the contacts are too stiff for a longer one: it creates energy.
 const LONGEST_STEP: f64 = 0.002;
 
@@ -113,6 +124,8 @@ pub struct Simulation {
     loads: Vec<f64>,
     /// Force from outside on the controlled point (N, world).
     push: Vector3,
+    /// Another force from outside, anywhere.
+    hand: Option<Push>,
     /// The body that carries the controlled point.
     tool: usize,
     /// Mass of the payload at the controlled point, which the model does not know (kg).
@@ -148,6 +161,7 @@ impl Simulation {
             arm: model.measure(resting, resting, Wrench::zeros()),
             loads: vec![0.0; engine.axes().len()],
             push: Vector3::zeros(),
+            hand: None,
             tool: scene.moving_root(tool).0.expect("the tool is carried by the arm"),
             payload: plant.deviation.payload,
             efforts: vec![0.0; engine.axes().len()],
@@ -170,6 +184,11 @@ impl Simulation {
     /// Length of one step (s).
     pub fn dt(&self) -> f64 {
         self.dt
+    }
+
+    /// Index of the body that carries the controlled point.
+    pub fn tool(&self) -> usize {
+        self.tool
     }
 
     /// Time since the last reset (s): the clock of a script.
@@ -209,6 +228,7 @@ impl Simulation {
         self.contacts.fill(self.contact);
         self.loads.fill(0.0);
         self.push = Vector3::zeros();
+        self.hand = None;
         self.steps = 0;
     }
 
@@ -259,6 +279,14 @@ impl Simulation {
     /// Pushes the controlled point with `force` (N, world) until it is set again or the simulation is reset.
     pub fn set_push(&mut self, force: &Vector3) {
         self.push = *force;
+    }
+
+    /// Pushes any moving body, besides [`set_push`](Self::set_push), until it is set again or the simulation is reset.
+    ///
+    /// # Panics
+    /// In the next step, if the body is fixed.
+    pub fn set_hand(&mut self, push: Option<Push>) {
+        self.hand = push;
     }
 
     /// Puts a free body at rest at `pose` (world).
@@ -351,6 +379,10 @@ impl Simulation {
         self.friction.apply(&self.arm, |i| self.engine.coordinate(i).1, &mut self.efforts);
         if self.push != Vector3::zeros() {
             self.engine.push(self.tool, &self.push, &self.arm.pose.translation.vector);
+        }
+        if let Some(Push { body, point, force }) = self.hand {
+            let pose = self.engine.pose(body);
+            self.engine.push(body, &force, &(pose.translation.vector + pose.rotation * point));
         }
         self.engine.step(&self.efforts);
         self.look();

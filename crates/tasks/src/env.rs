@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use aforce::{ActionEntry, ConfigError, Controller, JointVector, Measurement, Vector3};
 use physics::robots::Robot;
-use physics::{Plant, Simulation};
+use physics::{Plant, Push, Simulation};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -64,8 +64,21 @@ pub struct Env {
     /// Seeds the episodes that are not given a seed.
     episodes: ChaCha8Rng,
     elapsed: u32,
+    /// The action under way.
+    running: Running,
     /// How long the task has stood fulfilled (s).
     held: f64,
+}
+
+/// An action under way.
+#[derive(Default)]
+struct Running {
+    /// What the gripper is told.
+    grip: f64,
+    /// Control samples to come.
+    left: u32,
+    interval: Interval,
+    diverged: bool,
 }
 
 /// What one action led to.
@@ -181,6 +194,7 @@ impl Env {
             nothing_earned,
             episodes: ChaCha8Rng::seed_from_u64(seed),
             elapsed: 0,
+            running: Running::default(),
             held: 0.0,
         };
         env.try_reset(Some(0))?;
@@ -217,6 +231,7 @@ impl Env {
         self.drawn.begin(&self.y.bias, self.plant.dt);
         self.motion = Motion::default();
         self.elapsed = 0;
+        self.running = Running::default();
         self.held = 0.0;
         self.sensor.tare(&self.y);
         self.observe();
@@ -297,40 +312,75 @@ impl Env {
     /// # Panics
     /// As [`Env::step`].
     pub fn step_watched(&mut self, action: &[f64], mut watch: impl FnMut(&Sample)) -> Step {
+        self.begin(action);
+        while self.advance(&mut watch) {}
+        self.end()
+    }
+
+    /// The first part of a [`step`](Env::step), for who shows it as it goes: takes the action in. [`Env::advance`] follows as long as it
+    /// answers true, then [`Env::end`].
+    ///
+    /// # Panics
+    /// As [`Env::step`].
+    pub fn begin(&mut self, action: &[f64]) {
         assert_eq!(action.len(), self.action_dim(), "an action of this environment");
         let (motion, grip) = action.split_at(self.config.space.dim());
-        let grip = grip.first().copied().unwrap_or(0.0);
-
-        self.controller.set_contact_axis(self.task.contact_normal(&self.simulation, &self.y));
+        self.wait();
+        self.running.grip = grip.first().copied().unwrap_or(0.0);
         self.controller.set_goal(motion, &self.y);
-        let mut interval = Interval::default();
-        let mut diverged = false;
-        for _ in 0..self.config.controller.samples_per_action() {
-            let commanded = self.controller.update(&self.y);
-            let tau = self.drawn.delayed(&commanded);
-            let contact = *self.simulation.contact();
-            self.simulation.set_push(&self.drawn.push(self.plant.dt));
-            let before = self.simulation.joints().1;
-            diverged = self.simulation.step(&tau, grip).is_err() || self.controller.faults() > 0;
-            if diverged {
-                break;
-            }
-            let y = self.sense(&commanded);
-            let given = std::mem::replace(&mut self.y, y);
-            let (controller, simulation) = (&self.controller, &self.simulation);
-            watch(&Sample { given: &given, contact: &contact, controller, tau: &tau, simulation });
-            let qd = (before + self.simulation.joints().1) / 2.0;
-            let (contacts, penalty) = (self.simulation.contacts(), &self.config.force_penalty);
-            interval.add(&tau, &qd, contacts, &self.controller, penalty, &self.plant);
-            interval.watch(&self.config.protection, &self.plant.robot.arm, &self.simulation.joints().1, contacts);
-            interval.follow(&mut self.motion, self.simulation.tool_velocity(), self.plant.dt);
-            interval.overlap = interval.overlap.max(self.simulation.deepest_penetration());
-            if self.config.stops && interval.stop.is_some() {
-                break;
-            }
+    }
+
+    /// As [`Env::begin`], with nobody acting: goal, commanded stiffness and gripper stay what they are.
+    pub fn wait(&mut self) {
+        self.controller.set_contact_axis(self.task.contact_normal(&self.simulation, &self.y));
+        let left = self.config.controller.samples_per_action();
+        self.running = Running { left, grip: self.running.grip, ..Running::default() };
+    }
+
+    /// One control sample of the action under way; whether there is another one. `watch` sees it if the simulation lived through it.
+    pub fn advance(&mut self, watch: impl FnOnce(&Sample)) -> bool {
+        let running = &mut self.running;
+        let commanded = self.controller.update(&self.y);
+        let tau = self.drawn.delayed(&commanded);
+        let contact = *self.simulation.contact();
+        self.simulation.set_push(&self.drawn.push(self.plant.dt));
+        let before = self.simulation.joints().1;
+        running.left = running.left.saturating_sub(1);
+        running.diverged = self.simulation.step(&tau, running.grip).is_err() || self.controller.faults() > 0;
+        if running.diverged {
+            running.left = 0;
+            return false;
         }
+        let y = self.sense(&commanded);
+        let given = std::mem::replace(&mut self.y, y);
+        let (controller, simulation) = (&self.controller, &self.simulation);
+        watch(&Sample { given: &given, contact: &contact, controller, tau: &tau, simulation });
+        let qd = (before + self.simulation.joints().1) / 2.0;
+        let (contacts, penalty) = (self.simulation.contacts(), &self.config.force_penalty);
+        let interval = &mut self.running.interval;
+        interval.add(&tau, &qd, contacts, &self.controller, penalty, &self.plant);
+        interval.watch(&self.config.protection, &self.plant.robot.arm, &self.simulation.joints().1, contacts);
+        interval.follow(&mut self.motion, self.simulation.tool_velocity(), self.plant.dt);
+        interval.overlap = interval.overlap.max(self.simulation.deepest_penetration());
+        if self.config.stops && interval.stop.is_some() {
+            self.running.left = 0;
+        }
+        self.running.left > 0
+    }
+
+    /// The last part of a [`step`](Env::step): what the action under way has led to.
+    pub fn end(&mut self) -> Step {
+        let Running { interval, diverged, .. } = self.running;
         self.elapsed += 1;
         self.outcome(interval, diverged)
+    }
+
+    /// Somebody's hand: pushes a moving body until it is set again or the episode ends.
+    ///
+    /// # Panics
+    /// In the next sample, if the body is fixed.
+    pub fn push(&mut self, push: Option<Push>) {
+        self.simulation.set_hand(push);
     }
 
     /// What is measured after the torque `commanded`.

@@ -66,6 +66,11 @@ impl Surfaces<'_> {
         leaves.any(|geom| self.geoms[geom as usize].0.distance(&ray, REACH).is_some())
     }
 
+    /// Which geom (its place in the scene) a ray meets first, and the distance to it, as [`cast`](Self::cast) has them.
+    pub fn strike(&self, origin: &Vector3, direction: &Vector3) -> Option<(usize, f64)> {
+        self.nearest(&Ray::new(vector(origin), vector(direction))).map(|(geom, distance)| (geom as usize, distance))
+    }
+
     fn nearest(&self, ray: &Ray) -> Option<(u32, f64)> {
         self.tree.cast_ray(ray, REACH, |geom, limit| self.geoms[geom as usize].0.distance(ray, limit))
     }
