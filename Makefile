@@ -24,7 +24,7 @@ STUDIED = { for sweep in table-1:table-1 prior:prior prior-parts:prior parts:tab
 	$(RUN) sweep -- $(STUDY)/$${sweep%:*}.toml --out runs/study/$${sweep\#*:} --list; done; } \
 	| awk '$$1 ~ /^[0-9]+$$/ && $$4 <= 15 { print $$6 }'
 
-.PHONY: own-task setup demo test test-franka wheel test-python check book release bench reproduce study gallery
+.PHONY: own-task setup demo test test-franka wheel test-python web test-web test-bits check book release bench reproduce study gallery
 
 # libtorch, pinned and verified, into third_party/libtorch (about 500 MB).
 setup:
@@ -73,10 +73,28 @@ test-python: wheel
 	$(VENV)/bin/pip install --quiet --force-reinstall --no-deps target/wheels/aforce-*.whl
 	$(VENV)/bin/python -m pytest -q -rs python/tests
 
+# The live page in target/live: environment, law and kept policies in WebAssembly. Needs no libtorch.
+MODULE = target/web/wasm32-unknown-unknown/release/live.wasm
+web:
+	@rustc --print target-libdir --target wasm32-unknown-unknown | xargs test -d || { echo "Rust's library for browsers is missing: rustup target add wasm32-unknown-unknown"; exit 1; }
+	cd web && $(CARGO) build --release --lib --target wasm32-unknown-unknown --target-dir ../target/web
+	$(PYTHON) web/assemble.py $(MODULE) target/live
+
+# Its program, then the page in a headless Chromium (pip install playwright pillow).
+test-web: web
+	cd web && $(CARGO) test --release --target-dir ../target/web
+	$(PYTHON) scripts/check_live.py target/live
+
+# The same bits on this machine, under node and under qemu: of what is installed. EPISODES=200 takes a quarter of an hour.
+EPISODES ?= 10
+test-bits:
+	$(PYTHON) web/test_bits.py --episodes $(EPISODES)
+
 check: setup
 	$(CARGO) fmt --all --check
 	$(CARGO) fmt --manifest-path python/Cargo.toml --check
 	$(CARGO) fmt --manifest-path hosts/franka/Cargo.toml --check
+	$(CARGO) fmt --manifest-path web/Cargo.toml --check
 	$(CARGO) clippy --release --workspace --all-targets -- -D warnings
 	$(CARGO) clippy --release --manifest-path python/Cargo.toml --target-dir target/python -- -D warnings
 	$(CARGO) clippy --release --manifest-path hosts/franka/Cargo.toml --all-targets -- -D warnings

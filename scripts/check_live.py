@@ -1,0 +1,258 @@
+#!/usr/bin/env python3
+"""Opens the live page in a headless Chromium: what it does, and how fast.
+
+    python3 scripts/check_live.py target/live [--speed results/speed/live_page.csv] [--shots FOLDER]
+
+Needs playwright and pillow (pip) and a Chromium: playwright's own (`playwright install chromium`), or one whose path is in CHROMIUM. The
+page is served from here; software rendering will do. Checked on a desk (1280 x 800) and on a telephone (390 x 844):
+
+- each task is played, the scene is not empty, and the console stays silent;
+- a force on the held arm moves it by what the stiffness says, within 10 %, and a drag of the mouse pulls it;
+- sliders, step, pause, reset and an address do what they say;
+- what an address cannot ask for, a browser without WebGL 2 or without WebAssembly: one sentence, and nothing frozen.
+
+`--speed` measures for ten seconds per task and writes a table: simulated seconds per second, pictures per second, and simulated
+seconds per second spent in the simulation.
+"""
+
+import argparse
+import csv
+import functools
+import http.server
+import io
+import os
+import threading
+from pathlib import Path
+
+from PIL import Image
+from playwright.sync_api import sync_playwright
+
+SIZES = [(1280, 800), (390, 844)]
+TASKS = ["lift", "door", "wipe", "insert"]
+FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+# Seconds that a page may take to be there.
+PATIENCE = 60_000
+
+
+class Quiet(http.server.SimpleHTTPRequestHandler):
+    def log_message(self, *_):
+        pass
+
+
+def serve(folder):
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=folder))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    return f"http://127.0.0.1:{server.server_port}/"
+
+
+class Live:
+    """The page in a browser."""
+
+    def __init__(self, browser, address, wanted="", size=SIZES[0], before=None, alive=True):
+        self.messages = []
+        width, height = size
+        self.page = browser.new_page(viewport={"width": width, "height": height}, color_scheme="light")
+        self.page.set_default_timeout(PATIENCE)
+        self.page.on("console", lambda message: self.messages.append(message.text))
+        self.page.on("pageerror", lambda error: self.messages.append(str(error)))
+        self.page.on("request", lambda request: request.url.startswith((address, "data:")) or self.messages.append(request.url))
+        if before:
+            self.page.add_init_script(before)
+        self.page.goto(address + wanted)
+        if alive:
+            self.wait("() => state && state.time > .1")
+
+    def wait(self, what):
+        self.page.wait_for_function(what)
+
+    def ask(self, what):
+        return self.page.evaluate(what)
+
+    def problem(self):
+        return self.page.inner_text("#problem")
+
+    def open(self, setup):
+        self.ask(f"() => open({{ ...about.setup, knobs: {{}}, ...{setup} }})")
+        self.wait("() => state.time < 1000 && scene")
+
+    def close(self):
+        assert not self.messages, self.messages
+        self.page.close()
+
+
+def look(live):
+    """The picture of the scene."""
+    live.ask("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    return Image.open(io.BytesIO(live.page.locator(".view canvas").screenshot())).convert("RGB")
+
+
+def is_a_picture(image):
+    """Many colours, none of them on most of it."""
+    colors = sorted(image.getcolors(image.width * image.height), reverse=True)
+    return len(colors) > 500 and colors[0][0] < 0.8 * image.width * image.height
+
+
+def check_tasks(browser, address, size, shots):
+    live = Live(browser, address, size=size)
+    assert live.ask("() => document.documentElement.scrollWidth <= innerWidth"), "wider than the window"
+    for task in TASKS:
+        live.open(f"{{ task: '{task}', player: 'script' }}")
+        live.wait("() => state.time > .6")
+        assert live.problem() == "", live.problem()
+        assert is_a_picture(look(live)), f"{task}: nothing to be seen"
+        if shots:
+            live.page.screenshot(path=shots / f"{task}_{size[0]}.png")
+        # The script, not in real time, until the task is done.
+        done = live.ask(
+            "() => { play(false); ask({ do: 'open', setup }); let now; for (let k = 0; k < 500; k++) {"
+            " now = ask({ do: 'run', samples: 25 }); if (now.fulfilled) break } return now.fulfilled }"
+        )
+        assert done, f"{task}: not done in 25 s"
+        print(f"{task} at {size[0]} x {size[1]}: played, seen, done at {done:.2f} s")
+        live.ask("() => play(true)")
+    live.close()
+
+
+def check_push(browser, address, size, shots):
+    live = Live(browser, address, "#task=lift&space=high&player=hold", size)
+    for space, stiffness in [("low", 150), ("high", 1500)]:
+        live.open(f"{{ space: '{space}', player: 'hold' }}")
+        live.ask("() => play(false)")
+        moved = live.ask(
+            "() => { const rest = ask({ do: 'run', samples: 1 }).tool; ask({ do: 'hold', hand: { force: [0, 6, 0] } });"
+            " const now = ask({ do: 'run', samples: 3000 }); ask({ do: 'hold', hand: null }); return now.tool[1] - rest[1] }"
+        )
+        assert abs(moved * stiffness / 6 - 1) < 0.1, (space, moved)
+        print(f"{space} at {size[0]} x {size[1]}: 6 N move the tool by {1000 * moved:.2f} mm, {6000 / stiffness:.2f} mm is what {stiffness} N/m say")
+    # With the mouse, at the hand.
+    live.open("{ space: 'low', player: 'hold' }")
+    live.ask("() => play(true)")
+    live.wait("() => state.time > .3")
+    live.page.locator(".view canvas").scroll_into_view_if_needed()
+    x, y = live.ask(
+        "() => { const b = view.canvas.getBoundingClientRect(), m = view.lens(view.camera(0)), t = add(state.tool, [0, 0, .07]);"
+        " const row = i => m[i] * t[0] + m[i + 4] * t[1] + m[i + 8] * t[2] + m[i + 12];"
+        " return [b.left + b.width * (1 + row(0) / row(3)) / 2, b.top + b.height * (1 - row(1) / row(3)) / 2] }"
+    )
+    before = live.ask("() => state.tool")
+    mouse = live.page.mouse
+    mouse.move(x, y)
+    mouse.down()
+    assert live.ask("() => grip !== null"), "the mouse does not take the hand"
+    mouse.move(x + 40, y, steps=4)
+    live.wait("() => state.pull && norm(state.pull.force) > 3")
+    live.ask("() => new Promise(done => setTimeout(done, 1500))")
+    pulled = live.ask("() => ({ tool: state.tool, force: norm(state.pull.force) })")
+    if shots:
+        live.page.screenshot(path=shots / f"pull_{size[0]}.png")
+    way = sum((a - b) ** 2 for a, b in zip(pulled["tool"], before)) ** 0.5
+    assert way > 0.01, way
+    mouse.up()
+    live.wait("() => state.pull === null")
+    print(f"pulled with the mouse at {size[0]} x {size[1]}: {pulled['force']:.1f} N, {1000 * way:.0f} mm")
+    live.close()
+
+
+def check_controls(browser, address):
+    live = Live(browser, address, "#task=wipe&space=aforce-force&player=script&seed=7&friction=1.5&k_min=400")
+    assert live.problem() == "" and live.ask("() => [setup.task, setup.seed, setup.friction, setup.knobs.k_min]") == ["wipe", 7, 1.5, 400]
+    assert live.page.locator("#slider-table").count() == 1, "wipe has a table to raise"
+    live.page.click("#play")
+    time = live.ask("() => state.time")
+    live.ask("() => new Promise(done => setTimeout(done, 400))")
+    assert live.ask("() => state.time") == time, "paused"
+    live.page.click("#step")
+    assert abs(live.ask("() => state.time") - time - 0.05) < 1e-9, "a step is an action"
+    live.page.click("#reset")
+    assert live.ask("() => state.time") == 0, "reset"
+    # The same seed is the same episode.
+    run = "() => { ask({ do: 'open', setup }); return JSON.stringify(ask({ do: 'run', samples: 200 }).poses) }"
+    assert live.ask(run) == live.ask(run)
+    live.page.evaluate("() => { const s = byId('slider-payload'); s.value = 1; s.oninput(); s.onchange() }")
+    live.wait("() => setup.payload === 1")
+    assert "payload=1" in live.page.url and "k_min=400" in live.page.url, live.page.url
+    live.page.select_option("#task", "door")
+    live.wait("() => setup.task === 'door'")
+    live.page.select_option("#space", "variable")
+    live.wait("() => setup.space === 'variable'")
+    policies = live.ask("() => about.policies")
+    for policy in policies:
+        live.open(f"{{ task: '{policy['task']}', space: '{policy['space']}', player: '{policy['run']}' }}")
+        assert live.problem() == "", live.problem()
+    print(f"controls: pause, step, reset, sliders and choices do what they say; {len(policies)} policies play")
+    live.close()
+
+
+def check_bad_input(browser, address):
+    for wanted, words in [
+        ("#task=juggle", "There is no task"),
+        ("#task=lift&friction=99", "friction = 99 is not between 0 and 3."),
+        ("#task=lift&friction=much", "friction = much is no number."),
+        ("#seed=-1", "seed = -1 is no whole number"),
+        ("#task=lift&space=high&player=study/table-1/lift/aforce/seed_12", "was trained in lift with aforce"),
+        ("#task=lift&colour=1", "has no \"colour\" to set"),
+    ]:
+        live = Live(browser, address, wanted)
+        assert words in live.problem(), live.problem()
+        assert live.ask("() => setup.task") == "lift"
+        live.close()
+    without = "() => { delete window.WebAssembly }"
+    live = Live(browser, address, before=f"({without})()", alive=False)
+    live.wait("() => byId('problem').textContent")
+    assert "no WebAssembly" in live.problem()
+    live.close()
+    without = "HTMLCanvasElement.prototype.getContext = (get => function (kind, ...rest) { return kind === 'webgl2' ? null : get.call(this, kind, ...rest) })(HTMLCanvasElement.prototype.getContext)"
+    live = Live(browser, address, before=without)
+    assert "no WebGL 2" in live.page.inner_text(".view") and live.ask("() => state.time > 0")
+    live.close()
+    # A trap leaves a sentence, and Reset makes the simulation anew.
+    live = Live(browser, address)
+    live.ask("() => { engine.wasm = { ...engine.wasm, ask() { throw new WebAssembly.RuntimeError('unreachable') } } }")
+    live.wait("() => byId('problem').textContent")
+    live.page.click("#reset")
+    live.page.click("#play")
+    live.wait("() => byId('problem').textContent === '' && state.time > 0")
+    live.close()
+    print("bad input: one sentence each, and the page goes on")
+
+
+def measure(browser, address, file):
+    rows = []
+    for task in TASKS:
+        live = Live(browser, address, f"#task={task}&space=aforce&player=hold")
+        live.ask("() => new Promise(done => setTimeout(done, 2000))")
+        seen = live.ask(
+            "() => new Promise(done => { const found = []; const timer = setInterval(() => {"
+            " found.push([pace.factor, pace.rate, pace.capacity]); if (found.length === 10) { clearInterval(timer); done(found) } }, 1000) })"
+        )
+        middle = [sorted(column)[len(column) // 2] for column in zip(*seen)]
+        rows.append([task, *(f"{value:.2f}" for value in middle)])
+        print(f"{task}: {middle[0]:.2f} x real time, {middle[1]:.0f} pictures per second; the simulation alone {middle[2]:.1f} x")
+        live.close()
+    with open(file, "w", newline="") as out:
+        writer = csv.writer(out, lineterminator="\n")
+        writer.writerow(["task", "real_time_factor", "pictures_per_second", "simulation_alone_factor"])
+        writer.writerows(rows)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("site", type=Path)
+    parser.add_argument("--speed", type=Path)
+    parser.add_argument("--shots", type=Path)
+    asked = parser.parse_args()
+    address = serve(asked.site)
+    if asked.shots:
+        asked.shots.mkdir(parents=True, exist_ok=True)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=os.environ.get("CHROMIUM"), args=FLAGS)
+        if asked.speed:
+            return measure(browser, address, asked.speed)
+        for size in SIZES:
+            check_tasks(browser, address, size, asked.shots)
+            check_push(browser, address, size, asked.shots)
+        check_controls(browser, address)
+        check_bad_input(browser, address)
+
+
+main()

@@ -1,0 +1,49 @@
+#!/usr/bin/env python3
+"""Puts the live page together: target/live with index.html and live.wasm.
+
+    python3 web/assemble.py target/web/wasm32-unknown-unknown/release/live.wasm target/live
+
+Look and viewer are the replay page's: its style, and of its script what draws the scene.
+"""
+
+import shutil
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+REPLAY = HERE.parent / "crates/show/assets/replay.html"
+LARGEST = 5_000_000
+
+
+def between(text, first, last):
+    """What stands between two lines, each of which there is once."""
+    for line in (first, last):
+        if text.count(line) != 1:
+            sys.exit(f"{REPLAY}: {line!r} stands {text.count(line)} times in it, and once is wanted")
+    return text[text.index(first) : text.index(last)]
+
+
+def main():
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    module, site = Path(sys.argv[1]), Path(sys.argv[2])
+    replay = REPLAY.read_text()
+    parts = {
+        "style": between(replay, ":root {\n  color-scheme", "</style>"),
+        "viewer": between(replay, "// ---- Vectors and matrices", "// ---- Curves"),
+        "before": (HERE / "page/before.js").read_text(),
+        "after": (HERE / "page/after.js").read_text(),
+    }
+    page = (HERE / "page/live.html").read_text()
+    for name, text in parts.items():
+        page = page.replace("{{" + name + "}}", text)
+    site.mkdir(parents=True, exist_ok=True)
+    (site / "index.html").write_text(page)
+    shutil.copyfile(module, site / "live.wasm")
+    size = sum(file.stat().st_size for file in site.iterdir())
+    if size > LARGEST:
+        sys.exit(f"{site}: {size} bytes, and {LARGEST} are wanted at most")
+    print(f"{site}: {size / 1e6:.2f} MB; python3 -m http.server --directory {site}")
+
+
+main()

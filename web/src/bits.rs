@@ -1,0 +1,64 @@
+//! Digests of episodes, to the last bit: two machines behave alike if theirs are the same.
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use aforce::{ActionSpace, Interpolation};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use tasks::{Env, EnvConfig, TaskName};
+
+/// The action spaces of the digests.
+const SPACES: [&str; 8] = ["aforce", "aforce-force", "aforce-psi", "aforce-shaped", "low", "high", "variable", "osc"];
+/// Episodes of which the first digest of a line is.
+pub const FIRST: u32 = 10;
+/// Actions of an episode: the script's, whose contacts take time, in each tenth; random ones in the others.
+const SCRIPTED: u32 = 100;
+const RANDOM: u32 = 6;
+
+/// A line for each task and space: a digest of its first [`FIRST`] episodes and, where more are asked for, one of all.
+pub fn lines(episodes: u32) -> Vec<String> {
+    let mut lines = vec![];
+    for task in TaskName::BUILT_IN {
+        for name in SPACES {
+            let space: ActionSpace = name.parse().expect("a built-in space");
+            let config = EnvConfig { space, ..EnvConfig::of(task) };
+            lines.push(line(&format!("{} {name}", task.as_str()), config, episodes));
+        }
+        let mut config = EnvConfig::of(task);
+        config.controller.interpolation = Interpolation::JerkLimited { dynamics: 0.5 };
+        lines.push(line(&format!("{} aforce,jerk-limited", task.as_str()), config, episodes));
+    }
+    lines
+}
+
+fn line(name: &str, config: EnvConfig, episodes: u32) -> String {
+    let mut env = Env::new(config, 1).expect("a built-in set-up");
+    let mut hash = DefaultHasher::new();
+    let mut line = name.to_owned();
+    for episode in 0..episodes {
+        play(&mut env, episode, &mut hash);
+        if episode + 1 == FIRST || episode + 1 == episodes && episodes > FIRST {
+            line += &format!(" {:016x}", hash.finish());
+        }
+    }
+    line
+}
+
+/// Takes in every observation, reward, energy, joint angle and velocity of an episode.
+fn play(env: &mut Env, episode: u32, hash: &mut DefaultHasher) {
+    let scripted = episode.is_multiple_of(10);
+    let mut rng = ChaCha8Rng::seed_from_u64(episode.into());
+    env.reset(Some(episode.into()));
+    for _ in 0..if scripted { SCRIPTED } else { RANDOM } {
+        let mut random = || (0..env.action_dim()).map(|_| rng.random_range(-1.0..1.0)).collect();
+        let action: Vec<f64> = if scripted { env.expert_action() } else { random() };
+        let step = env.step(&action);
+        env.observation().iter().for_each(|v| v.to_bits().hash(hash));
+        let y = env.measurement();
+        let numbers = [step.reward, step.interval.energy.absolute, step.interval.arm.impulse];
+        numbers.iter().chain(&y.q).chain(&y.qd).for_each(|v| v.to_bits().hash(hash));
+        if step.terminated {
+            return;
+        }
+    }
+}
