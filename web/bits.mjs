@@ -5,7 +5,9 @@ import { readFile } from "node:fs/promises";
 const [file, episodes] = process.argv.slice(2);
 const { exports: wasm } = (await WebAssembly.instantiate(await readFile(file), {})).instance;
 const question = new TextEncoder().encode(JSON.stringify({ do: "bits", episodes: Number(episodes) }));
-new Uint8Array(wasm.memory.buffer, wasm.room(question.length), question.length).set(question);
+// Room first: it may move the memory.
+const at = wasm.room(question.length);
+new Uint8Array(wasm.memory.buffer, at, question.length).set(question);
 const length = wasm.ask();
 const answer = JSON.parse(new TextDecoder().decode(new Uint8Array(wasm.memory.buffer, wasm.answer(), length)));
 if (answer.problem) throw Error(answer.problem);

@@ -4,9 +4,10 @@ const engine = { module: null, wasm: null };
 
 async function load() {
   if (typeof WebAssembly !== "object") throw Error("This browser has no WebAssembly, in which the simulation runs.");
-  const answer = await fetch("live.wasm");
-  if (!answer.ok) throw Error(`live.wasm cannot be read (${answer.status}): it lies beside this page.`);
-  engine.module = await WebAssembly.compile(await answer.arrayBuffer());
+  if (typeof DecompressionStream !== "function") throw Error("This browser is too old to unpack the simulation (it has no DecompressionStream).");
+  const answer = await fetch("live.wasm.gz");
+  if (!answer.ok) throw Error(`live.wasm.gz cannot be read (${answer.status}): it lies beside this page.`);
+  engine.module = await WebAssembly.compile(await new Response(answer.body.pipeThrough(new DecompressionStream("gzip"))).arrayBuffer());
 }
 
 // Anew after a trap, in which the module's memory cannot be trusted any more.
@@ -19,7 +20,9 @@ const text = length => new TextDecoder().decode(new Uint8Array(engine.wasm.memor
 // The answer to a question, or an error with one sentence.
 function ask(question) {
   const bytes = new TextEncoder().encode(JSON.stringify(question));
-  new Uint8Array(engine.wasm.memory.buffer, engine.wasm.room(bytes.length), bytes.length).set(bytes);
+  // Room first: it may move the memory.
+  const at = engine.wasm.room(bytes.length);
+  new Uint8Array(engine.wasm.memory.buffer, at, bytes.length).set(bytes);
   let answer;
   try {
     answer = JSON.parse(text(engine.wasm.ask()));
