@@ -4,6 +4,8 @@
 //! back, where [`answer`] says. No tool stands between: the functions take and give numbers alone, and import nothing.
 
 pub mod bits;
+#[cfg(any(test, not(target_env = "gnu")))]
+mod nearest;
 pub mod policy;
 pub mod session;
 pub mod setup;

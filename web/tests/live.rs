@@ -61,8 +61,8 @@ fn kept_policies_do_their_tasks() {
 
 #[test]
 fn scripts_do_every_task() {
-    for task in ["lift", "door", "wipe", "insert"] {
-        let mut session = Session::open(setup(task, "aforce-force", "script")).unwrap();
+    for (task, space) in [("lift", "aforce"), ("door", "aforce"), ("wipe", "aforce-force"), ("insert", "mid")] {
+        let mut session = Session::open(setup(task, space, "script")).unwrap();
         session.run(25 * 500);
         assert!(session.state()["fulfilled"].is_number(), "{task}");
     }
