@@ -120,11 +120,11 @@ def check_push(browser, address, size, shots):
         live.open(f"{{ space: '{space}', player: 'hold' }}")
         live.ask("() => play(false)")
         moved = live.ask(
-            "() => { const rest = ask({ do: 'run', samples: 1 }).tool; ask({ do: 'hold', hand: { force: [0, 6, 0] } });"
+            "() => { const rest = ask({ do: 'run', samples: 1 }).tool; ask({ do: 'hold', hand: { force: [0, 12, 0] } });"
             " const now = ask({ do: 'run', samples: 3000 }); ask({ do: 'hold', hand: null }); return now.tool[1] - rest[1] }"
         )
-        assert abs(moved * stiffness / 6 - 1) < 0.1, (space, moved)
-        print(f"{space} at {size[0]} x {size[1]}: 6 N move the tool by {1000 * moved:.2f} mm, {6000 / stiffness:.2f} mm is what {stiffness} N/m say")
+        assert abs(moved * stiffness / 12 - 1) < 0.1, (space, moved)
+        print(f"{space} at {size[0]} x {size[1]}: 12 N move the tool by {1000 * moved:.2f} mm, {12000 / stiffness:.2f} mm is what {stiffness} N/m say")
     # With the mouse, at the hand.
     live.open("{ space: 'low', player: 'hold' }")
     live.ask("() => play(true)")

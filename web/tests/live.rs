@@ -74,10 +74,10 @@ fn a_held_arm_yields_by_its_stiffness() {
     for (space, stiffness) in [("low", 150.0), ("high", 1500.0)] {
         let mut session = Session::open(setup("lift", space, "hold")).unwrap();
         let rest = vector(&session.state(), "tool");
-        session.hold(Some(Hand::Force([0.0, 6.0, 0.0]))).unwrap();
+        session.hold(Some(Hand::Force([0.0, 12.0, 0.0]))).unwrap();
         session.run(3000);
         let moved = vector(&session.state(), "tool")[1] - rest[1];
-        assert!((moved * stiffness / 6.0 - 1.0).abs() < 0.1, "{space}: {moved} m");
+        assert!((moved * stiffness / 12.0 - 1.0).abs() < 0.1, "{space}: {moved} m");
         session.hold(None).unwrap();
         session.run(3000);
         let back = vector(&session.state(), "tool")[1] - rest[1];

@@ -303,15 +303,15 @@ impl Engine {
             Some(layer) => self.world.step_with_events(layer, &()),
             None => self.world.step(),
         }
-        for joint in &self.joints {
-            let body = &mut self.world.bodies[joint.child];
+        for handle in self.bodies.iter().flatten() {
+            let body = &mut self.world.bodies[*handle];
             body.reset_forces(false);
             body.reset_torques(false);
         }
         self.read_coordinates();
     }
 
-    /// Pushes a body of a mechanism at `point` with `force` (N; both world) in the next step.
+    /// Pushes a moving body at `point` with `force` (N; both world) in the next step.
     pub fn push(&mut self, body: usize, force: &Vector3, point: &Vector3) {
         let body = &mut self.world.bodies[self.bodies[body].expect("a moving body")];
         body.add_force_at_point(vector(force), vector(point), true);
