@@ -15,12 +15,16 @@ REPLAY = HERE.parent / "crates/show/assets/replay.html"
 LARGEST = 5_000_000
 
 
+def once(text, line):
+    """Where a line stands that there is once."""
+    if text.count(line) != 1:
+        sys.exit(f"{REPLAY}: {line!r} stands {text.count(line)} times in it, and once is wanted")
+    return text.index(line)
+
+
 def between(text, first, last):
-    """What stands between two lines, each of which there is once."""
-    for line in (first, last):
-        if text.count(line) != 1:
-            sys.exit(f"{REPLAY}: {line!r} stands {text.count(line)} times in it, and once is wanted")
-    return text[text.index(first) : text.index(last)]
+    """From a line to another, the latter excluded."""
+    return text[once(text, first) : once(text, last)]
 
 
 def main():
@@ -34,6 +38,13 @@ def main():
         "before": (HERE / "page/before.js").read_text(),
         "after": (HERE / "page/after.js").read_text(),
     }
+    # A machine that draws slowly draws fewer points; see `detail` in after.js.
+    for found, wanted in [
+        ("SHADOW_SIZE = 2048", "SHADOW_SIZE = 1024"),
+        ("Math.round(v * devicePixelRatio)", "Math.round(v * devicePixelRatio * (canvas.detail ?? 1))"),
+    ]:
+        once(parts["viewer"], found)
+        parts["viewer"] = parts["viewer"].replace(found, wanted)
     page = (HERE / "page/live.html").read_text()
     for name, text in parts.items():
         page = page.replace("{{" + name + "}}", text)

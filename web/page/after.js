@@ -350,10 +350,12 @@ const curves = [
 
 // Seconds of the simulation that are to come, and when the episode begins again (ms).
 let playing = true, last = 0, owed = 0, rests = null, drawn = 0;
-// What was measured since the last second began: simulated seconds, pictures, time in the simulation (ms).
-const pace = { since: 0, simulated: 0, pictures: 0, busy: 0, factor: 0, rate: 0, capacity: 0 };
+// What was measured since the last second began: simulated seconds, pictures, time in the simulation (ms). `drawn` are all pictures.
+const pace = { since: 0, simulated: 0, pictures: 0, busy: 0, factor: 0, rate: 0, capacity: 0, drawn: 0 };
 // Longest that one picture may wait for the simulation (ms): a slow machine shows slow motion and does not freeze.
 const PATIENCE = 30;
+// Pictures per second that are enough, and the fewest points that a picture may have, in parts of each side.
+const ENOUGH = 30, COARSEST = .4;
 // How long a task is watched after it is done, and an episode after it is over (ms).
 const WATCHED = 3000, OVER = 1500;
 
@@ -386,11 +388,14 @@ function tick(now) {
     again(now);
   }
   pace.pictures++;
+  pace.drawn++;
   if (now - pace.since > 1000) {
     const wall = (now - pace.since) / 1000;
     Object.assign(pace, { factor: pace.simulated / wall, rate: pace.pictures / wall });
     if (pace.busy > 0 && pace.simulated > 0) pace.capacity = pace.simulated / (pace.busy / 1000);
     Object.assign(pace, { since: now, simulated: 0, pictures: 0, busy: 0 });
+    // Without a graphics card a picture of all its points takes long.
+    if (pace.rate < ENOUGH) view.canvas.detail = Math.max((view.canvas.detail ?? 1) * .8, COARSEST);
     byId("pace").textContent = `${pace.factor.toFixed(2)} x real time, ${pace.rate.toFixed(0)} pictures per second`;
   }
   view.draw();
