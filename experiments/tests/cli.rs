@@ -38,7 +38,10 @@ fn train_without_arguments_explains_itself() {
 fn every_program_tells_its_commit() {
     for name in ["train", "sweep", "evaluate", "replay", "baselines", "report", "archive"] {
         let version = program(name).arg("--version").assert().success().get_output().stdout.clone();
-        expect(&String::from_utf8(version).unwrap(), &[&format!("{name} {}", env!("CARGO_PKG_VERSION")), &output::commit()]);
+        expect(
+            &String::from_utf8(version).unwrap(),
+            &[&format!("{name} {}", env!("CARGO_PKG_VERSION")), &output::commit()],
+        );
     }
 }
 
