@@ -158,6 +158,11 @@ mod tests {
     fn what_a_spreadsheet_adds_is_read_and_what_it_changes_is_told() {
         let table = parsed("\u{feff}step,\"x\"\r\n1,\"0.5\"\r\n\r\n").unwrap();
         assert_eq!((table.steps().unwrap(), table.column("x").unwrap()), (vec![1], vec!["0.5"]));
+        // Columns in another order, and pandas' numbers of the rows, which have no name.
+        for text in ["x,step\n0.5,1\n", ",step,x\n0,1,0.5\n"] {
+            let table = parsed(text).unwrap();
+            assert_eq!((table.steps().unwrap(), table.column("x").unwrap()), (vec![1], vec!["0.5"]), "{text}");
+        }
         for (text, reason) in [
             ("step;x\n1;0,5\n", "divided by ';'"),
             ("step\tx\n1\t0.5\n", "divided by '\\t'"),
