@@ -144,6 +144,15 @@ mod tests {
         assert_eq!(limiter.saturated(), [true; 7]);
     }
 
+    /// What held the arm before cannot be told: the rate then counts from nothing.
+    #[test]
+    fn a_start_that_is_not_finite_counts_from_zero() {
+        let mut limiter = TorqueLimiter::new(limits(Some(1000.0)));
+        limiter.reset(&JointVector::repeat(f64::NAN));
+        assert_eq!(limiter.previous(), &JointVector::zeros());
+        assert_eq!(limiter.pass(&JointVector::repeat(10.0), &JointVector::zeros(), 0.001), JointVector::repeat(1.0));
+    }
+
     #[test]
     fn faults_fall_back_and_are_counted() {
         let mut limiter = TorqueLimiter::new(limits(None));
