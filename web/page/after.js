@@ -375,7 +375,7 @@ function advance(samples) {
 
 function tick(now) {
   requestAnimationFrame(tick);
-  const passed = Math.min(Math.max(now - last, 0), 250) / 1000;
+  const passed = Math.min(Math.max(now - last, 0), 500) / 1000;
   last = now;
   if (!scene) return;
   if (playing && engine.wasm) {

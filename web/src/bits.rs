@@ -15,7 +15,7 @@ pub const FIRST: u32 = 10;
 const SCRIPTED: u32 = 100;
 const RANDOM: u32 = 6;
 
-/// A line for each task and space: a digest of its first [`FIRST`] episodes and, where more are asked for, one of all.
+/// A line for each task and space, and one for jerk-limited set-points: a digest of its first [`FIRST`] episodes and, where more are asked for, one of all.
 pub fn lines(episodes: u32) -> Vec<String> {
     let mut lines = vec![];
     for task in TaskName::BUILT_IN {
