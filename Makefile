@@ -85,10 +85,9 @@ test-web: web
 	cd web && $(CARGO) test --release --target-dir ../target/web
 	$(PYTHON) scripts/check_live.py target/live
 
-# The same bits on this machine, under node and under qemu: of what is installed. EPISODES=200 takes minutes.
-EPISODES ?= 10
+# The same bits on this machine, under node and under qemu: of what is installed.
 test-bits:
-	$(PYTHON) web/test_bits.py --episodes $(EPISODES)
+	$(PYTHON) web/test_bits.py
 
 check: setup
 	$(CARGO) fmt --all --check

@@ -4,7 +4,7 @@
     python3 web/test_bits.py [--episodes N] [--write]
 
 Runs the program `bits` on this machine, the live page's module under node, and the program for aarch64 under qemu, as far as they are
-installed, and says what it skipped. The file has two digests a line: of 10 episodes, and of 200. N is 10 or 200 (10 by default; under
+installed, and says what it skipped. The file has a digest a line, of 10 episodes, and after `--write` one of 200 behind it. N is 10 or 200 (10 by default; under
 qemu always 10: it takes minutes). `--write` writes the file with what this machine says.
 """
 
