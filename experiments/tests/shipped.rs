@@ -1,5 +1,6 @@
 //! The shipped configurations: what they say of the paper, that committed runs come from them, and that each is read.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use experiments::config::sweep::{self, Sweep};
@@ -9,6 +10,7 @@ use experiments::report::text;
 use experiments::run::csv_table::CsvTable;
 use experiments::run::disturbances;
 use experiments::run::folder::RunFolder;
+use physics::robots::RobotName;
 use tasks::{Disturbance, EnvConfig, TaskName};
 
 fn shipped(name: &str) -> PathBuf {
@@ -178,6 +180,12 @@ fn shipped_configurations_are_read() {
         run.env.space = "aforce".parse().unwrap();
         assert!(five.contains(&run), "{}", RunId::of(&run));
     }
+    // Every arm by name, but for the Panda in the runs that learn.
+    let robots = |sweep: &str| -> BTreeSet<String> {
+        shipped_sweep(sweep).runs.iter().map(|run| run.env.robot.name().to_string()).collect()
+    };
+    assert_eq!(robots("arms.toml"), RobotName::ALL.map(|name| name.as_str().to_string()).into());
+    assert_eq!(robots("arms-learned.toml"), ["fr3", "iiwa14", "ur5e"].map(String::from).into());
     let nudged = shipped_sweep("study/nudges.toml").runs;
     assert_eq!(nudged.len(), 30);
     for mut run in nudged {
@@ -191,6 +199,8 @@ fn shipped_configurations_are_read() {
     assert_eq!(
         all,
         [
+            "arms-learned.toml",
+            "arms.toml",
             "demo.toml",
             "disturbances.toml",
             "noise.toml",
