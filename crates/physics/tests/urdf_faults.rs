@@ -198,6 +198,35 @@ fn what_is_unusual_and_right_is_read() {
     assert_eq!(read(&with("\"base\"", "\"world\""), &Choices::default()).unwrap(), plain);
 }
 
+/// What the arm does not carry need not be a body, nor have a shape's size what is left out.
+#[test]
+fn what_is_not_of_the_arm_refuses_nothing() {
+    let flat = "<inertial><mass value=\"1\"/><inertia ixx=\"0.001\" ixy=\"0\" ixz=\"0\" iyy=\"0.001\" iyz=\"0\" izz=\"0.01\"/></inertial>";
+    let sensor = |parent: &str| {
+        and(&format!(
+            "<link name=\"sensor\">{flat}</link>\
+             <joint name=\"s\" type=\"fixed\"><parent link=\"{parent}\"/><child link=\"sensor\"/></joint>"
+        ))
+    };
+    let choices = Choices { tool: Some("tool".into()), without_shapes: true, ..Choices::default() };
+    let plain = read(&arm(7), &choices).unwrap();
+    assert_eq!(read(&sensor("base"), &choices).unwrap(), plain);
+    // The same on a link that the arm moves.
+    let error = read(&sensor("l4"), &choices).unwrap_err().to_string();
+    assert!(error.starts_with("link \"sensor\": principal moments of inertia of 1.000e-3"), "{error}");
+    // Where the arm begins above the link that carries it, that link too is none of its own.
+    let choices = Choices { base: Some("l1".into()), ..choices };
+    let six = read(&arm(7), &choices).unwrap();
+    assert_eq!((six.joints, &read(&sensor("base"), &choices).unwrap()), (6, &six));
+
+    let point = "<collision><geometry><sphere radius=\"0\"/></geometry></collision></link>";
+    let frame = with("<link name=\"tool\"/>", &format!("<link name=\"tool\">{point}"));
+    let wanted = Choices { without_shapes: false, ..choices.clone() };
+    assert_eq!(read(&frame, &choices).unwrap(), six);
+    let error = read(&frame, &wanted).unwrap_err().to_string();
+    assert_eq!(error, "link \"tool\": <sphere radius=\"0\">; it must be above 0");
+}
+
 /// Shapes are read where links have them; a mesh that is not found is refused with what to do.
 #[test]
 fn shapes_are_those_of_the_file() {

@@ -63,8 +63,9 @@ pub struct Capsule {
 ///
 /// # Errors
 /// If there is no such link, the way to the tool has other joints than six or seven revolute ones, or a joint on it has no axis, range,
-/// speed or torque that an arm can have, or follows another joint; if what a joint moves weighs nothing; if the mesh of a collision
-/// shape is not found, not closed or has no hull. Names link or joint.
+/// speed or torque that an arm can have, or follows another joint; if a link that the arm carries has an inertia that no body has, or
+/// what a joint moves weighs nothing; if a collision shape that is wanted has no size, or its mesh is not found, not closed or has no
+/// hull. Names link or joint.
 pub fn robot(document: &Document, choices: &Choices, rest: &Robot) -> Result<Robot, UrdfError> {
     let tool = tool(document, choices)?;
     let way = way(document, choices.base.as_deref(), tool)?;
@@ -215,7 +216,11 @@ fn set_limits(robot: &mut Robot, i: usize, joint: Option<&Joint>, choices: &Choi
     ] {
         match own.as_ref().and_then(|own| own.get(i).copied()).or(said) {
             Some(most) if most > 0.0 => *to = most,
-            Some(most) => return wrong(format!("a largest {what} of {most} {unit}; it must be above 0")),
+            Some(most) => {
+                return wrong(format!(
+                    "a largest {what} of {most} {unit}; it must be above 0. The key `{key}` of a robot file can say it"
+                ));
+            }
             None => {
                 return wrong(format!("no largest {what}: <limit> has to say it, or the key `{key}` of a robot file"));
             }
@@ -246,10 +251,10 @@ impl Tree<'_> {
         if let Some(found) = document.link(link) {
             if part > 0 {
                 let inertial = &mut self.robot.links[part - 1].inertial;
-                *inertial = inertial.merged(&found.inertial.transformed(&pose));
+                *inertial = inertial.merged(&found.inertial.clone()?.transformed(&pose));
             }
             if !self.choices.without_shapes {
-                self.add_shapes(link, &found.collisions, part, &pose)?;
+                self.add_shapes(link, &found.collisions.clone()?, part, &pose)?;
             }
         }
         self.add_capsules(link, part, &pose)?;

@@ -27,9 +27,10 @@ pub struct Document {
 #[derive(Debug, Clone)]
 pub(super) struct Link {
     pub name: String,
-    /// In the link's frame; none if the file gives none.
-    pub inertial: Inertial,
-    pub collisions: Vec<Collision>,
+    /// In the link's frame; none if the file gives none. An error if no body has it, which concerns only an arm that carries the link.
+    pub inertial: Result<Inertial, UrdfError>,
+    /// An error concerns only an arm whose shapes are wanted and include these.
+    pub collisions: Result<Vec<Collision>, UrdfError>,
 }
 
 #[derive(Debug, Clone)]
@@ -57,8 +58,8 @@ impl Document {
     /// Reads a text.
     ///
     /// # Errors
-    /// If it is no XML, or no URDF: a name twice, a parent or a child that there is not, something that is no number, a mass or an
-    /// inertia that no body has, joints that are no tree. Names the link or the joint.
+    /// If it is no XML, or no URDF: a name twice, a parent or a child that there is not, something that is no number, a mass below 0,
+    /// joints that are no tree. Names the link or the joint.
     pub fn parse(text: &str) -> Result<Document, UrdfError> {
         let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
         let xml = Xml::parse_with_options(text, options);
@@ -158,11 +159,12 @@ fn unique<'a>(what: &str, names: impl Iterator<Item = &'a String>) -> Result<(),
 fn link(node: Node) -> Result<Link, UrdfError> {
     let name = named(node)?;
     let at = format!("link {name:?}");
-    let inertial = child(node, "inertial").map_or(Ok(Inertial::NONE), |node| inertial(node, &at))?;
-    Ok(Link { inertial, collisions: collisions(node, &at)?, name })
+    let inertial = child(node, "inertial").map_or(Ok(Ok(Inertial::NONE)), |node| inertial(node, &at))?;
+    Ok(Link { inertial, collisions: collisions(node, &at), name })
 }
 
-fn inertial(node: Node, at: &str) -> Result<Inertial, UrdfError> {
+/// Numbers that are none refuse the file. Numbers that no body has are the inner error.
+fn inertial(node: Node, at: &str) -> Result<Result<Inertial, UrdfError>, UrdfError> {
     let value = |tag: &str, attribute: &str| {
         let element = child(node, tag);
         let element = element.ok_or_else(|| UrdfError::new(format!("{at}: <inertial> has no <{tag}>")))?;
@@ -175,15 +177,17 @@ fn inertial(node: Node, at: &str) -> Result<Inertial, UrdfError> {
     let [xx, xy, xz] = [value("inertia", "ixx")?, value("inertia", "ixy")?, value("inertia", "ixz")?];
     let [yy, yz, zz] = [value("inertia", "iyy")?, value("inertia", "iyz")?, value("inertia", "izz")?];
     let inertia = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+    let origin = origin(node, at)?;
     // A weight at a point, or a frame, which is welded to something.
     let is_point = inertia.amax() < NOTHING;
     if let Some(reason) = impossible(&inertia).filter(|_| !is_point) {
-        return Err(UrdfError::new(format!("{at}: {reason}")));
+        return Ok(Err(UrdfError::new(format!("{at}: {reason}"))));
     }
     if mass == 0.0 && !is_point {
-        return Err(UrdfError::new(format!("{at}: it has an inertia and a mass of 0 kg; both or neither is wanted")));
+        let problem = format!("{at}: it has an inertia and a mass of 0 kg; both or neither is wanted");
+        return Ok(Err(UrdfError::new(problem)));
     }
-    Ok(Inertial { mass, com: Vector3::zeros(), inertia }.transformed(&origin(node, at)?))
+    Ok(Ok(Inertial { mass, com: Vector3::zeros(), inertia }.transformed(&origin)))
 }
 
 fn joint(node: Node) -> Result<Joint, UrdfError> {
