@@ -81,7 +81,7 @@ fn what_is_wrong_is_told_with_file_and_key() {
         ),
         (
             &format!("{seven}mount = {{ height = 0.9, behind_table = 3.0 }}"),
-            "the arm does not reach to where the Panda's flange is",
+            "the arm does not reach to where the Panda's flange is at the start of an episode, its z facing down",
         ),
         (
             &format!("{seven}[[capsules]]\nlink = 'l2'\nfrom = [0.0, 0.0, 0.0]\nto = [0.0, 0.0, 0.0]\nradius = 0.1"),

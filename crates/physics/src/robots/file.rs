@@ -53,8 +53,9 @@ pub enum RobotFileError {
     },
     /// The arm cannot stand where the tasks want it.
     #[error(
-        "{file}: the arm does not reach to where the Panda's flange is at the start of an episode. The key `home` of a robot file gives \
-         joint angles to start from, `mount` where the arm stands"
+        "{file}: the arm does not reach to where the Panda's flange is at the start of an episode, its z facing down. The key `home` of a \
+         robot file gives joint angles to start from, `mount` where the arm stands, and `flange` turns a tool's frame whose z does not point \
+         out of the arm"
     )]
     OutOfReach {
         /// The file.
