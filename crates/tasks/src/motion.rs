@@ -66,7 +66,7 @@ mod tests {
     #[test]
     fn a_tool_at_rest_has_no_jerk() {
         let mut motion = Motion::default();
-        let shaking = |k: usize| Vector3::x() * if k % 2 == 0 { 0.009 } else { -0.009 };
+        let shaking = |k: usize| Vector3::x() * if k.is_multiple_of(2) { 0.009 } else { -0.009 };
         assert!((0..40).all(|k| motion.jerk(shaking(k), 0.002).is_none()));
     }
 }

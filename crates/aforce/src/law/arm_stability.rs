@@ -92,8 +92,7 @@ fn dies_out(system: &SMatrix<f64, 18, 18>) -> bool {
         if size < 1e-6 {
             return true;
         }
-        // Written so that what is no number dies out neither.
-        if !(size < 1e9) {
+        if size.is_nan() || size > 1e9 {
             return false;
         }
         power *= power;
