@@ -29,7 +29,8 @@ pub fn train_and_draw(config: &RunConfig, out: &Path, options: RunOptions, stop:
 pub fn make_up_curves(folder: &RunFolder) {
     let written = |path: &Path| path.metadata().and_then(|file| file.modified()).ok();
     let picture = written(&folder.curves().with_extension("svg"));
-    if [folder.episodes(), folder.eval()].iter().any(|table| written(table) > picture) {
+    // File systems tell times in steps of milliseconds: a table as old as the picture may be younger.
+    if [folder.episodes(), folder.eval(), folder.progress()].iter().any(|table| written(table) >= picture) {
         draw(folder);
     }
 }
