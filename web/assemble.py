@@ -35,7 +35,7 @@ def main():
     parts = {
         "style": between(replay, ":root {\n  color-scheme", "</style>"),
         "viewer": between(replay, "// ---- Vectors and matrices", "// ---- Curves"),
-        "before": (HERE / "page/before.js").read_text(),
+        "before": between(replay, "const byId", "// Base64 of little-endian f32.") + (HERE / "page/before.js").read_text(),
         "after": (HERE / "page/after.js").read_text(),
     }
     # A machine that draws slowly draws fewer points; see `detail` in after.js.

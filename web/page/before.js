@@ -1,14 +1,5 @@
 // ---- What the viewer of the replay page asks of its page ------------------------------------------
 
-const byId = id => document.getElementById(id);
-
-function element(parent, tag, className = "", text = "") {
-  const child = document.createElement(tag);
-  child.className = className;
-  child.textContent = text;
-  return parent.appendChild(child);
-}
-
 // The viewer draws episodes of recorded frames. Here there is one, of one frame, whose numbers change.
 const live = {
   frames: 1, bodies: 0, solids: [], decals: [], penalised: [], fulfilled: [],

@@ -2,7 +2,6 @@
 
 use aforce::{Pose, Vector3};
 use physics::Push;
-use physics::scene::Shape;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use tasks::{Env, Sample, Step};
@@ -197,16 +196,7 @@ impl Session {
             .solids()
             .iter()
             .map(|solid| {
-                let (kind, size) = match &solid.shape {
-                    Shape::Box(half) => ("box", vec![half.x, half.y, half.z]),
-                    Shape::Capsule { half_length, radius } => ("capsule", vec![*half_length, *radius]),
-                    Shape::Cylinder { half_length, radius } => ("cylinder", vec![*half_length, *radius]),
-                    Shape::Sphere { radius } => ("sphere", vec![*radius]),
-                    Shape::Convex(hull) => {
-                        let corners = hull.triangles().as_flattened().iter().map(|&i| hull.corners()[i as usize]);
-                        ("triangles", corners.flat_map(|corner| [corner.x, corner.y, corner.z]).collect())
-                    }
-                };
+                let (kind, size) = solid.shape.kind_and_sizes();
                 let body = solid.body.map(|body| self.bodies.iter().position(|&b| b == body));
                 json!({"kind": kind, "size": size, "body": body, "pose": seven(&solid.pose), "color": solid.color})
             })

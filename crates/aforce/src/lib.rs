@@ -52,7 +52,7 @@ pub use law::{
     action::encode,
     action_space::{ActionEntry, ActionSpace, RateRule, SetPoint},
     adaptation::AdaptiveLaw,
-    arm_stability::LoopOnArm,
+    arm_stability::{LoopOnArm, stable_on},
     built_in::{RecordError, UnknownActionSpace},
     commanded_psi::{CommandedPsi, PsiParameter, PsiRange},
     config::ControllerConfig,

@@ -196,6 +196,22 @@ pub enum Shape {
     Convex(Hull),
 }
 
+impl Shape {
+    /// Its kind and its sizes (m), as a page reads them: half extents; half length and radius; radius; or three corners of each triangle.
+    pub fn kind_and_sizes(&self) -> (&'static str, Vec<f64>) {
+        match self {
+            Shape::Box(half) => ("box", vec![half.x, half.y, half.z]),
+            Shape::Capsule { half_length, radius } => ("capsule", vec![*half_length, *radius]),
+            Shape::Cylinder { half_length, radius } => ("cylinder", vec![*half_length, *radius]),
+            Shape::Sphere { radius } => ("sphere", vec![*radius]),
+            Shape::Convex(hull) => {
+                let corners = hull.triangles().as_flattened().iter().map(|&i| hull.corners()[i as usize]);
+                ("triangles", corners.flat_map(|corner| [corner.x, corner.y, corner.z]).collect())
+            }
+        }
+    }
+}
+
 impl Axis {
     /// Effort of the spring (Nm or N) at `q` (rad or m).
     pub fn spring_effort(&self, q: f64) -> f64 {

@@ -3,7 +3,6 @@
 use aforce::{Pose, Vector3};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
-use physics::scene::Shape;
 use physics::{Simulation, Solid};
 use serde::ser::{Serialize, Serializer};
 use serde_json::{Value, json};
@@ -134,16 +133,7 @@ impl Recording {
     /// What the page reads.
     pub fn json(&self) -> Value {
         let solid = |solid: &Solid| {
-            let (kind, size) = match &solid.shape {
-                Shape::Box(half) => ("box", vec![half.x, half.y, half.z]),
-                Shape::Capsule { half_length, radius } => ("capsule", vec![*half_length, *radius]),
-                Shape::Cylinder { half_length, radius } => ("cylinder", vec![*half_length, *radius]),
-                Shape::Sphere { radius } => ("sphere", vec![*radius]),
-                Shape::Convex(hull) => {
-                    let corners = hull.triangles().as_flattened().iter().map(|&i| hull.corners()[i as usize]);
-                    ("triangles", corners.flat_map(|corner| [corner.x, corner.y, corner.z]).collect())
-                }
-            };
+            let (kind, size) = solid.shape.kind_and_sizes();
             let body = solid.body.map(|body| self.bodies.iter().position(|&b| b == body));
             json!({"kind": kind, "size": size, "body": body, "pose": seven(&solid.pose), "color": solid.color})
         };

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use aforce::{ActionEntry, JointVector, LoopOnArm, OperationalSpace, StiffnessUnit, Vector6, Wrench};
+use aforce::{ActionEntry, JointVector, LoopOnArm, OperationalSpace, Vector6, Wrench};
 use serde::Serialize;
 
 use crate::component::Component;
@@ -141,11 +141,7 @@ fn derived(env: &Env) -> Vec<Derived> {
             let found = arm.as_ref().map_or(most, |arm| arm.limit(axis / 3 * 3, most));
             if found < most { found } else { alone[axis] }
         });
-        let unit = match space.unit {
-            StiffnessUnit::NewtonPerMetre => "N/(m s), Nm/(rad s)",
-            StiffnessUnit::PerSecondSquared => "1/s^3",
-        };
-        line("alpha at which K_min becomes unstable", unit, limit);
+        line("alpha at which K_min becomes unstable", space.unit.alpha_name(), limit);
     }
     list
 }

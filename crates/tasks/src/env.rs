@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use aforce::{ActionEntry, ConfigError, Controller, JointVector, Measurement, Vector3};
+use aforce::{ActionEntry, ConfigError, Controller, JointVector, Measurement, Vector3, stable_on};
 use physics::robots::Robot;
 use physics::{Plant, Push, Simulation};
 use rand::{Rng, SeedableRng};
@@ -17,22 +17,16 @@ use crate::expert;
 use crate::force_sensor::ForceSensor;
 use crate::interval::Interval;
 use crate::motion::Motion;
-use crate::normal::standard_normal;
 use crate::observation::observe_robot;
 use crate::observer::Observer;
 use crate::pixels::Pixels;
+use crate::placing::{LARGEST_OVERLAP, draw_start, overlapping, put};
 use crate::privileged::{Privileged, observe_contact};
 use crate::reward_terms::RewardTerms;
 use crate::sample::Sample;
 use crate::sensing::Estimator;
-use crate::start::{Fingers, Start};
+use crate::step::Step;
 use crate::task::{HELD, Reward, Task};
-
-/// Overlap at which the engine would throw the arm off instead of starting an episode (m).
-const LARGEST_OVERLAP: f64 = 1e-3;
-
-/// Starts that are drawn before a scene counts as one without room for the arm.
-const MOST_STARTS: u32 = 1000;
 
 /// A task, an arm and an action space.
 ///
@@ -79,49 +73,6 @@ struct Running {
     left: u32,
     interval: Interval,
     diverged: bool,
-}
-
-/// What one action led to.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Step {
-    /// Reward, penalty taken off.
-    pub reward: f64,
-    /// What adds up to it, but for the price of motion.
-    pub reward_terms: RewardTerms,
-    /// The price of this action's motion (at least 0), taken off the reward.
-    pub motion_cost: f64,
-    /// The episode ended in a terminal state, whose value is zero: the simulation diverged, or the arm stopped itself where
-    /// episodes end with that ([`EnvConfig::stops`]).
-    pub terminated: bool,
-    /// The episode reached its horizon, or had the task held and ends there: it would have gone on.
-    pub truncated: bool,
-    /// Whether the task stands fulfilled.
-    pub success: bool,
-    /// The simulation diverged.
-    pub diverged: bool,
-    /// The largest sustained force on the part of the arm that the penalty counts exceeded the limit.
-    pub over_limit: bool,
-    /// Force penalty of this action, unscaled, whether or not the task takes it off.
-    pub penalty: f64,
-    /// Energy, force, stiffness, clipping during this action.
-    pub interval: Interval,
-}
-
-/// The geoms that lie deepest in one place, by their names.
-fn overlapping(simulation: &Simulation) -> String {
-    let deepest = simulation.overlaps(0.0).into_iter().max_by(|a, b| a.depth.total_cmp(&b.depth));
-    deepest.map_or_else(String::new, |overlap| overlap.geoms.join(" and "))
-}
-
-/// Puts the arm at `q` (rad), the task's joints where it wants them, and the fingers and what they hold as `start` says.
-fn put(simulation: &mut Simulation, task: &dyn Task, start: &Start, q: &JointVector) {
-    simulation.reset(q);
-    task.arrange(simulation);
-    match start.fingers {
-        Fingers::HalfOpen => {}
-        Fingers::Apart(distance) => simulation.open_fingers(distance),
-        Fingers::Holding { body, grip, width } => simulation.put_in_hand(body, &grip, width),
-    }
 }
 
 impl Env {
@@ -176,7 +127,7 @@ impl Env {
             return Err(ConfigError::Contradiction { field: field.into(), reason });
         }
         let y = simulation.measure();
-        config.space.stable_on(&y).map_err(|error| error.below("env.space"))?;
+        stable_on(&config.space, &y).map_err(|error| error.below("env.space"))?;
         let nothing_earned = task.reward(&simulation, &y, None).terms.zeroed();
         let mut env = Env {
             config,
@@ -223,7 +174,8 @@ impl Env {
         self.drawn = self.config.disturbance.draw(seed, self.config.task);
         self.plant.deviation = self.drawn.deviation.clone();
         self.simulation = self.task.reset(&self.plant, &mut rng);
-        self.place_arm(&mut rng)?;
+        let noise = self.config.initial_noise;
+        draw_start(&mut self.simulation, self.task.as_ref(), &self.plant.robot, noise, &mut rng)?;
         self.y = self.drawn.sense(&self.simulation);
         self.estimator = self.config.sensing.estimator(seed, self.plant.robot.damping(), &self.y);
         self.controller.reset(&self.y);
@@ -274,28 +226,6 @@ impl Env {
             return Ok(());
         };
         Err(ConfigError::Contradiction { field: "env.observation.critic".into(), reason })
-    }
-
-    /// Draws joint angles until they are within their ranges and the arm stands in nothing's way.
-    fn place_arm(&mut self, rng: &mut ChaCha8Rng) -> Result<(), ConfigError> {
-        let (start, arm) = (self.task.start(&self.plant.robot), &self.plant.robot.arm);
-        let joints = self.plant.robot.joints;
-        for _ in 0..MOST_STARTS {
-            let mut q = start.q.map(|q| q + self.config.initial_noise * standard_normal(rng));
-            // A seventh joint that there is not stays where it is.
-            q.iter_mut().zip(&start.q).skip(joints).for_each(|(q, start)| *q = *start);
-            if q.iter().zip(arm.range).all(|(q, [low, high])| (low..=high).contains(q)) {
-                put(&mut self.simulation, self.task.as_ref(), &start, &q);
-                if self.simulation.overlap() < LARGEST_OVERLAP {
-                    return Ok(());
-                }
-            }
-        }
-        let (task, geoms) = (self.task.name(), overlapping(&self.simulation));
-        let reason = format!(
-            "{MOST_STARTS} starts of {task} overlap its scene: leave room around the home pose; in the last one {geoms} overlap"
-        );
-        Err(ConfigError::Contradiction { field: "env.task".into(), reason })
     }
 
     /// Applies one action in [-1, 1]^n for one policy interval: the entries of the action space

@@ -2,8 +2,9 @@
 
 use std::ops::ControlFlow;
 
-use crate::env::{Env, Step};
+use crate::env::Env;
 use crate::outcome::Outcome;
+use crate::step::Step;
 
 /// Plays one episode from `seed`, `act` choosing the actions in [-1, 1]^n, to its end or until `on_step` breaks off, which
 /// sees every step after it happened.

@@ -4,7 +4,7 @@ use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 
 use crate::columns::{COLUMNS, Cell, Parts};
-use crate::env::Step;
+use crate::step::Step;
 
 /// What an episode ended with and what it cost: a cell for each of [`COLUMNS`]. It serialises as a struct whose fields are the columns.
 #[derive(Debug, Clone, PartialEq)]

@@ -84,7 +84,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if let Some(run) = &arguments.source.run {
         program::next("replay", &format!("--run {} --html replay.html", run.display()));
     }
-    program::result(in_words(&outcomes));
+    let undisturbed = if arguments.disturb.is_some() { "undisturbed episodes" } else { "episodes" };
+    program::result(format_args!("{} {undisturbed}", in_words(&outcomes)));
     Ok(ExitCode::SUCCESS)
 }
 
@@ -123,11 +124,11 @@ fn play(
     evaluate(env, policy, starts.iter().copied(), *step, &RunId::of(config), write)
 }
 
-/// Return and success, undisturbed.
+/// Return and success.
 fn in_words(outcomes: &[Outcome]) -> String {
     let mean = |name: &str| mean_of(outcomes, |outcome| outcome.number(name).unwrap_or(f64::NAN));
     let (total, success) = (mean("return"), 100.0 * mean("success"));
-    format!("return {total:.1}, success {success:.0} %: means over {} undisturbed episodes", outcomes.len())
+    format!("return {total:.1}, success {success:.0} %: means over {}", outcomes.len())
 }
 
 /// Plays the same episodes under every disturbance, and prints by how much each changes them; the undisturbed ones.

@@ -9,7 +9,7 @@ use crate::config;
 use crate::report::columns::Columns;
 use crate::report::groups::Group;
 use crate::report::record::Record;
-use crate::report::summary::RunSummary;
+use crate::report::summary::{RunSummary, label};
 use crate::report::table::Table;
 use crate::run::disturbances::UNDISTURBED;
 
@@ -128,10 +128,16 @@ pub fn heat_map(rows: &[DisturbedRow]) -> HeatMap {
             columns.push(row.disturbance.clone());
         }
     }
-    let key = |row: &DisturbedRow| (row.experiment.clone(), row.task.clone(), config::label(&row.space, &row.variant));
-    let of_group = |rows: &[DisturbedRow]| {
-        let (experiment, task, label) = key(&rows[0]);
+    let section = |row: &DisturbedRow| (row.experiment.clone(), row.task.clone());
+    let key = |row: &DisturbedRow| (section(row), label(&row.space, &row.variant, &row.preset));
+    let of_group = |of_group: &[DisturbedRow]| {
+        let ((experiment, task), label) = key(&of_group[0]);
+        // The preset tells nothing where all rows of a heading have it.
+        let one_preset =
+            rows.iter().filter(|row| section(row) == section(&of_group[0])).all(|row| row.preset == of_group[0].preset);
+        let label = if one_preset { config::label(&of_group[0].space, &of_group[0].variant) } else { label };
         let heading = if experiment.is_empty() { task } else { format!("{task}, stage {experiment}") };
+        let rows = of_group;
         let share = |column: &String| rows.iter().find(|row| row.disturbance == *column)?.relative_loss;
         HeatRow { heading, label, shares: columns.iter().map(share).collect() }
     };

@@ -3,8 +3,8 @@
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use aforce::ActionSpace;
 use aforce::host::{Host, Status};
+use aforce::{ActionSpace, stable_on};
 use anyhow::{Context, Result};
 use franka::RobotMode;
 
@@ -19,7 +19,7 @@ const REFUSED: Duration = Duration::from_millis(500);
 /// Refuses a law under which the arm would swing where it stands.
 fn stable(space: &ActionSpace, host: &Host) -> Result<(), String> {
     let y = host.measurement().ok_or("the robot's state was not read")?;
-    space.stable_on(y).map_err(|error| error.below("space").to_string())
+    stable_on(space, y).map_err(|error| error.below("space").to_string())
 }
 
 impl Act<'_> {

@@ -1,8 +1,7 @@
 //! An environment of a task's class: what the class says is read and checked once.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::path::PathBuf;
-use std::sync::Mutex;
 
 use physics::camera::Camera;
 use physics::robots::RobotChoice;
@@ -17,21 +16,9 @@ use super::answer::Part;
 use super::scene::{Stage, Tool};
 use super::task::{PythonTask, Sayings, Scaling, Trouble};
 use super::values::entries;
+use super::words::for_ever;
 use crate::keywords::config_of;
 use crate::value_error;
-
-/// A word that lives as long as the program; the same word once.
-pub fn for_ever(word: &str) -> &'static str {
-    static WORDS: Mutex<Option<HashSet<&'static str>>> = Mutex::new(None);
-    let mut words = WORDS.lock().expect("nobody panics with it");
-    let words = words.get_or_insert_default();
-    if let Some(known) = words.get(word) {
-        return known;
-    }
-    let word: &'static str = Box::leak(word.to_owned().into_boxed_str());
-    words.insert(word);
-    word
-}
 
 /// An environment of the task that `make` makes, a class or a function without arguments.
 ///

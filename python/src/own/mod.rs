@@ -9,6 +9,7 @@ mod state;
 mod task;
 mod values;
 mod waypoint;
+mod words;
 
 pub use self::blueprint::env;
 pub use self::state::{Place, State};

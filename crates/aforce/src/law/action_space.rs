@@ -5,7 +5,6 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
-use crate::law::arm_stability::LoopOnArm;
 use crate::law::commanded_psi::CommandedPsi;
 use crate::law::config::ControllerConfig;
 use crate::law::damping::Damping;
@@ -15,7 +14,7 @@ use crate::law::psi::Psi;
 use crate::law::stability::{StabilityMargin, stability_margin};
 use crate::law::stiffness::{Stiffness, StiffnessUnit};
 use crate::name;
-use crate::spatial::{Measurement, RotationError};
+use crate::spatial::RotationError;
 
 /// An action space.
 ///
@@ -196,28 +195,6 @@ impl ActionSpace {
             (None, Some(_)) => contradiction("commanded_psi", "needs a stiffness that adapts: stiffness.adaptive"),
             (None, None) => Ok(()),
         }
-    }
-
-    /// Refuses a law under which small oscillations of the arm at `y` grow, unless that is asked for. An axis by itself may be stable where
-    /// the arm, which couples them, is not.
-    ///
-    /// # Errors
-    /// With the field (below the space) and the limits of this arm.
-    pub fn stable_on(&self, y: &Measurement) -> Result<(), ConfigError> {
-        let Some((arm, psi)) = LoopOnArm::new(self, y).zip(self.psi()).filter(|(_, psi)| !psi.allow_unstable) else {
-            return Ok(());
-        };
-        if arm.is_stable(psi.alpha.vector()) {
-            return Ok(());
-        }
-        let [translation, rotation] = [0, 3].map(|first| arm.limit(first, psi.alpha.vector().amax()));
-        Err(ConfigError::Contradiction {
-            field: "stiffness.adaptive.alpha".into(),
-            reason: format!(
-                "unstable on this arm at its start: with the other value as it is, the limits there are {translation:.0} N/(m s) and \
-                 {rotation:.1} Nm/(rad s); lower it, raise k_min, or set allow_unstable = true"
-            ),
-        })
     }
 
     /// Refuses parameters under which small oscillations grow, unless they are asked for.

@@ -2,6 +2,7 @@
 
 use nalgebra::{Cholesky, SMatrix};
 
+use crate::error::ConfigError;
 use crate::law::action_space::ActionSpace;
 use crate::law::operational_space::OperationalSpace;
 use crate::law::psi::Psi;
@@ -13,6 +14,27 @@ const TIME_STEP: f64 = 0.05;
 const SQUARINGS: usize = 30;
 /// Halvings after which a limit is known to four digits.
 const HALVINGS: usize = 40;
+
+/// Refuses a law under which small oscillations of the arm at `y` grow, unless that is asked for. An axis by itself may be stable where
+/// the arm, which couples them, is not.
+///
+/// # Errors
+/// With the field (below the space) and the limits of this arm.
+pub fn stable_on(space: &ActionSpace, y: &Measurement) -> Result<(), ConfigError> {
+    let Some((arm, psi)) = LoopOnArm::new(space, y).zip(space.psi()) else { return Ok(()) };
+    if psi.allow_unstable || arm.is_stable(psi.alpha.vector()) {
+        return Ok(());
+    }
+    let [translation, rotation] = [0, 3].map(|first| arm.limit(first, psi.alpha.vector().amax()));
+    Err(ConfigError::Contradiction {
+        field: "stiffness.adaptive.alpha".into(),
+        reason: format!(
+            "unstable on this arm at its start: each with the other as it is, the limits there are {translation:.0} and {rotation:.1} \
+             {}; lower it, raise k_min, or set allow_unstable = true",
+            space.unit.alpha_name()
+        ),
+    })
+}
 
 /// The loop of a law on an arm in one posture, at its lowest stiffness and without motion of the redundant joint.
 ///
@@ -104,7 +126,9 @@ fn dies_out(system: &SMatrix<f64, 18, 18>) -> bool {
 mod tests {
     use super::*;
     use crate::law::gains::Gains;
+    use crate::law::psi::DeltaSign;
     use crate::law::stability::stability_margin;
+    use crate::law::stiffness::{Stiffness, StiffnessUnit};
     use crate::testing::{gantry, random_arm};
 
     /// On an arm whose axes do not pull at each other the limit is that of the single axis, worked out in closed form.
@@ -123,6 +147,70 @@ mod tests {
         }
         assert!(arm.is_stable(psi.alpha.vector()));
         assert!(!arm.is_stable(Gains::all(1e6).vector()));
+    }
+
+    /// The largest error in the first and in the second half of 40 s of the coupled loop, in fine steps (semi-implicit Euler, 0.1 ms).
+    fn halves(space: &ActionSpace, arm: &LoopOnArm, alpha: &Vector6) -> [f64; 2] {
+        let (psi, dt) = (space.psi().unwrap(), 1e-4);
+        let s_delta = psi.delta.vector() * psi.delta_sign.factor();
+        let (mut e, mut e_dot, mut f) = (Vector6::repeat(0.01), Vector6::zeros(), Vector6::zeros());
+        let mut largest = [0.0f64; 2];
+        for step in 0..400_000 {
+            let eps = e + s_delta.component_mul(&e_dot);
+            f += (alpha.component_mul(&eps) - psi.mu.vector().component_mul(&f)) * dt;
+            let pull = arm.damping.component_mul(&e_dot) + psi.k_min.vector().component_mul(&e) + f;
+            e_dot -= arm.mobility * pull * dt;
+            e += e_dot * dt;
+            let half = step / 200_000;
+            largest[half] = largest[half].max(e.amax());
+        }
+        largest
+    }
+
+    /// With both signs of delta, in N/m and in 1/s^2: below the limit oscillations die out, above it they grow.
+    #[test]
+    fn the_limit_of_coupled_axes_is_where_motion_begins_to_grow() {
+        // As heavy as an arm: the damping sign leaves a light one without a limit.
+        let mut y = random_arm(3);
+        y.mass *= 40.0;
+        for (unit, sign) in [
+            (StiffnessUnit::NewtonPerMetre, DeltaSign::Damping),
+            (StiffnessUnit::NewtonPerMetre, DeltaSign::Literal),
+            (StiffnessUnit::PerSecondSquared, DeltaSign::Literal),
+        ] {
+            let mut space: ActionSpace = "aforce".parse().unwrap();
+            space.unit = unit;
+            let Stiffness::Adaptive(psi) = &mut space.stiffness else { panic!("aforce adapts") };
+            (psi.delta_sign, psi.allow_unstable) = (sign, true);
+            let arm = LoopOnArm::new(&space, &y).unwrap();
+            let limit = arm.limit(0, 1e6);
+            assert!(limit > 0.0 && limit < 1e6, "{unit:?} {sign:?}: {limit}");
+            for (part, grows) in [(0.9, false), (1.1, true)] {
+                let mut alpha = *space.psi().unwrap().alpha.vector();
+                alpha.fixed_rows_mut::<3>(0).fill(part * limit);
+                let [first, second] = halves(&space, &arm, &alpha);
+                assert_eq!(second > first, grows, "{unit:?} {sign:?}: {part} of {limit}: {first}, then {second}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_unstable_on_an_arm_is_refused_in_the_units_of_its_space() {
+        let y = random_arm(3);
+        let mut space: ActionSpace = "aforce".parse().unwrap();
+        stable_on(&space, &y).unwrap();
+        let Stiffness::Adaptive(psi) = &mut space.stiffness else { panic!("aforce adapts") };
+        psi.alpha = Gains::all(1e6);
+        let told = stable_on(&space, &y).unwrap_err().to_string();
+        assert!(
+            told.starts_with("stiffness.adaptive.alpha: unstable on this arm") && told.contains("N/(m s)"),
+            "{told}"
+        );
+        space.unit = StiffnessUnit::PerSecondSquared;
+        assert!(stable_on(&space, &y).unwrap_err().to_string().contains(" 1/s^3; "));
+        let Stiffness::Adaptive(psi) = &mut space.stiffness else { panic!("aforce adapts") };
+        psi.allow_unstable = true;
+        stable_on(&space, &y).unwrap();
     }
 
     #[test]

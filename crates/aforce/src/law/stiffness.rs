@@ -31,6 +31,15 @@ impl StiffnessUnit {
         }
     }
 
+    /// Unit of the feed-forward gain alpha: of the translational and of the rotational axes, where they differ.
+    #[must_use]
+    pub fn alpha_name(self) -> &'static str {
+        match self {
+            Self::NewtonPerMetre => "N/(m s), Nm/(rad s)",
+            Self::PerSecondSquared => "1/s^3",
+        }
+    }
+
     /// The inertia of each axis that the spring moves: the apparent one (kg, kg m^2), or 1 where it is shaped away.
     #[must_use]
     pub fn inertia(self, apparent: &Vector6) -> Vector6 {

@@ -2,8 +2,8 @@
 
 use aforce::Vector3;
 
-use crate::env::Step;
 use crate::interval::{AxisGroup, Stop};
+use crate::step::Step;
 use crate::task::HELD;
 
 /// An episode's actions and their parts.

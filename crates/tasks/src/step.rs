@@ -1,0 +1,30 @@
+//! What one action leads to.
+
+use crate::interval::Interval;
+use crate::reward_terms::RewardTerms;
+
+/// What one action led to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// Reward, penalty taken off.
+    pub reward: f64,
+    /// What adds up to it, but for the price of motion.
+    pub reward_terms: RewardTerms,
+    /// The price of this action's motion (at least 0), taken off the reward.
+    pub motion_cost: f64,
+    /// The episode ended in a terminal state, whose value is zero: the simulation diverged, or the arm stopped itself where
+    /// episodes end with that ([`EnvConfig::stops`](crate::EnvConfig::stops)).
+    pub terminated: bool,
+    /// The episode reached its horizon, or had the task held and ends there: it would have gone on.
+    pub truncated: bool,
+    /// Whether the task stands fulfilled.
+    pub success: bool,
+    /// The simulation diverged.
+    pub diverged: bool,
+    /// The largest sustained force on the part of the arm that the penalty counts exceeded the limit.
+    pub over_limit: bool,
+    /// Force penalty of this action, unscaled, whether or not the task takes it off.
+    pub penalty: f64,
+    /// Energy, force, stiffness, clipping during this action.
+    pub interval: Interval,
+}
