@@ -79,7 +79,8 @@ mod tests {
     #[test]
     fn a_cosine_is_rounded_to_the_nearest_number() {
         for (angle, expected) in NEAREST {
-            assert_eq!(cos(angle), expected, "{angle}");
+            // The compiler knows functions of this name, and would put in its own library's answer for a number that it sees.
+            assert_eq!(cos(std::hint::black_box(angle)), expected, "{angle}");
         }
     }
 

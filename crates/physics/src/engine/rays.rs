@@ -22,8 +22,9 @@ enum Form<'a> {
 }
 
 impl<'a> Target<'a> {
-    pub fn new(collider: &'a Collider) -> Self {
-        let (mut shape, mut pose) = (collider.shape(), *collider.position());
+    /// The shape of a collider, which stands at `pose`.
+    pub fn new(collider: &'a Collider, mut pose: rapier::Pose) -> Self {
+        let mut shape = collider.shape();
         // A cylinder that stands along z is a compound of one that stands along y.
         if let TypedShape::Compound(compound) = shape.as_typed_shape()
             && let [(place, part)] = compound.shapes()

@@ -1,6 +1,8 @@
 //! Where rays meet the collision shapes.
 
 use aforce::Vector3;
+use rapier3d_f64::geometry::Collider;
+use rapier3d_f64::math as rapier;
 use rapier3d_f64::parry::partitioning::{Bvh, BvhBuildStrategy};
 use rapier3d_f64::parry::query::Ray;
 
@@ -21,13 +23,21 @@ pub struct Surfaces<'a> {
 }
 
 impl Engine {
-    /// What rays meet. The tree is made here and not taken from the collision detection, which knows a shape only after
-    /// a step.
+    /// What rays meet. Tree and poses are made here and not taken from the collision detection, which learns only in the next step where
+    /// bodies were put.
     pub fn surfaces(&self) -> Surfaces<'_> {
         let colliders = || self.geoms.iter().map(|&(handle, color)| (&self.world.colliders[handle], color));
-        let boxes: Vec<_> = colliders().map(|(collider, _)| collider.compute_aabb()).collect();
-        let geoms = colliders().map(|(collider, color)| (Target::new(collider), color)).collect();
+        let boxes: Vec<_> =
+            colliders().map(|(collider, _)| collider.shape().compute_aabb(&self.stands(collider))).collect();
+        let geoms =
+            colliders().map(|(collider, color)| (Target::new(collider, self.stands(collider)), color)).collect();
         Surfaces { tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes), geoms }
+    }
+
+    /// Where a shape stands with its body now.
+    fn stands(&self, collider: &Collider) -> rapier::Pose {
+        let body = collider.parent().map(|body| *self.world.bodies[body].position());
+        body.zip(collider.position_wrt_parent()).map_or(*collider.position(), |(body, place)| body * *place)
     }
 }
 
@@ -104,6 +114,29 @@ mod tests {
         engine.settle();
         engine.step(&[0.0; 9]);
         engine
+    }
+
+    /// Bodies that were put elsewhere are met where they are, before any step: the first picture of an episode shows its start.
+    #[test]
+    fn an_arm_that_was_put_elsewhere_is_met_there() {
+        let mut engine = engine();
+        engine.set_coordinate(0, 0.9, 0.0);
+        engine.settle();
+        let seen = |engine: &Engine| {
+            let surfaces = engine.surfaces();
+            let heights =
+                (0..400).map(|k| Vector3::new(-0.6 + 0.04 * f64::from(k % 20), -0.4 + 0.04 * f64::from(k / 20), 3.0));
+            heights.map(|above| surfaces.strike(&above, &-Vector3::z())).collect::<Vec<_>>()
+        };
+        let put = seen(&engine);
+        engine.step(&[0.0; 9]);
+        for (put, stepped) in put.iter().zip(seen(&engine)) {
+            let (put, stepped) = (put.unwrap(), stepped.unwrap());
+            assert!(put.0 == stepped.0 && (put.1 - stepped.1).abs() < 1e-3, "{put:?}, a step later {stepped:?}");
+        }
+        engine.set_coordinate(0, -0.9, 0.0);
+        engine.settle();
+        assert_ne!(put, seen(&engine), "the arm was turned");
     }
 
     /// A ray meets what the engine's geometry library finds without tree, one shape after the other: the same shape, to a hundredth of a
