@@ -101,7 +101,11 @@ pub fn figures(runs: &[(&Record, &RunSummary)]) -> Result<Vec<Figure>> {
         };
         let panels = PANELS.iter().chain([&FORCE]).map(drawn).collect::<Result<_>>()?;
         let seeds = |group: &&str| runs.iter().filter(|(_, run)| label(run) == **group).count();
-        Ok(Figure { suffix, title: heading(&Section::of(runs[0].1).title(), labels.iter().map(seeds)), panels })
+        let title = heading(&Section::of(runs[0].1).title(), labels.iter().map(seeds));
+        // A search names its candidates, and so the runs of the one that it chose.
+        let drawn =
+            if labels.iter().any(|label| label.contains(",draw-")) { "; draw-N: chosen by a search" } else { "" };
+        Ok(Figure { suffix, title: title + drawn, panels })
     };
     spread(&labels).into_iter().map(of_labels).collect()
 }
