@@ -112,8 +112,10 @@ book:
 # What a tag carries, of the commit that is checked out: wheel, source archive, the crate `aforce`, checksums. Nothing is uploaded.
 VERSION = $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -1)
 DIST = target/dist
-release: wheel
+release: $(VENV)/installed
 	@git diff --quiet HEAD || { echo "there are changes that are not committed: a release is of a commit"; exit 1; }
+	$(VENV)/bin/pip install --quiet ziglang
+	$(MAKE) wheel
 	rm -rf $(DIST)
 	mkdir -p $(DIST)
 	git archive --prefix=aforce-workbench-$(VERSION)/ --output $(DIST)/aforce-workbench-$(VERSION).tar.gz HEAD
