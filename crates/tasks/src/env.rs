@@ -50,6 +50,8 @@ pub struct Env {
     motion: Motion,
     /// Where the policy feels a force.
     sensor: ForceSensor,
+    /// The last action, each entry with its name; zeros after a reset.
+    last_action: Vec<(&'static str, f64)>,
     observer: Observer,
     /// What a critic sees besides.
     privileged: Observer,
@@ -140,6 +142,7 @@ impl Env {
             motion: Motion::default(),
             y,
             sensor: ForceSensor::default(),
+            last_action: vec![],
             observer: Observer::default(),
             privileged: Observer::default(),
             nothing_earned,
@@ -148,6 +151,7 @@ impl Env {
             running: Running::default(),
             held: 0.0,
         };
+        env.last_action = env.action_entries().iter().map(|entry| (entry.name, 0.0)).collect();
         env.try_reset(Some(0))?;
         env.has_each_name_once()?;
         env.shows_what_is_asked()?;
@@ -186,6 +190,7 @@ impl Env {
         self.running = Running::default();
         self.held = 0.0;
         self.sensor.tare(&self.y);
+        self.last_action.iter_mut().for_each(|(_, entry)| *entry = 0.0);
         self.observe();
         if let Some(estimator) = &self.estimator {
             // The first measurement is no estimate.
@@ -258,6 +263,7 @@ impl Env {
         self.wait();
         self.running.grip = grip.first().copied().unwrap_or(0.0);
         self.controller.set_goal(motion, &self.y);
+        self.last_action.iter_mut().zip(action).for_each(|((_, last), &entry)| *last = entry);
     }
 
     /// As [`Env::begin`], with nobody acting: goal, commanded stiffness and gripper stay what they are.
@@ -368,6 +374,11 @@ impl Env {
         if self.config.observation.force {
             self.sensor.observe(&self.y, &mut self.observer);
         }
+        if self.config.observation.action {
+            for (name, entry) in &self.last_action {
+                self.observer.put(format_args!("action_{name}"), *entry, "-1 to 1", 0.0, 1.0);
+            }
+        }
         self.observe_privileged();
         for (observer, whom) in [(&self.observer, "a policy"), (&self.privileged, "a critic")] {
             let (now, first) = (observer.values().len(), observer.components().len());
@@ -410,8 +421,8 @@ impl Env {
         }
     }
 
-    /// The last observation: object part, proprioception, then the controller's state and the measured force where they are
-    /// observed; unscaled.
+    /// The last observation: object part, proprioception, then the controller's state, the measured force and the last action where
+    /// they are observed; unscaled.
     pub fn observation(&self) -> &[f32] {
         self.observer.values()
     }

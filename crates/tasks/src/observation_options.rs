@@ -18,6 +18,9 @@ pub struct ObservationOptions {
     /// Whether the force and the torque at the tool are seen: as the controller measures them, tared when the episode begins.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub force: bool,
+    /// Whether the last action is seen, as it was given; zeros after a reset.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub action: bool,
     /// What a critic sees besides.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub critic: Vec<Privileged>,
@@ -41,11 +44,11 @@ impl ObservationOptions {
     /// What is chosen, and what else could be.
     pub(crate) fn in_words(&self) -> String {
         let markers = format!("{:?}", self.markers).to_lowercase();
-        let Self { controller, force, critic, .. } = self;
+        let Self { controller, force, action, critic, .. } = self;
         let critic: Vec<&str> = critic.iter().map(|entry| entry.as_str()).collect();
         format!(
             "markers = {markers} (condensed, ends or all; Wipe's), controller = {controller} (its state), force = {force} (measured), \
-             critic = {critic:?} (what it sees besides)"
+             action = {action} (the last one), critic = {critic:?} (what it sees besides)"
         )
     }
 }

@@ -26,6 +26,32 @@ fn a_divergence_ends_the_episode_and_earns_nothing() {
     }
 }
 
+/// What was given last is seen as it was given, zeros at the start; nothing else of the observation changes.
+#[test]
+fn the_last_action_is_seen_where_it_is_asked_for() {
+    let mut plain = Env::new(EnvConfig::default(), 1).unwrap();
+    let mut config = EnvConfig::default();
+    config.observation.action = true;
+    let mut env = Env::new(config, 1).unwrap();
+    let n = env.action_dim();
+    let names: Vec<_> = env.action_entries().iter().map(|entry| format!("action_{}", entry.name)).collect();
+    let seen: Vec<_> = env.observation_components().iter().map(|component| component.name.clone()).collect();
+    assert_eq!(seen[seen.len() - n..], names);
+    let action: Vec<f64> = (0..n).map(|i| 0.125 * i as f64 - 0.5).collect();
+    for given in [vec![0.0; n], action.clone(), vec![0.0; n]] {
+        if given == action {
+            plain.step(&action);
+            env.step(&action);
+        } else {
+            plain.reset(Some(7));
+            env.reset(Some(7));
+        }
+        let (own, last) = env.observation().split_at(seen.len() - n);
+        assert_eq!(own, plain.observation());
+        assert!(last.iter().zip(&given).all(|(seen, given)| f64::from(*seen) == *given), "{last:?}");
+    }
+}
+
 /// The script lifts the cube and holds it: the episode ends a second after, and its value goes on.
 #[test]
 fn an_episode_ends_on_success_if_it_is_to() {

@@ -34,6 +34,7 @@ pub(crate) const KIND: TaskKind =
             env.horizon = 200;
             env.initial_noise = 0.0;
             env.observation.force = true;
+            env.observation.action = true;
             env.observation.critic = vec![Privileged::Contact, Privileged::Task];
         })
         .takes_options()
