@@ -187,7 +187,8 @@ def check_controls(browser, address):
     bound = live.ask("() => setup.knobs.k_min")
     live.ask("() => { for (let k = 0; k < 20; k++) advance(25) }")
     assert bound > 900 and live.ask("() => state.stiffness[0]") > bound - 1e-6, bound
-    assert live.page.evaluate(turn, ["payload", 1]) == 0 and live.ask("() => setup.payload") == 1
+    live.page.evaluate(turn, ["payload", 1])
+    live.wait("() => setup.payload === 1 && state.time === 0")
     for word in ["payload=1", f"k_min={bound}", "delay=0.01"]:
         assert word in live.page.url, live.page.url
     live.page.select_option("#task", "door")

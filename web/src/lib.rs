@@ -104,7 +104,7 @@ fn respond(question: Question) -> Result<Value, String> {
         }),
         Question::Grab { origin, direction } => with_session(|session| Ok(session.grab(origin, direction))),
         Question::Hold { hand } => with_session(|session| session.hold(hand).map(|()| Value::Null)),
-        Question::Bits { episodes } => Ok(json!(bits::lines(episodes))),
+        Question::Bits { episodes } => Ok(json!(bits::lines(episodes).collect::<Vec<_>>())),
     }
 }
 

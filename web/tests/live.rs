@@ -143,7 +143,8 @@ fn a_stiffness_changes_while_the_arm_is_held() {
     session.hold(Some(Hand::Force([0.0, 12.0, 0.0]))).unwrap();
     session.run(3000);
     let soft = vector(&session.state(), "tool")[1] - rest;
-    let stiffer = Setup { knobs: BTreeMap::from([("stiffness".into(), 600.0)]), delay: 0.004, ..setup("lift", "low", "hold") };
+    let stiffer =
+        Setup { knobs: BTreeMap::from([("stiffness".into(), 600.0)]), delay: 0.004, ..setup("lift", "low", "hold") };
     session.tune(stiffer.clone()).unwrap();
     session.run(3000);
     let state = session.state();
