@@ -13,7 +13,9 @@ page is served from here; software rendering will do. Checked on a desk (1280 x 
 
 `--speed` measures each task at 1280 x 800 and writes a table: simulated seconds and pictures per second on this machine as busy as it
 is; then simulated seconds and pictures per second of processor time, all of the browser's processes taken together, and the share of
-one core that real time with 30 pictures per second takes by these.
+one core that real time with 30 pictures per second takes by these. The last columns leave out the rasterizer, which a graphics card
+takes over: processor time of the page's main thread per picture (script, layout, handing over what is to be drawn), and the share of
+one core that the simulation and 30 of these take.
 """
 
 import argparse
@@ -60,6 +62,8 @@ class Live:
         self.page.on("request", lambda request: request.url.startswith((address, "data:")) or self.messages.append(request.url))
         if before:
             self.page.add_init_script(before)
+        self.counter = self.page.context.new_cdp_session(self.page)
+        self.counter.send("Performance.enable", {"timeDomain": "threadTicks"})
         self.page.goto(address + wanted)
         if alive:
             self.wait("() => state && state.time > .1")
@@ -69,6 +73,11 @@ class Live:
 
     def ask(self, what):
         return self.page.evaluate(what)
+
+    def main_thread(self):
+        """Seconds of processor time that the page's main thread has had so far."""
+        metrics = self.counter.send("Performance.getMetrics")["metrics"]
+        return next(metric["value"] for metric in metrics if metric["name"] == "TaskDuration")
 
     def problem(self):
         return self.page.inner_text("#problem")
@@ -170,9 +179,18 @@ def check_controls(browser, address):
     # The same seed is the same episode.
     run = "() => { ask({ do: 'open', setup }); return JSON.stringify(ask({ do: 'run', samples: 200 }).poses) }"
     assert live.ask(run) == live.ask(run)
-    live.page.evaluate("() => { const s = byId('slider-payload'); s.value = 1; s.oninput(); s.onchange() }")
-    live.wait("() => setup.payload === 1")
-    assert "payload=1" in live.page.url and "k_min=400" in live.page.url, live.page.url
+    # Payload begins the episode again; the space's numbers and the delay change in it, and the address holds all of them.
+    live.ask("() => { for (let k = 0; k < 10; k++) advance(25) }")
+    turn = "([name, value]) => { const s = byId('slider-' + name); s.value = value; s.oninput(); s.onchange(); return state.time }"
+    assert live.page.evaluate(turn, ["delay", 10]) > 0.4 and live.page.evaluate(turn, ["k_min", 0.5]) > 0.4
+    assert live.problem() == "" and live.ask("() => setup.delay") == 0.01, live.problem()
+    bound = live.ask("() => setup.knobs.k_min")
+    live.ask("() => { for (let k = 0; k < 20; k++) advance(25) }")
+    assert bound > 900 and live.ask("() => state.stiffness[0]") > bound - 1e-6, bound
+    live.page.evaluate(turn, ["payload", 1])
+    live.wait("() => setup.payload === 1 && state.time === 0")
+    for word in ["payload=1", f"k_min={bound}", "delay=0.01"]:
+        assert word in live.page.url, live.page.url
     live.page.select_option("#task", "door")
     live.wait("() => setup.task === 'door'")
     live.page.select_option("#space", "variable")
@@ -242,6 +260,7 @@ def processor_time():
 def measure(browser, address, file):
     """One core is enough if a second of simulation and 30 pictures together take less than a second of it."""
     names = ["task", "real_time_factor", "pictures_per_second", "simulated_per_core_second", "pictures_per_core_second", "core_share_at_30"]
+    names += ["main_thread_ms_per_picture", "core_share_without_rasterizer"]
     rows = []
     for task in TASKS:
         live = Live(browser, address, f"#task={task}&space=aforce&player=hold")
@@ -252,14 +271,16 @@ def measure(browser, address, file):
         wall = (ended[2] - begun[2]) / 1000
         # The pictures alone, then the simulation alone.
         live.page.click("#play")
-        time, drawn = processor_time(), live.ask("() => pace.drawn")
+        time, drawn, busy = processor_time(), live.ask("() => pace.drawn"), live.main_thread()
         live.ask(pause)
-        pictures = (live.ask("() => pace.drawn") - drawn) / (processor_time() - time)
+        count = live.ask("() => pace.drawn") - drawn
+        pictures, script = count / (processor_time() - time), (live.main_thread() - busy) / count
         time = processor_time()
         live.ask("() => { for (let k = 0; k < 60; k++) ask({ do: 'run', samples: 500 }) }")
         simulated = 60 / (processor_time() - time)
-        share = 1 / simulated + 30 / pictures
-        rows.append([task, *(f"{v:.2f}" for v in [(ended[0] - begun[0]) / wall, (ended[1] - begun[1]) / wall, simulated, pictures, share])])
+        shares = [1 / simulated + 30 / pictures, 1000 * script, 1 / simulated + 30 * script]
+        paces = [(ended[0] - begun[0]) / wall, (ended[1] - begun[1]) / wall, simulated, pictures]
+        rows.append([task, *(f"{v:.2f}" for v in paces + shares)])
         print(dict(zip(names, rows[-1])))
         live.close()
     with open(file, "w", newline="") as out:

@@ -38,9 +38,11 @@ def main():
         "before": between(replay, "const byId", "// Base64 of little-endian f32.") + (HERE / "page/before.js").read_text(),
         "after": (HERE / "page/after.js").read_text(),
     }
-    # A machine that draws slowly draws fewer points; see `detail` in after.js.
+    # A machine that draws slowly draws fewer points; see `detail` in after.js. All draw fewer corners than a page of recorded episodes.
     for found, wanted in [
         ("SHADOW_SIZE = 2048", "SHADOW_SIZE = 1024"),
+        ("steps = 40", "steps = 24"),
+        ("antialias: true", "antialias: !drawsInSoftware()"),
         ("Math.round(v * devicePixelRatio)", "Math.round(v * devicePixelRatio * (canvas.detail ?? 1))"),
     ]:
         once(parts["viewer"], found)

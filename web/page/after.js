@@ -134,15 +134,35 @@ function showChoices() {
 const COLORS = { aforce: "#0072b2", variable: "#d55e00", osc: "#009e73", low: "#cc79a7", mid: "#b07aa1", high: "#8b4513",
   "aforce-psi": "#332288", "aforce-shaped": "#4477aa", "robosuite-variable": "#aa3322", "robosuite-osc": "#117733" };
 
+// Numbers that change while the episode runs: those of the space, and the delay. Any other setting begins it again.
+function tune(wanted) {
+  try {
+    ask({ do: "tune", setup: wanted });
+    complain("");
+    setup = wanted;
+  } catch (problem) {
+    complain(problem.message);
+    if (!engine.wasm) play(false);
+  }
+}
+
 function slider(panel, name, label, unit, [low, high], step, value, change, shown = v => v) {
-  const box = element(panel, "label"), said = element(box, "span", "", label), number = element(box, "output");
+  const box = element(panel, "label");
+  element(box, "span", "", label);
+  const number = element(box, "output");
   const input = Object.assign(element(box, "input"), { type: "range", id: `slider-${name}`, min: low, max: high, step: step });
   input.value = value;
   const write = () => number.textContent = `${+shown(+input.value).toPrecision(3)} ${unit}`;
-  input.oninput = write;
-  input.onchange = () => open({ ...setup, ...change(+input.value) });
+  const begins = ["friction", "payload", "table"].includes(name), wanted = () => ({ ...setup, ...change(+input.value) });
+  input.oninput = () => {
+    write();
+    if (!begins && engine.wasm) tune(wanted());
+  };
+  input.onchange = () => {
+    if (begins) open(wanted());
+    else history.replaceState(null, "", address(setup));
+  };
   write();
-  return said;
 }
 
 // ---- The scene -------------------------------------------------------------------------------------------
@@ -172,6 +192,11 @@ class LiveView extends View {
     if (state.over_limit) parts.push("force penalty");
     this.state.textContent = parts.join("   ·   ");
     this.done.textContent = state.diverged ? "the simulation diverged" : state.fulfilled ? `task done at ${state.fulfilled.toFixed(2)} s` : "";
+  }
+
+  // Where pictures come slowly, in every third one.
+  drawShadows(placed) {
+    if (!this.canvas.detail || this.canvas.detail === 1 || pace.drawn % 3 === 0) super.drawShadows(placed);
   }
 
   draw() {
@@ -354,8 +379,9 @@ let playing = true, last = 0, owed = 0, rests = null, drawn = 0;
 const pace = { since: 0, simulated: 0, pictures: 0, busy: 0, factor: 0, rate: 0, capacity: 0, drawn: 0 };
 // Longest that one picture may wait for the simulation (ms): a slow machine shows slow motion and does not freeze.
 const PATIENCE = 30;
-// Pictures per second that are enough, and the fewest points that a picture may have, in parts of each side.
-const ENOUGH = 30, COARSEST = .4;
+// Pictures per second that are enough, and so many that there may be more points; the fewest points that a picture may have, in parts
+// of each side, and the step from one number of points to the next.
+const ENOUGH = 30, PLENTY = 55, COARSEST = .4, COARSER = .8;
 // How long a task is watched after it is done, and an episode after it is over (ms).
 const WATCHED = 3000, OVER = 1500;
 
@@ -394,8 +420,10 @@ function tick(now) {
     Object.assign(pace, { factor: pace.simulated / wall, rate: pace.pictures / wall });
     if (pace.busy > 0 && pace.simulated > 0) pace.capacity = pace.simulated / (pace.busy / 1000);
     Object.assign(pace, { since: now, simulated: 0, pictures: 0, busy: 0 });
-    // Without a graphics card a picture of all its points takes long.
-    if (pace.rate < ENOUGH) view.canvas.detail = Math.max((view.canvas.detail ?? 1) * .8, COARSEST);
+    // Without a graphics card a picture of all its points takes long. While the page was hidden there were none.
+    const { detail = 1 } = view.canvas;
+    if (wall < 5 && pace.rate < ENOUGH) view.canvas.detail = Math.max(detail * COARSER, COARSEST);
+    else if (wall < 5 && pace.rate > PLENTY) view.canvas.detail = Math.min(detail / COARSER, 1);
     byId("pace").textContent = `${pace.factor.toFixed(2)} x real time, ${pace.rate.toFixed(0)} pictures per second`;
   }
   view.draw();
@@ -496,6 +524,7 @@ async function start() {
   }
   listenToControls();
   await recall();
+  pace.since = performance.now();
   requestAnimationFrame(tick);
 }
 

@@ -16,19 +16,20 @@ const SCRIPTED: u32 = 100;
 const RANDOM: u32 = 6;
 
 /// A line for each task and space, and one for jerk-limited set-points: a digest of its first [`FIRST`] episodes and, where more are asked for, one of all.
-pub fn lines(episodes: u32) -> Vec<String> {
-    let mut lines = vec![];
-    for task in TaskName::BUILT_IN {
-        for name in SPACES {
+/// Each is made when it is asked for.
+pub fn lines(episodes: u32) -> impl Iterator<Item = String> {
+    TaskName::BUILT_IN.into_iter().flat_map(move |task| {
+        let of_space = move |name: &str| {
             let space: ActionSpace = name.parse().expect("a built-in space");
-            let config = EnvConfig { space, ..EnvConfig::of(task) };
-            lines.push(line(&format!("{} {name}", task.as_str()), config, episodes));
-        }
-        let mut config = EnvConfig::of(task);
-        config.controller.interpolation = Interpolation::JerkLimited { dynamics: 0.5 };
-        lines.push(line(&format!("{} aforce,jerk-limited", task.as_str()), config, episodes));
-    }
-    lines
+            line(&format!("{} {name}", task.as_str()), EnvConfig { space, ..EnvConfig::of(task) }, episodes)
+        };
+        let jerk_limited = move || {
+            let mut config = EnvConfig::of(task);
+            config.controller.interpolation = Interpolation::JerkLimited { dynamics: 0.5 };
+            line(&format!("{} aforce,jerk-limited", task.as_str()), config, episodes)
+        };
+        SPACES.into_iter().map(of_space).chain(std::iter::once_with(jerk_limited))
+    })
 }
 
 fn line(name: &str, config: EnvConfig, episodes: u32) -> String {

@@ -30,6 +30,8 @@ enum Question {
     About,
     /// Begins an episode; the answer is the scene.
     Open { setup: Setup },
+    /// Other numbers of the space or another delay while the episode runs.
+    Tune { setup: Setup },
     /// Goes on by so many control samples; the answer is the state after them.
     Run { samples: u32 },
     /// What a ray meets.
@@ -95,13 +97,14 @@ fn respond(question: Question) -> Result<Value, String> {
             SESSION.set(Some(session));
             Ok(scene)
         }
+        Question::Tune { setup } => with_session(|session| session.tune(setup).map(|()| Value::Null)),
         Question::Run { samples } => with_session(|session| {
             session.run(samples);
             Ok(session.state())
         }),
         Question::Grab { origin, direction } => with_session(|session| Ok(session.grab(origin, direction))),
         Question::Hold { hand } => with_session(|session| session.hold(hand).map(|()| Value::Null)),
-        Question::Bits { episodes } => Ok(json!(bits::lines(episodes))),
+        Question::Bits { episodes } => Ok(json!(bits::lines(episodes).collect::<Vec<_>>())),
     }
 }
 

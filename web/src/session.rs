@@ -94,6 +94,21 @@ impl Session {
         }
     }
 
+    /// Changes the space's numbers and the delay while the episode runs.
+    ///
+    /// # Errors
+    /// A sentence: what is wrong with the set-up, or that it is another one.
+    pub fn tune(&mut self, setup: Setup) -> Result<(), String> {
+        if (Setup { knobs: setup.knobs.clone(), delay: setup.delay, ..self.setup.clone() }) != setup {
+            return Err("Only the space's numbers and the delay change while an episode runs.".into());
+        }
+        let (config, ..) = setup.resolve()?;
+        self.env.set_stiffness(config.space.stiffness).map_err(|error| sentence(&error))?;
+        self.env.set_torque_delay(setup.delay).map_err(|error| sentence(&error))?;
+        self.setup = setup;
+        Ok(())
+    }
+
     /// Takes a hand on the arm or off it.
     ///
     /// # Errors

@@ -134,3 +134,44 @@ fn knobs_turn_the_space() {
     assert_eq!(vector(&session.state(), "stiffness"), [750.0; 3]);
     assert_eq!(vector(&session.state(), "rotational_stiffness"), [50.0; 3]);
 }
+
+/// The same arm, pulled by 12 N all the while: soft, then stiff, without a new start.
+#[test]
+fn a_stiffness_changes_while_the_arm_is_held() {
+    let mut session = Session::open(setup("lift", "low", "hold")).unwrap();
+    let rest = vector(&session.state(), "tool")[1];
+    session.hold(Some(Hand::Force([0.0, 12.0, 0.0]))).unwrap();
+    session.run(3000);
+    let soft = vector(&session.state(), "tool")[1] - rest;
+    let stiffer =
+        Setup { knobs: BTreeMap::from([("stiffness".into(), 600.0)]), delay: 0.004, ..setup("lift", "low", "hold") };
+    session.tune(stiffer.clone()).unwrap();
+    session.run(3000);
+    let state = session.state();
+    let stiff = vector(&state, "tool")[1] - rest;
+    assert!((soft * 150.0 / 12.0 - 1.0).abs() < 0.1 && (stiff * 600.0 / 12.0 - 1.0).abs() < 0.1, "{soft} {stiff}");
+    assert_eq!(vector(&state, "stiffness"), [600.0; 3]);
+    assert!(state["time"].as_f64().unwrap() > 11.9, "no new start");
+    for wrong in [Setup { friction: 2.0, ..stiffer.clone() }, Setup { delay: 1.0, ..stiffer.clone() }] {
+        assert!(session.tune(wrong).is_err());
+    }
+    assert_eq!(session.scene()["setup"]["delay"], 0.004, "what cannot be leaves what there is");
+}
+
+/// An adaptive K moves to new bounds, while the torques come late, and later no more.
+#[test]
+fn bounds_and_delay_change_while_the_law_runs() {
+    let mut session = Session::open(setup("lift", "aforce", "hold")).unwrap();
+    session.hold(Some(Hand::Force([0.0, 12.0, 0.0]))).unwrap();
+    session.run(1000);
+    let lowest = |session: &Session| vector(&session.state(), "stiffness").into_iter().fold(f64::INFINITY, f64::min);
+    let own = lowest(&session);
+    let bound = 3.0 * own;
+    let knobs = BTreeMap::from([("k_min".into(), bound)]);
+    session.tune(Setup { knobs, delay: 0.01, ..setup("lift", "aforce", "hold") }).unwrap();
+    session.run(1000);
+    assert!((lowest(&session) - bound).abs() < 1e-6, "{} {bound}", lowest(&session));
+    session.tune(setup("lift", "aforce", "hold")).unwrap();
+    session.run(4000);
+    assert!(lowest(&session) < bound - 1.0 && session.state()["diverged"] == false, "{}", lowest(&session));
+}

@@ -65,7 +65,25 @@ impl Drawn {
 
     /// The episode starts: until the first torque arrives, the arm is held by `holding` (Nm).
     pub fn begin(&mut self, holding: &JointVector, dt: f64) {
-        self.late = VecDeque::from(vec![*holding; (self.delay / dt - 1e-9).ceil() as usize]);
+        self.late.clear();
+        self.fill(holding, dt);
+    }
+
+    /// From now on torques act `delay` seconds late. Of a longer way the torque that comes next fills the beginning, or
+    /// `holding` (Nm) if none was under way.
+    pub fn set_delay(&mut self, delay: f64, holding: &JointVector, dt: f64) {
+        self.delay = delay;
+        self.values.iter_mut().filter(|(key, _)| *key == "torque_delay_s").for_each(|(_, value)| *value = delay);
+        self.fill(self.late.front().copied().as_ref().unwrap_or(holding), dt);
+    }
+
+    /// Makes the way of the torques as long as the delay.
+    fn fill(&mut self, oldest: &JointVector, dt: f64) {
+        let samples = (self.delay / dt - 1e-9).ceil() as usize;
+        self.late.drain(..self.late.len().saturating_sub(samples));
+        while self.late.len() < samples {
+            self.late.push_front(*oldest);
+        }
     }
 
     /// The force (N, world) that pushes the tool point in the coming sample.

@@ -2,7 +2,9 @@
 
 use std::collections::HashSet;
 
-use aforce::{ActionEntry, ConfigError, Controller, JointVector, Measurement, Vector3, stable_on};
+use aforce::{
+    ActionEntry, ActionSpace, ConfigError, Controller, JointVector, Measurement, Stiffness, Vector3, stable_on,
+};
 use physics::robots::Robot;
 use physics::{Plant, Push, Simulation};
 use rand::{Rng, SeedableRng};
@@ -10,7 +12,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::component::Component;
 use crate::controller_state::observe_controller;
-use crate::disturbance::Disturbance;
+use crate::disturbance::{Disturbance, Draw};
 use crate::drawn::Drawn;
 use crate::env_config::EnvConfig;
 use crate::expert;
@@ -317,6 +319,31 @@ impl Env {
     /// In the next sample, if the body is fixed.
     pub fn push(&mut self, push: Option<Push>) {
         self.simulation.set_hand(push);
+    }
+
+    /// Other numbers of the action space's stiffness, in this episode and the next ones: see [`Controller::set_stiffness`].
+    ///
+    /// # Errors
+    /// As [`Controller::set_stiffness`], and if the adaptive law would be unstable where the arm is now.
+    pub fn set_stiffness(&mut self, stiffness: Stiffness) -> Result<(), ConfigError> {
+        let space = ActionSpace { stiffness, ..self.config.space.clone() };
+        stable_on(&space, &self.y).map_err(|error| error.below("env.space"))?;
+        self.controller.set_stiffness(stiffness).map_err(|error| error.below("env.space"))?;
+        self.config.space = space;
+        Ok(())
+    }
+
+    /// How late the joint torques act (s) from now on, in this episode and the next ones; to the next whole control sample.
+    ///
+    /// # Errors
+    /// If it is not between 0 and 0.2 s.
+    pub fn set_torque_delay(&mut self, delay: f64) -> Result<(), ConfigError> {
+        let torque_delay_s = Some(Draw::Fixed(delay));
+        let disturbance = Disturbance { torque_delay_s, ..self.config.disturbance.clone() };
+        disturbance.validate(self.config.task).map_err(|error| error.below("env"))?;
+        self.config.disturbance = disturbance;
+        self.drawn.set_delay(delay, &self.y.bias, self.plant.dt);
+        Ok(())
     }
 
     /// What is measured after the torque `commanded`.

@@ -1,5 +1,7 @@
 //! The controller: one action to one goal, one measurement to one torque.
 
+use std::mem::discriminant;
+
 use nalgebra::UnitVector3;
 
 use crate::arm::Arm;
@@ -13,6 +15,7 @@ use crate::law::impedance::Impedance;
 use crate::law::interpolator::Interpolator;
 use crate::law::limits::TorqueLimiter;
 use crate::law::operational_space::OperationalSpace;
+use crate::law::stiffness::Stiffness;
 use crate::spatial::{JointVector, Measurement, Pose, Vector6, Wrench, all_finite};
 
 /// Turns the actions of one [`ActionSpace`] into joint torques.
@@ -119,6 +122,28 @@ impl Controller {
     /// F_ff that force control has taken. Holds from the next sample on, and through a reset.
     pub fn set_contact_axis(&mut self, n: UnitVector3<f64>) {
         self.force.set_direction(n.into_inner());
+    }
+
+    /// Other numbers of the stiffness while the law runs, of the kind that the space has: fixed, commanded or adaptive. They hold through
+    /// a reset. A fixed K acts from the next sample on, and a range from the next action on. An adaptive K goes from where it is to
+    /// new bounds at its largest rate, and F_ff goes on from where it is.
+    ///
+    /// # Errors
+    /// If they are of another kind, or the space is not allowed with them. Nothing has changed then.
+    pub fn set_stiffness(&mut self, stiffness: Stiffness) -> Result<(), ConfigError> {
+        if discriminant(&stiffness) != discriminant(&self.space.stiffness) {
+            let reason = "another kind of stiffness than the running space has; make a new controller".into();
+            return Err(ConfigError::Contradiction { field: "stiffness".into(), reason });
+        }
+        let space = ActionSpace { stiffness, ..self.space.clone() };
+        space.validate(self.config.control_hz)?;
+        self.space = space;
+        match (&self.space.stiffness, &mut self.adaptation) {
+            (Stiffness::Fixed(k), _) => self.stiffness = *k.vector(),
+            (Stiffness::Adaptive(psi), Some(adaptation)) => *adaptation.psi_mut() = *psi,
+            _ => (),
+        }
+        Ok(())
     }
 
     /// The goal that an action asks for, not yet taken. Stiffness, psi and force, if commanded, take effect.
