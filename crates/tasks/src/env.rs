@@ -2,33 +2,28 @@
 
 use std::collections::HashSet;
 
-use aforce::{
-    ActionEntry, ActionSpace, ConfigError, Controller, JointVector, Measurement, Stiffness, Vector3, stable_on,
-};
+use aforce::{ActionEntry, ConfigError, Controller, JointVector, Measurement, Vector3, stable_on};
 use physics::robots::Robot;
-use physics::{Plant, Push, Simulation};
+use physics::{Plant, Simulation};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::component::Component;
-use crate::controller_state::observe_controller;
-use crate::disturbance::{Disturbance, Draw};
 use crate::drawn::Drawn;
 use crate::env_config::EnvConfig;
 use crate::expert;
 use crate::force_sensor::ForceSensor;
 use crate::interval::Interval;
 use crate::motion::Motion;
-use crate::observation::observe_robot;
 use crate::observer::Observer;
-use crate::pixels::Pixels;
 use crate::placing::{LARGEST_OVERLAP, draw_start, overlapping, put};
-use crate::privileged::{Privileged, observe_contact};
 use crate::reward_terms::RewardTerms;
 use crate::sample::Sample;
 use crate::sensing::Estimator;
 use crate::step::Step;
 use crate::task::{HELD, Reward, Task};
+
+mod observing;
+mod tuning;
 
 /// A task, an arm and an action space.
 ///
@@ -218,23 +213,6 @@ impl Env {
         Ok(())
     }
 
-    /// That no entry of the critic's list is empty.
-    fn shows_what_is_asked(&self) -> Result<(), ConfigError> {
-        let critic = &self.config.observation.critic;
-        let mut shown = Observer::default();
-        shown.begin();
-        self.task.observe_privileged(&self.simulation, &self.y, &mut shown);
-        let nothing_disturbed = self.config.disturbance == Disturbance::default();
-        let reason = if critic.contains(&Privileged::Disturbance) && nothing_disturbed {
-            "\"disturbance\" shows what env.disturbance has, and it has nothing".into()
-        } else if critic.contains(&Privileged::Task) && shown.values().is_empty() {
-            format!("{} has nothing to show to a critic: leave \"task\" out", self.task.name())
-        } else {
-            return Ok(());
-        };
-        Err(ConfigError::Contradiction { field: "env.observation.critic".into(), reason })
-    }
-
     /// Applies one action in [-1, 1]^n for one policy interval: the entries of the action space
     /// ([`aforce::ActionSpace::entries`]), then, where there is a gripper, one whose sign counts: -1 opens, +1 closes.
     ///
@@ -313,39 +291,6 @@ impl Env {
         self.outcome(interval, diverged)
     }
 
-    /// Somebody's hand: pushes a moving body until it is set again or the episode ends.
-    ///
-    /// # Panics
-    /// In the next sample, if the body is fixed.
-    pub fn push(&mut self, push: Option<Push>) {
-        self.simulation.set_hand(push);
-    }
-
-    /// Other numbers of the action space's stiffness, in this episode and the next ones: see [`Controller::set_stiffness`].
-    ///
-    /// # Errors
-    /// As [`Controller::set_stiffness`], and if the adaptive law would be unstable where the arm is now.
-    pub fn set_stiffness(&mut self, stiffness: Stiffness) -> Result<(), ConfigError> {
-        let space = ActionSpace { stiffness, ..self.config.space.clone() };
-        stable_on(&space, &self.y).map_err(|error| error.below("env.space"))?;
-        self.controller.set_stiffness(stiffness).map_err(|error| error.below("env.space"))?;
-        self.config.space = space;
-        Ok(())
-    }
-
-    /// How late the joint torques act (s) from now on, in this episode and the next ones; to the next whole control sample.
-    ///
-    /// # Errors
-    /// If it is not between 0 and 0.2 s.
-    pub fn set_torque_delay(&mut self, delay: f64) -> Result<(), ConfigError> {
-        let torque_delay_s = Some(Draw::Fixed(delay));
-        let disturbance = Disturbance { torque_delay_s, ..self.config.disturbance.clone() };
-        disturbance.validate(self.config.task).map_err(|error| error.below("env"))?;
-        self.config.disturbance = disturbance;
-        self.drawn.set_delay(delay, &self.y.bias, self.plant.dt);
-        Ok(())
-    }
-
     /// What is measured after the torque `commanded`.
     fn sense(&mut self, commanded: &JointVector) -> Measurement {
         let mut y = self.drawn.sense(&self.simulation);
@@ -391,33 +336,6 @@ impl Env {
         }
     }
 
-    fn observe(&mut self) {
-        self.observer.begin();
-        self.task.observe(&self.simulation, &self.y, &mut self.observer);
-        observe_robot(&self.simulation, &self.y, &mut self.observer);
-        if self.config.observation.controller {
-            observe_controller(&self.controller, &self.y, &mut self.observer);
-        }
-        if self.config.observation.force {
-            self.sensor.observe(&self.y, &mut self.observer);
-        }
-        if self.config.observation.action {
-            for (name, entry) in &self.last_action {
-                self.observer.put(format_args!("action_{name}"), *entry, "-1 to 1", 0.0, 1.0);
-            }
-        }
-        self.observe_privileged();
-        for (observer, whom) in [(&self.observer, "a policy"), (&self.privileged, "a critic")] {
-            let (now, first) = (observer.values().len(), observer.components().len());
-            assert!(
-                now == first,
-                "task {}: {now} numbers are shown to {whom} after action {}, {first} were at first; `observe` puts the same ones every time",
-                self.task.name(),
-                self.elapsed
-            );
-        }
-    }
-
     /// Whether the terms of a reward are those of the first one, and numbers.
     fn check(&self, terms: &RewardTerms) {
         let (task, action) = (self.task.name(), self.elapsed);
@@ -432,47 +350,6 @@ impl Env {
                 "task {task}: the term {name:?} of the reward of action {action} is {value}: a finite number is wanted"
             );
         }
-    }
-
-    fn observe_privileged(&mut self) {
-        let (out, simulation, y) = (&mut self.privileged, &self.simulation, &self.y);
-        out.begin();
-        for entry in &self.config.observation.critic {
-            match entry {
-                Privileged::Contact => observe_contact(simulation, y, out),
-                Privileged::Controller => observe_controller(&self.controller, y, out),
-                Privileged::Disturbance => self.config.disturbance.observe(&self.drawn, out),
-                Privileged::Force => self.sensor.observe(y, out),
-                Privileged::Task => self.task.observe_privileged(simulation, y, out),
-            }
-        }
-    }
-
-    /// The last observation: object part, proprioception, then the controller's state, the measured force and the last action where
-    /// they are observed; unscaled.
-    pub fn observation(&self) -> &[f32] {
-        self.observer.values()
-    }
-
-    /// Names and scales of the observation's components, in order.
-    pub fn observation_components(&self) -> &[Component] {
-        self.observer.components()
-    }
-
-    /// What a critic sees besides the last observation ([`ObservationOptions::critic`](crate::ObservationOptions::critic)), in the
-    /// order of that list; unscaled. A policy must not see it.
-    pub fn privileged(&self) -> &[f32] {
-        self.privileged.values()
-    }
-
-    /// Names and scales of [`Env::privileged`]'s components, in order.
-    pub fn privileged_components(&self) -> &[Component] {
-        self.privileged.components()
-    }
-
-    /// What the observed camera sees now, in an environment that has one; drawn at every call.
-    pub fn pixels(&self) -> Option<Pixels> {
-        self.config.observation.camera.map(|camera| camera.take(self.task(), self.simulation()))
     }
 
     /// What the terms of [`Step::reward_terms`] are for, in order.

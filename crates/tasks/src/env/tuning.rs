@@ -1,0 +1,42 @@
+//! What somebody may change while an episode runs.
+
+use aforce::{ActionSpace, ConfigError, Stiffness, stable_on};
+use physics::Push;
+
+use super::Env;
+use crate::disturbance::{Disturbance, Draw};
+
+impl Env {
+    /// Somebody's hand: pushes a moving body until it is set again or the episode ends.
+    ///
+    /// # Panics
+    /// In the next sample, if the body is fixed.
+    pub fn push(&mut self, push: Option<Push>) {
+        self.simulation.set_hand(push);
+    }
+
+    /// Other numbers of the action space's stiffness, in this episode and the next ones: see [`Controller::set_stiffness`].
+    ///
+    /// # Errors
+    /// As [`Controller::set_stiffness`], and if the adaptive law would be unstable where the arm is now.
+    pub fn set_stiffness(&mut self, stiffness: Stiffness) -> Result<(), ConfigError> {
+        let space = ActionSpace { stiffness, ..self.config.space.clone() };
+        stable_on(&space, &self.y).map_err(|error| error.below("env.space"))?;
+        self.controller.set_stiffness(stiffness).map_err(|error| error.below("env.space"))?;
+        self.config.space = space;
+        Ok(())
+    }
+
+    /// How late the joint torques act (s) from now on, in this episode and the next ones; to the next whole control sample.
+    ///
+    /// # Errors
+    /// If it is not between 0 and 0.2 s.
+    pub fn set_torque_delay(&mut self, delay: f64) -> Result<(), ConfigError> {
+        let torque_delay_s = Some(Draw::Fixed(delay));
+        let disturbance = Disturbance { torque_delay_s, ..self.config.disturbance.clone() };
+        disturbance.validate(self.config.task).map_err(|error| error.below("env"))?;
+        self.config.disturbance = disturbance;
+        self.drawn.set_delay(delay, &self.y.bias, self.plant.dt);
+        Ok(())
+    }
+}
