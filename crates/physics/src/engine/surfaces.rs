@@ -26,11 +26,12 @@ impl Engine {
     /// What rays meet. Tree and poses are made here and not taken from the collision detection, which learns only in the next step where
     /// bodies were put.
     pub fn surfaces(&self) -> Surfaces<'_> {
-        let colliders = || self.geoms.iter().map(|&(handle, color)| (&self.world.colliders[handle], color));
-        let boxes: Vec<_> =
-            colliders().map(|(collider, _)| collider.shape().compute_aabb(&self.stands(collider))).collect();
-        let geoms =
-            colliders().map(|(collider, color)| (Target::new(collider, self.stands(collider)), color)).collect();
+        let placed = self.geoms.iter().map(|&(handle, color)| {
+            let collider = &self.world.colliders[handle];
+            let pose = self.stands(collider);
+            (collider.shape().compute_aabb(&pose), (Target::new(collider, pose), color))
+        });
+        let (boxes, geoms): (Vec<_>, Vec<_>) = placed.unzip();
         Surfaces { tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes), geoms }
     }
 
