@@ -24,7 +24,7 @@ STUDIED = { for sweep in table-1:table-1 prior:prior prior-parts:prior parts:tab
 	$(RUN) sweep -- $(STUDY)/$${sweep%:*}.toml --out runs/study/$${sweep\#*:} --list; done; } \
 	| awk '$$1 ~ /^[0-9]+$$/ && $$4 <= 15 { print $$6 }'
 
-.PHONY: own-task setup demo test test-franka wheel test-python web test-web test-bits check book release bench reproduce study gallery
+.PHONY: own-task setup demo test test-franka wheel test-python web test-web test-bits check book release bench reproduce study pages gallery
 
 # libtorch, pinned and verified, into third_party/libtorch (about 500 MB).
 setup:
@@ -154,6 +154,12 @@ study: setup
 		--disturb experiments/configs/disturbances.toml --csv $$run/disturbed.csv || exit 1; done
 	cp results/study/energy_ratio.toml runs/study/
 	$(RUN) report -- runs/study $(HYPOTHESES:%=--hypotheses %)
+
+# Tables, figures and pages of results, made of the runs that are kept there.
+pages: setup
+	for study in results/study results/second-study; do \
+		$(RUN) report -- $$study $$(for file in $$study/hypotheses*.toml; do echo --hypotheses $$file; done) || exit 1; done
+	$(RUN) report -- results --pages
 
 runs/random_paper_steps.csv: | setup
 	$(RUN) baselines -- random --tasks lift,door,wipe --spaces aforce,low,variable,osc,robosuite-variable,robosuite-osc --episodes 30 --out $@

@@ -224,11 +224,7 @@ fn committed_tables_and_curves_are_of_the_committed_runs() {
     for text in texts {
         let text = text.strip_prefix(out.path()).unwrap();
         let [made, committed] = [out.path(), &results].map(|root| std::fs::read_to_string(root.join(text)).unwrap());
-        assert!(
-            made == committed,
-            "{}: run report results/study and results/second-study with their hypotheses, then report results --pages",
-            text.display()
-        );
+        assert!(made == committed, "{}: run make pages", text.display());
     }
 }
 

@@ -68,7 +68,7 @@ fn title(config: &RunConfig) -> String {
 
 /// The evaluations of runs of one task that are compared. For each action space, variant and preset: the interquartile mean of its
 /// seeds as far as all of them have come, and its 95 % interval, or the range of too few seeds. More than `MOST` of them are spread over
-/// several figures: the built-in spaces, then what was made of them to find out why, each beside AFORCE.
+/// several figures ([`spread`]).
 ///
 /// # Errors
 /// If a table cannot be read.
@@ -130,21 +130,54 @@ fn heading(task: &str, seeds: impl Iterator<Item = usize> + Clone) -> String {
     format!("{task} while learning: {count}{of}")
 }
 
-/// The labels of each figure with its suffix.
+/// The labels of each figure with its suffix. Where every group has a variant, the spaces of one variant are in the same figures.
 fn spread<'a>(labels: &'a [(String, &RunSummary)]) -> Vec<(String, Vec<&'a str>)> {
     if labels.len() <= MOST {
         return vec![(String::new(), labels.iter().map(|(label, _)| label.as_str()).collect())];
     }
-    let is_aforce =
-        |run: &RunSummary| ["aforce", "aforce-force"].contains(&run.space.as_str()) && run.variant.is_empty();
-    let aforce: Vec<&str> =
-        labels.iter().filter(|(_, run)| is_aforce(run)).map(|(label, _)| label.as_str()).take(1).collect();
-    let others = labels.iter().filter(|(label, _)| !aforce.contains(&label.as_str()));
-    // AFORCE's own kin, whatever is not built in and every variant is an ablation.
-    let is_rival = |run: &RunSummary| {
-        run.variant.is_empty() && !run.space.starts_with("aforce") && run.space.parse::<ActionSpace>().is_ok()
+    let mut variants: Vec<&str> = vec![];
+    for (_, run) in labels {
+        if !variants.contains(&run.variant.as_str()) {
+            variants.push(&run.variant);
+        }
+    }
+    if variants.contains(&"") {
+        return of_kinds("", labels);
+    }
+    let of_variant = |variant: &&str| {
+        let labels: Vec<_> = labels.iter().filter(|(_, run)| run.variant == **variant).collect();
+        let name = format!("_{variant}");
+        if labels.len() <= MOST {
+            return vec![(name, labels.iter().map(|(label, _)| label.as_str()).collect())];
+        }
+        let figures = of_kinds(variant, labels).into_iter();
+        figures.map(|(suffix, labels)| (name.clone() + &suffix, labels)).collect()
     };
-    let (rivals, ablations): (Vec<_>, Vec<_>) = others.partition(|(_, run)| is_rival(run));
+    variants.iter().flat_map(of_variant).collect()
+}
+
+/// The built-in spaces with the variant `common`, then what was made of them to find out why, each beside AFORCE.
+fn of_kinds<'a>(
+    common: &str,
+    labels: impl IntoIterator<Item = &'a (String, &'a RunSummary)>,
+) -> Vec<(String, Vec<&'a str>)> {
+    let is_aforce =
+        |run: &RunSummary| ["aforce", "aforce-force"].contains(&run.space.as_str()) && run.variant == common;
+    // AFORCE's own kin, whatever is not built in and every other variant is an ablation.
+    let is_rival = |run: &RunSummary| {
+        run.variant == common && !run.space.starts_with("aforce") && run.space.parse::<ActionSpace>().is_ok()
+    };
+    let (mut aforce, mut rivals, mut ablations) = (vec![], vec![], vec![]);
+    for (label, run) in labels {
+        let kind = if is_aforce(run) && aforce.is_empty() {
+            &mut aforce
+        } else if is_rival(run) {
+            &mut rivals
+        } else {
+            &mut ablations
+        };
+        kind.push(label.as_str());
+    }
     let mut figures = vec![];
     for (name, of_kind) in [("", rivals), ("_ablations", ablations)] {
         let room = MOST - aforce.len();
@@ -152,8 +185,7 @@ fn spread<'a>(labels: &'a [(String, &RunSummary)]) -> Vec<(String, Vec<&'a str>)
         let size = of_kind.len().div_ceil(of_kind.len().div_ceil(room).max(1)).max(1);
         for (index, chunk) in of_kind.chunks(size).enumerate() {
             let suffix = if index == 0 { name.into() } else { format!("{name}_{}", index + 1) };
-            figures
-                .push((suffix, aforce.iter().copied().chain(chunk.iter().map(|(label, _)| label.as_str())).collect()));
+            figures.push((suffix, [aforce.as_slice(), chunk].concat()));
         }
     }
     figures
@@ -224,6 +256,27 @@ mod tests {
         let expected =
             [": aforce osc variable", "_ablations: aforce floor floor-ff mean", "_ablations_2: aforce no-ff stiff"];
         assert_eq!(spread_over(&many), expected);
+    }
+
+    /// Spaces are compared with one learner, and a curve of another learner is in another figure.
+    #[test]
+    fn where_all_have_a_variant_each_has_figures_of_its_own() {
+        let mut all: Vec<RunSummary> = vec![];
+        for (variant, spaces) in [
+            ("plain", &["aforce", "osc"][..]),
+            ("swift", &["aforce", "variable", "osc", "floor", "robosuite-variable"]),
+        ] {
+            let of_variant = spaces.iter().flat_map(|space| runs(space, 1));
+            all.extend(of_variant.map(|run| RunSummary { variant: variant.into(), ..run }));
+        }
+        let labels: Vec<_> = all.iter().map(|run| (run.label(), run)).collect();
+        let figures: Vec<_> = spread(&labels).into_iter().map(|(suffix, labels)| (suffix, labels.join(" "))).collect();
+        let expected = [
+            ("_plain", "aforce,plain osc,plain"),
+            ("_swift", "aforce,swift variable,swift osc,swift robosuite-variable,swift"),
+            ("_swift_ablations", "aforce,swift floor,swift"),
+        ];
+        assert_eq!(figures, expected.map(|(suffix, labels)| (suffix.to_string(), labels.to_string())));
     }
 
     #[test]
