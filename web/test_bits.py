@@ -78,7 +78,7 @@ def main():
             sys.exit(f"{name}: other tasks and spaces than in {FILE.name}: make it again with --write")
         differ = [" ".join(line[:2]) for line, other in zip(found, expected) if any(a != b for a, b in zip(line, other))]
         print(f"{name}: {len(found) - len(differ)} of {len(found)} lines have the bits of {FILE.name}" + "".join(f"\n  {line} differs" for line in differ))
-        # Jerk-limited set-points are not promised: their library takes sine and cube root from the platform.
+        # Jerk-limited set-points are not promised: their generator takes atan2 from the platform, which may be another C library's.
         failed |= any("jerk-limited" not in line for line in differ)
     sys.exit(failed)
 

@@ -1,24 +1,38 @@
-//! acos and cos, rounded to the nearest number, in place of those that Rust's library takes from the platform.
+//! acos, atan2 and cos, rounded to the nearest number, in place of those that Rust's library takes from the platform.
 //!
-//! The engine finds the principal axes of a body's inertia with them. glibc rounds both to nearest but for a few arguments in a
-//! thousand. The functions of WebAssembly and of musl err more often, and the last bits of a moving body's inertia would differ.
+//! The engine finds the principal axes of a body's inertia with acos and cos, and the generator of jerk-limited set-points the roots of its
+//! polynomials with atan2. glibc rounds all three to nearest but for a few arguments in a thousand. The functions of WebAssembly
+//! and of musl err more often, so that last bits would differ.
 
 /// The angle (rad, 0 to pi) of a cosine, in place of the C library's.
 #[unsafe(no_mangle)]
 pub extern "C" fn acos(cosine: f64) -> f64 {
     let near = libm::acos(cosine);
     if cosine.abs() < 1.0 {
-        let Twofold { high, low } = series(near);
+        let Twofold { high, low } = cosine_of(near);
         near + (high - cosine + low) / libm::sin(near)
     } else {
         near
     }
 }
 
+/// The direction (rad, -pi to pi) of a vector, in place of the C library's.
+#[unsafe(no_mangle)]
+pub extern "C" fn atan2(y: f64, x: f64) -> f64 {
+    let near = libm::atan2(y, x);
+    let (cosine, sine) = (cosine_of(near), sine_of(near));
+    // What the vector has across the direction that is near, and along it.
+    let across = cosine.times(Twofold::of(y)).plus_twofold(sine.times(Twofold::of(-x)));
+    let along = cosine.high * x + sine.high * y;
+    let more = (across.high + across.low) / along;
+    // Along an axis, endless or too large to be multiplied, it is libm's.
+    if more.is_normal() { near + more } else { near }
+}
+
 /// The cosine of an angle (rad), in place of the C library's. Beyond pi, where the engine asks for none, it is libm's.
 #[unsafe(no_mangle)]
 pub extern "C" fn cos(angle: f64) -> f64 {
-    if angle.abs() <= std::f64::consts::PI { series(angle).high } else { libm::cos(angle) }
+    if angle.abs() <= std::f64::consts::PI { cosine_of(angle).high } else { libm::cos(angle) }
 }
 
 /// A number of twice the digits: the sum of two, of which the first is the nearest to it.
@@ -28,17 +42,30 @@ struct Twofold {
     low: f64,
 }
 
-/// The cosine of an angle between -pi and pi, by its power series.
-fn series(angle: f64) -> Twofold {
+/// The cosine of an angle between -pi and pi.
+fn cosine_of(angle: f64) -> Twofold {
+    series(angle, |k| (2 * k - 1) * (2 * k))
+}
+
+/// The sine of an angle between -pi and pi.
+fn sine_of(angle: f64) -> Twofold {
+    series(angle, |k| (2 * k) * (2 * k + 1)).times(Twofold::of(angle))
+}
+
+/// 1 - a^2 / d(1) (1 - a^2 / d(2) (1 - ...)); with the `divisors` of cosine and sine the first term left out is below 1e-35.
+fn series(angle: f64, divisors: impl Fn(i32) -> i32) -> Twofold {
     let square = Twofold::product(angle, angle);
-    // cos a = 1 - a^2 / (1 * 2) (1 - a^2 / (3 * 4) (1 - ...)); the first term left out is below 1e-35.
-    (1..=24).rev().fold(Twofold { high: 1.0, low: 0.0 }, |rest, k| {
-        let term = rest.times(square).over(f64::from((2 * k - 1) * (2 * k)));
+    (1..=24).rev().fold(Twofold::of(1.0), |rest, k| {
+        let term = rest.times(square).over(f64::from(divisors(k)));
         Twofold::sum(1.0, -term.high).plus(-term.low)
     })
 }
 
 impl Twofold {
+    fn of(number: f64) -> Twofold {
+        Twofold { high: number, low: 0.0 }
+    }
+
     fn sum(a: f64, b: f64) -> Twofold {
         let high = a + b;
         let of_b = high - a;
@@ -52,6 +79,10 @@ impl Twofold {
 
     fn plus(self, little: f64) -> Twofold {
         Twofold::sum(self.high, self.low + little)
+    }
+
+    fn plus_twofold(self, other: Twofold) -> Twofold {
+        Twofold::sum(self.high, other.high).plus(self.low + other.low)
     }
 
     fn times(self, other: Twofold) -> Twofold {
@@ -76,6 +107,16 @@ mod tests {
         (0.4807455066142465, 0.8866504168944281),
     ];
 
+    /// Vectors (y, x), and their directions to the nearest number, worked out with 50 digits. glibc's of the last three are other ones.
+    const DIRECTIONS: [(f64, f64, f64); 6] = [
+        (-1.1769529708211812, 0.6966120569874565, -1.0363706129192052),
+        (-1.0658813868166002, -1.970091307831463, -2.645661139623161),
+        (-1.7004608899594835, 1.3227103623849086, -0.9097056464016632),
+        (-1.9926515080879024, -0.7512563686815525, -1.931331021528871),
+        (0.29383173257336326, -0.08412319841511762, 1.8496348112922034),
+        (-1.1920840337839418, 1.9087899013913532, -0.5582565464804551),
+    ];
+
     #[test]
     fn a_cosine_is_rounded_to_the_nearest_number() {
         for (angle, expected) in NEAREST {
@@ -90,11 +131,25 @@ mod tests {
         for k in -999..1000 {
             let cosine = f64::from(k) / 1000.0;
             let off = |angle: f64| {
-                let Twofold { high, low } = series(angle);
+                let Twofold { high, low } = cosine_of(angle);
                 (high - cosine + low).abs()
             };
             let angle = acos(cosine);
             assert!(off(angle) <= off(angle.next_up()) && off(angle) <= off(angle.next_down()), "{cosine}");
         }
+    }
+
+    #[test]
+    fn a_direction_is_rounded_to_the_nearest_number() {
+        for (y, x, expected) in DIRECTIONS {
+            assert_eq!(atan2(std::hint::black_box(y), x), expected, "{y}, {x}");
+        }
+        let of_axes = [(0.0, 1.0, 0.0), (-0.0, 1.0, -0.0), (0.0, 0.0, 0.0), (0.0, -1.0, std::f64::consts::PI)];
+        for (y, x, expected) in of_axes {
+            let direction = atan2(std::hint::black_box(y), x);
+            assert_eq!(direction.to_bits(), f64::to_bits(expected), "{y}, {x}: {direction}");
+        }
+        assert!(atan2(f64::NAN, 1.0).is_nan());
+        assert_eq!(atan2(1.0, f64::NEG_INFINITY), std::f64::consts::PI);
     }
 }
