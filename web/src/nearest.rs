@@ -1,8 +1,8 @@
-//! acos, atan2 and cos, rounded to the nearest number, in place of those that Rust's library takes from the platform.
+//! acos, atan2, cbrt and cos, rounded to the nearest number, in place of those that Rust's library takes from the platform.
 //!
 //! The engine finds the principal axes of a body's inertia with acos and cos, and the generator of jerk-limited set-points the roots of its
-//! polynomials with atan2. glibc rounds all three to nearest but for a few arguments in a thousand. The functions of WebAssembly
-//! and of musl err more often, so that last bits would differ.
+//! polynomials with atan2 and cbrt. glibc rounds atan2, acos and cos to nearest but for a few arguments in a thousand. The functions of
+//! WebAssembly and of musl err more often, so that last bits would differ.
 
 /// The angle (rad, 0 to pi) of a cosine, in place of the C library's.
 #[unsafe(no_mangle)]
@@ -33,6 +33,12 @@ pub extern "C" fn atan2(y: f64, x: f64) -> f64 {
 #[unsafe(no_mangle)]
 pub extern "C" fn cos(angle: f64) -> f64 {
     if angle.abs() <= std::f64::consts::PI { cosine_of(angle).high } else { libm::cos(angle) }
+}
+
+/// The cube root, in place of the C library's. libm's is the nearest number, as Rust's own is where there is no musl.
+#[unsafe(no_mangle)]
+pub extern "C" fn cbrt(number: f64) -> f64 {
+    libm::cbrt(number)
 }
 
 /// A number of twice the digits: the sum of two, of which the first is the nearest to it.
