@@ -88,7 +88,7 @@ impl Session {
     fn begin(&mut self) {
         self.acting = true;
         match &self.player {
-            Player::Hold => return self.env.wait(),
+            Player::Hold => self.env.wait(),
             Player::Script => self.env.begin(&self.env.expert_action()),
             Player::Policy(policy) => self.env.begin(&policy.act(&self.env)),
         }

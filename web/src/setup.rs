@@ -73,7 +73,7 @@ pub enum Player {
     /// Nobody: the goal stays where it is.
     Hold,
     /// A kept policy.
-    Policy(Policy),
+    Policy(Box<Policy>),
 }
 
 /// The places of a space's knobs: name, meaning, and the numbers themselves.
@@ -127,7 +127,7 @@ impl Setup {
                         made_for[0], made_for[1], self.task, self.space
                     ));
                 }
-                (policy.env.clone(), Player::Policy(policy))
+                (policy.env.clone(), Player::Policy(Box::new(policy)))
             }
         };
         let knobs = knobs(&config.space);
