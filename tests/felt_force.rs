@@ -11,11 +11,17 @@ fn feeling(task: TaskName, space: &str) -> EnvConfig {
     EnvConfig { task, space: space.parse().unwrap(), observation, ..EnvConfig::default() }
 }
 
-/// The six numbers, which stand last.
+/// The six numbers, which stand last where the last action is not observed.
 fn felt(env: &Env) -> Wrench {
+    let components = env.observation_components();
+    assert_eq!(components[components.len() - 1].name, NAMES[5]);
+    felt_in(env)
+}
+
+fn felt_in(env: &Env) -> Wrench {
     let (components, values) = (env.observation_components(), env.observation());
-    let first = components.len() - NAMES.len();
-    let names: Vec<&str> = components[first..].iter().map(|component| component.name.as_str()).collect();
+    let first = components.iter().position(|component| component.name == NAMES[0]).unwrap();
+    let names: Vec<&str> = components[first..first + 6].iter().map(|component| component.name.as_str()).collect();
     assert_eq!(names, NAMES);
     Wrench::from_fn(|i, _| f64::from(values[first + i]))
 }
@@ -197,4 +203,46 @@ fn a_list_that_makes_no_sense_is_refused_in_one_line() {
         refused(seen),
         "env.observation.critic: observation.force = true shows it to the policy: leave \"force\" out"
     );
+}
+
+/// A peg that presses beside its hole feels a point of the block, and not one in the hole: friction at its end has no arm about the end.
+#[test]
+fn a_peg_feels_where_its_end_presses() {
+    const ASIDE: f64 = 0.003;
+    let options = [("clearance_mm".to_owned(), 1.0.into())].into_iter().collect();
+    let space = "mid".parse().unwrap();
+    let mut env = Env::new(EnvConfig { space, options, ..EnvConfig::of(TaskName::INSERT) }, 1).unwrap();
+    for (episode, side) in [Vector3::x(), -Vector3::x(), Vector3::y(), -Vector3::y()].into_iter().enumerate() {
+        env.reset(Some(episode as u64));
+        let place = |env: &Env, name: &str| {
+            let components = env.privileged_components();
+            let first = components.iter().position(|component| component.name == format!("{name}_x")).unwrap();
+            Vector3::from_fn(|i, _| f64::from(env.privileged()[first + i]))
+        };
+        let beside = place(&env, "rim_pos") + ASIDE * side;
+        let (mut wrench, mut pressed, mut above) = (Wrench::zeros(), 0, false);
+        while pressed < 5 {
+            let end = place(&env, "base_to_peg_end_pos") + place(&env, "rim_pos") - 0.025 * Vector3::z();
+            let mut apart = beside - end;
+            // Down once it is above the place.
+            above |= apart.xy().norm() < 0.0005;
+            apart.z += if above { -0.001 } else { 0.005 };
+            let mut action = still(&env);
+            let step = env.config().controller.position_step;
+            for axis in 0..3 {
+                // The goal is further than the place: a spring pulls there, against the joints' friction.
+                action[axis] = (20.0 * apart[axis] / step).clamp(-0.3, 0.3);
+            }
+            assert!(!env.step(&action).truncated, "the peg never pressed on the rim");
+            if force(&felt_in(&env)).z > 2.0 {
+                (wrench, pressed) = (felt_in(&env), pressed + 1);
+            }
+        }
+        let (force, torque) = (force(&wrench), Vector3::from(wrench.fixed_rows::<3>(3)));
+        let contact = Vector3::z().cross(&torque) / force.z;
+        let from_axis = place(&env, "base_to_peg_end_pos") + contact;
+        assert!(contact.norm() < 0.0042, "beyond the peg's edge: {contact:?}");
+        // Half of 9 mm, and a chamfer of 1 mm.
+        assert!(from_axis.xy().norm() > 0.0053, "in the hole: {from_axis:?}, pressed at {contact:?} with {force:?}");
+    }
 }

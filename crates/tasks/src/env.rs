@@ -186,7 +186,7 @@ impl Env {
         self.elapsed = 0;
         self.running = Running::default();
         self.held = 0.0;
-        self.sensor.tare(&self.y);
+        self.sensor = ForceSensor::tared(self.task.feel(), &self.y);
         self.last_action.iter_mut().for_each(|(_, entry)| *entry = 0.0);
         self.observe();
         if let Some(estimator) = &self.estimator {

@@ -1,11 +1,30 @@
 //! The force and the torque that a policy feels.
 
 use aforce::{Measurement, Vector3, Wrench};
+use nalgebra::UnitQuaternion;
 
 use crate::observer::Observer;
 
-/// What a learner multiplies them with: 20 N and 2 Nm become 1.
-const SCALES: [f64; 2] = [0.05, 0.5];
+/// A learner sees a force of this many newtons as 1.
+const FORCE: f64 = 20.0;
+
+/// How a policy feels force and torque.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Feel {
+    /// The point that the torque is about (m, tool axes).
+    pub about: Vector3,
+    /// A learner sees a torque of this many Nm as 1.
+    pub torque: f64,
+    /// In the world's axes, as the entries of an action, or in the tool's.
+    pub in_world: bool,
+}
+
+/// About the tool point, in the tool's axes.
+impl Default for Feel {
+    fn default() -> Self {
+        Self { about: Vector3::zeros(), torque: 2.0, in_world: false }
+    }
+}
 
 /// A sensor at the tool that was tared when the episode began.
 ///
@@ -13,14 +32,15 @@ const SCALES: [f64; 2] = [0.05, 0.5];
 /// tool's axes then is taken off for good, and that reading's noise stays in.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct ForceSensor {
+    feel: Feel,
     /// What counts as nothing (N, Nm; tool axes).
     tare: Wrench,
 }
 
 impl ForceSensor {
     /// What `y` reads counts as nothing from here on.
-    pub fn tare(&mut self, y: &Measurement) {
-        self.tare = in_tool_axes(y, &y.wrench);
+    pub fn tared(feel: Feel, y: &Measurement) -> Self {
+        Self { feel, tare: in_tool_axes(y, &y.wrench) }
     }
 
     /// So does `bias` (N, Nm; world axes), in which later measurements differ from `y`.
@@ -28,12 +48,16 @@ impl ForceSensor {
         self.tare += in_tool_axes(y, bias);
     }
 
-    /// Puts 6 numbers: what the environment exerts on the tool, the torque about the tool point.
+    /// Puts 6 numbers: what the environment exerts on the tool, the torque about [`Feel::about`].
     pub fn observe(&self, y: &Measurement, out: &mut Observer) {
         let wrench = in_tool_axes(y, &y.wrench) - self.tare;
-        for (kind, (name, unit)) in [("force", "N, tool"), ("torque", "Nm, tool")].into_iter().enumerate() {
-            out.vector(name, wrench.fixed_rows::<3>(3 * kind).into(), unit, SCALES[kind]);
-        }
+        let [force, torque] = [0, 3].map(|at| Vector3::from(wrench.fixed_rows::<3>(at)));
+        let Feel { about, torque: much, in_world } = self.feel;
+        let torque = torque - about.cross(&force);
+        let turn = if in_world { y.pose.rotation } else { UnitQuaternion::identity() };
+        let units = if in_world { ["N, world", "Nm, world"] } else { ["N, tool", "Nm, tool"] };
+        out.vector("force", turn * force, units[0], 1.0 / FORCE);
+        out.vector("torque", turn * torque, units[1], 1.0 / much);
     }
 }
 

@@ -51,6 +51,7 @@ pub use disturbance::{Disturbance, Draw};
 pub use env::Env;
 pub use env_config::EnvConfig;
 pub use episode::{Episode, play};
+pub use force_sensor::Feel;
 pub use grasp::{nearest, nearest_straight_down, straight_down};
 pub use interval::{AxisGroup, ForceRecord, Interval, Stop};
 pub use observation::scale;

@@ -7,6 +7,7 @@ use physics::robots::Robot;
 use physics::{Plant, Simulation};
 use rand_chacha::ChaCha8Rng;
 
+use crate::force_sensor::Feel;
 use crate::observer::Observer;
 use crate::reward_terms::RewardTerms;
 use crate::start::Start;
@@ -37,6 +38,11 @@ pub trait Task: Send {
     /// action spaces, asked for before every action. Unless a task says otherwise, up.
     fn contact_normal(&self, _simulation: &Simulation, _y: &Measurement) -> UnitVector3<f64> {
         Vector3::z_axis()
+    }
+
+    /// Where a policy that observes the force ([`ObservationOptions::force`](crate::ObservationOptions::force)) feels the torque.
+    fn feel(&self) -> Feel {
+        Feel::default()
     }
 
     /// Puts the object part of an observation: the same entries in the same order every time.

@@ -16,6 +16,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use crate::env_config::EnvConfig;
+use crate::force_sensor::Feel;
 use crate::grasp::{nearest_straight_down, straight_down};
 use crate::normal::standard_normal;
 use crate::observer::Observer;
@@ -59,6 +60,8 @@ const CENTRED: f64 = 0.0025;
 /// and less than this share of the hole's depth above its base: in, or engaged.
 const IN: f64 = 0.04;
 const ENGAGED: f64 = 0.9;
+/// A torque about the peg's end that a policy shall notice (Nm): 5 N at half of the peg's width are 0.02 Nm.
+const MUCH_TORQUE: f64 = 0.05;
 /// Four points on the peg's axis lie this far from its end (m).
 const KEYPOINTS: [f64; 4] = [-0.075, -0.025, 0.025, 0.075];
 /// Slope (1/m) and offset of the three terms that their distance earns.
@@ -196,9 +199,14 @@ impl Task for Insert {
         false
     }
 
+    /// About the peg's end. There the torque tells on which side the rim presses; about the tool point, friction at the end would hide it.
+    fn feel(&self) -> Feel {
+        Feel { about: Vector3::z() * self.options.sizes().end(), torque: MUCH_TORQUE, in_world: true }
+    }
+
     fn observe(&self, _: &Simulation, y: &Measurement, out: &mut Observer) {
         let Running { believed, allowed_force, .. } = self.running();
-        out.position("hole_to_eef_pos", y.pose.translation.vector - believed, [0.0, 0.0, 0.03], 50.0);
+        out.position("hole_to_eef_pos", y.pose.translation.vector - believed, [0.0, 0.0, 0.03], 200.0);
         out.axes("eef_vel", &y.twist, ["m/s, world", "rad/s, world"], [0.0; 2], [10.0, 2.0]);
         out.put("allowed_force", *allowed_force, "N", 7.5, 0.4);
     }
@@ -209,7 +217,7 @@ impl Task for Insert {
         let end = self.end(&simulation.measure().pose);
         out.position("rim_pos", *rim, [0.0, 0.0, TABLE_HEIGHT + DEPTH], 20.0);
         out.position("believed_error", believed - rim, [0.0; 3], 1000.0);
-        out.position("base_to_peg_end_pos", end.translation.vector - self.base(), [0.0; 3], 50.0);
+        out.position("base_to_peg_end_pos", end.translation.vector - self.base(), [0.0; 3], 200.0);
         out.orientation("peg_quat", &end.rotation);
     }
 
