@@ -40,12 +40,17 @@ pub fn config_of(
     let base = EnvConfig::of(wanted);
     let known = Table::try_from(&base).map_err(value_error)?;
     let mut layers = vec![];
-    // What is wrong with a layer of Python's has the type that Python has for it.
-    let mut unknown = false;
+    // How the answer begins if a key is not known, whose type is then Python's own. For a keyword its words are too: libraries that try
+    // keywords of theirs look for both.
+    let mut unknown = None;
     let mut layer = |name: &str, dict: &Bound<'_, PyDict>| -> PyResult<_> {
         let mut env = table(dict, 0)?;
         let setup = env.remove("setup").map(|setup| ("setup".to_string(), setup));
-        unknown |= env.keys().any(|key| key != "options" && !known.contains_key(key));
+        if let Some(key) = env.keys().find(|key| *key != "options" && !known.contains_key(*key)) {
+            let keyword = name == SOURCE;
+            unknown =
+                Some(if keyword { format!("got an unexpected keyword argument '{key}': ") } else { String::new() });
+        }
         let mut layer = Table::from_iter([("env".to_string(), Value::Table(env))].into_iter().chain(setup));
         spaces::work_out(&mut layer, Path::new("")).map_err(value_error)?;
         Ok((Source::named(name), layer))
@@ -61,8 +66,10 @@ pub fn config_of(
         layers.push((source, table));
     }
     layers.push(layer(SOURCE, keywords)?);
-    let config =
-        settings::env(base, layers).map_err(|error| if unknown { type_error(error) } else { value_error(error) })?;
+    let config = settings::env(base, layers).map_err(|error| match unknown {
+        Some(words) => type_error(format!("{words}{error:#}")),
+        None => value_error(error),
+    })?;
     if config.task != wanted {
         let (there, here) = (config.task.as_str(), wanted.as_str());
         return Err(value_error(format!(

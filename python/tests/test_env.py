@@ -182,7 +182,7 @@ def bad(words, kind=ValueError, **keywords):
     "kind, words, keywords",
     [
         bad('unknown key "env.horzon"; did you mean "env.horizon"?', TypeError, horzon=3),
-        bad('unknown key "env.frameskip"; known are task, ', TypeError, frameskip=4),
+        bad("got an unexpected keyword argument 'frameskip': keywords: unknown key \"env.frameskip\"; known are task, ", TypeError, frameskip=4),
         bad("env.horizon = 0 is not allowed; allowed: 1 to 1000000", horizon=0),
         bad('env.force_penalty.limt"; did you mean "env.force_penalty.limit"?', force_penalty={"limt": 1}),
         bad("env.force_penalty.limit = NaN is not allowed", force_penalty={"limit": np.nan}),
