@@ -308,3 +308,52 @@ fn difference(to: &Pose, from: &Pose) -> Vector6 {
     let sign = if turn.w < 0.0 { -2.0 } else { 2.0 };
     stack(&(to.translation.vector - from.translation.vector), &(sign * turn.imag()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::gantry;
+    use nalgebra::{Translation3, UnitQuaternion, Vector3};
+
+    /// A quaternion and its negative are one rotation, and an arm's pose may come back as either.
+    #[test]
+    fn a_quaternion_that_changes_its_sign_is_no_turn() {
+        let small = UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 0.0, 1e-3));
+        let rotation = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, -2.0, 1.0));
+        let [from, to] = [rotation, small * rotation].map(|turn| Pose::from_parts(Translation3::identity(), turn));
+        let negated = UnitQuaternion::new_unchecked(-to.rotation.into_inner());
+        let other = Pose::from_parts(to.translation, negated);
+        assert!((difference(&other, &from) - difference(&to, &from)).norm() < 1e-15);
+        assert!((difference(&other, &from)[5] - 1e-3).abs() < 1e-9);
+    }
+
+    /// While an arm moves its torque is not gravity's alone, so that a start then is not judged by it.
+    #[test]
+    fn only_at_rest_the_torque_is_held_against_gravity() {
+        let mut y = gantry([1.0; 6]);
+        // Seven hinges about z.
+        y.jacobian.row_mut(3).fill(0.0);
+        y.jacobian.row_mut(4).fill(0.0);
+        y.jacobian.row_mut(5).fill(1.0);
+        let agreement = Agreement::new(1.0, &Arm::PANDA, CompensatedBy::Law);
+        let with = |speed: f64, gravity: f64| {
+            let mut qd = JointVector::zeros();
+            qd[1] = speed;
+            let state = ArmState {
+                q: y.q,
+                qd,
+                pose: y.pose,
+                jacobian: y.jacobian,
+                mass: y.mass,
+                gravity: JointVector::repeat(gravity),
+                coriolis: JointVector::zeros(),
+                wrench: y.wrench,
+                tau: JointVector::zeros(),
+            };
+            agreement.at_start(&state, &y)
+        };
+        assert_eq!(with(0.0, 0.0), Ok(()));
+        assert!(matches!(with(0.0, 80.0), Err(Fault::RestTorque { joint: 1, .. })), "{:?}", with(0.0, 80.0));
+        assert_eq!(with(2.0 * RESTING, 80.0), Ok(()));
+    }
+}
