@@ -4,8 +4,8 @@
     cargo build --release --bin evaluate
     python3 scripts/allowed_success.py results/study --episodes 30 --episodes-in runs/allowed --out results/study/allowed.csv
 
-Every run below the folder whose best policy is kept is played by `evaluate` with mean actions, from the same 30 starts. An episode ends
-once the task has stood fulfilled for a second (`env.ends_on_success`), as what the arm does afterwards is not asked. The table of every
+Every policy below the folder, in a run folder or kept as seed_N.zip, is played by `evaluate` with mean actions, from the same 30 starts. An
+episode ends once the task has stood fulfilled for a second (`env.ends_on_success`), as what the arm does afterwards is not asked. The table of every
 run's episodes stays below --episodes-in, and a run that has one is not played again. Two runs are played at a time.
 
 Columns, as shares of the episodes: `success`, the task stood fulfilled after some action; `success_by_hand`, and the hand had touched
@@ -21,6 +21,7 @@ import csv
 import json
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 REASONS = ("joint-speed", "hand-force", "link-force", "self-contact")
@@ -39,7 +40,8 @@ def play(program, run, table, episodes):
 
 def summary(run, table, episodes, root):
     """The row of a run."""
-    manifest = json.loads((run / "manifest.json").read_text())
+    kept = zipfile.Path(run) if run.suffix == ".zip" else run
+    manifest = json.loads((kept / "manifest.json").read_text())
     with open(table, encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     if len(rows) != episodes:
@@ -48,12 +50,12 @@ def summary(run, table, episodes, root):
     true = lambda row, column: row[column] == "true"
     below = lambda row, column, limit: row[column] != "" and float(row[column]) <= limit
     fast = lambda row: below(row, "max_joint_speed_share_to_success", 1.0)
-    folder = run.relative_to(root)
+    place = run.relative_to(root)
     cells = {
-        "experiment": "/".join(folder.parts[:-3]),
-        "task": folder.parts[-3],
-        "group": folder.parts[-2],
-        "seed": int(folder.name.removeprefix("seed_")),
+        "experiment": "/".join(place.parts[:-3]),
+        "task": place.parts[-3],
+        "group": place.parts[-2],
+        "seed": int(place.stem.removeprefix("seed_")),
         "policy_of_action": rows[0]["step"],
         "episodes": len(rows),
         "success": share(lambda row: true(row, "success_any")),
@@ -79,11 +81,11 @@ def main():
     arguments = parser.parse_args()
     if not arguments.program.exists():
         sys.exit(f"{arguments.program}: not built; cargo build --release --bin evaluate")
-    policies = sorted(arguments.root.glob("**/checkpoints/best/actor.safetensors"))
-    runs = [policy.parents[2] for policy in policies]
+    folders = [weights.parents[2] for weights in arguments.root.glob("**/checkpoints/best/actor.safetensors")]
+    runs = [*folders, *arguments.root.glob("**/seed_*.zip")]
     if not runs:
-        sys.exit(f"{arguments.root}: no kept policy below it (checkpoints/best/actor.safetensors)")
-    runs.sort(key=lambda run: (run.parent, int(run.name.removeprefix("seed_"))))
+        sys.exit(f"{arguments.root}: no policy below it (checkpoints/best/actor.safetensors or seed_N.zip)")
+    runs.sort(key=lambda run: (run.parent, int(run.stem.removeprefix("seed_"))))
     tables = [arguments.episodes_in / run.relative_to(arguments.root).with_suffix(".csv") for run in runs]
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
         played = [pool.submit(play, arguments.program, run, table, arguments.episodes) for run, table in zip(runs, tables)]

@@ -68,14 +68,14 @@ class Runs:
         self.seed, self.energy = typical["seed"], float(typical[ENERGY])
         self.median = statistics.median(float(row[ENERGY]) for row in rows)
         self.training = statistics.mean(float(row["energy_per_action_j"]) for row in rows)
-        self.folder = study / stage / task / space / f"seed_{self.seed}"
+        self.policy = study / stage / task / space / f"seed_{self.seed}.zip"
 
 
 def evaluate(programs, run):
     """What the run's kept policy does in each of the first starts."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "episodes.csv"
-        call(programs / "evaluate", "--run", run.folder, "--episodes", STARTS, "--csv", file)
+        call(programs / "evaluate", "--run", run.policy, "--episodes", STARTS, "--csv", file)
         with open(file, encoding="utf-8") as table:
             return list(csv.DictReader(table))
 
@@ -111,7 +111,7 @@ def show(programs, study, out, task):
         f"{sum(done[1])}; shown is start {start}, the first in which both do."
     )
     page, film = out / f"{task}.html", out / f"{task}.gif"
-    words = ["--run", ours.folder, "--beside", theirs.folder, "--episode", start]
+    words = ["--run", ours.policy, "--beside", theirs.policy, "--episode", start]
     notes = [look, f"{typical} {noise}", " ".join([starts, *([ALSO[task]] if task in ALSO else [])])]
     call(programs / "replay", *words, *(word for note in notes for word in ("--note", note)), "--html", page)
     actions, every = LENGTH * speed * ACTIONS_PER_SECOND, speed * ACTIONS_PER_SECOND / FRAMES_PER_SECOND

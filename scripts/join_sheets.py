@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Joins contact sheets below each other into one picture, each with its file's name above it, and removes them:
-join_sheets.py OUT.png SHEET.png... The pictures of results/study/watched were made by `replay` and joined so, a picture per stage and task.
+join_sheets.py OUT.png SHEET.png... The pictures of results/study/watched were made by `replay` and joined so, a picture per stage.
 Needs Pillow."""
 
 import sys

@@ -112,7 +112,7 @@ def complaint(policy):
 
 def rows(run, starts, actions):
     policy = aforce.Policy.load(run)
-    experiment, task, label, seed = run.resolve().parts[-4:]
+    experiment, task, label, seed = run.resolve().with_suffix("").parts[-4:]
     space, _, variant = label.partition(",")
     for simulator in (Robosuite(policy), Here(policy)):
         for start in starts:
@@ -123,7 +123,7 @@ def rows(run, starts, actions):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("runs", type=Path, nargs="+", metavar="RUN", help="folder of a run that has kept its best policy")
+    parser.add_argument("runs", type=Path, nargs="+", metavar="RUN", help="a run folder, or the .zip of a policy that is kept in results")
     parser.add_argument("--episodes", type=int, default=2, help="of each policy in each simulator")
     parser.add_argument("--start", type=int, default=50_000, help="seed of the first episode's start, from which others count on")
     parser.add_argument("--actions", type=int, default=HORIZON, help=f"in an episode, {HORIZON} at most")

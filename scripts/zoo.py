@@ -3,34 +3,37 @@
 
     python3 scripts/zoo.py [--check]
 
-`return` is that of the evaluation by which the policy was kept, mean actions, of the commit that trained it. `--check` only says whether the
-index is true.
+`return` is that of the evaluation by which the policy was kept, mean actions, of the commit that trained it. `sha256` is that of the network's
+weights, `checkpoints/best/actor.safetensors` in the file. `--check` only says whether the index is true.
 """
 
 import argparse
 import hashlib
 import json
 import sys
+import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 RESULTS = ROOT / "results"
 
 
-def entry(weights):
-    checkpoint = weights.parent
-    run = checkpoint.parent.parent
-    state = json.loads((checkpoint / "state.json").read_text())
-    made_for = state["caller"]
+def entry(path):
+    with zipfile.ZipFile(path) as kept:
+        weights, state, manifest = (
+            kept.read(name) for name in ("checkpoints/best/actor.safetensors", "checkpoints/best/state.json", "manifest.json")
+        )
+    made_for = json.loads(state)["caller"]
+    file = path.relative_to(RESULTS)
     return {
-        "run": str(run.relative_to(RESULTS)),
+        "run": str(file.with_suffix("")),
         "task": made_for["task"],
         "space": made_for["space"],
         "step": made_for["step"],
         "return": round(made_for["evaluation_return"], 1),
-        "file": str(weights.relative_to(RESULTS)),
-        "sha256": hashlib.sha256(weights.read_bytes()).hexdigest(),
-        "commit": json.loads((run / "manifest.json").read_text())["commit"],
+        "file": str(file),
+        "sha256": hashlib.sha256(weights).hexdigest(),
+        "commit": json.loads(manifest)["commit"],
     }
 
 
@@ -38,7 +41,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--check", action="store_true")
     index = RESULTS / "zoo.json"
-    entries = [entry(weights) for weights in sorted(RESULTS.rglob("checkpoints/best/actor.safetensors"))]
+    entries = [entry(path) for path in sorted(RESULTS.rglob("seed_*.zip"))]
     text = json.dumps(entries, indent=1) + "\n"
     if not parser.parse_args().check:
         index.write_text(text)

@@ -1,24 +1,38 @@
 //! Puts the policies that `policies.txt` names, runs below `results/`, into the program.
 
 use std::fmt::Write;
+use std::fs::{self, File};
+use std::io::Read;
 use std::path::Path;
-use std::{env, fs};
+use std::{env, io};
+
+use zip::ZipArchive;
 
 fn main() {
     println!("cargo::rerun-if-changed=policies.txt");
-    let here = env::var("CARGO_MANIFEST_DIR").expect("cargo says it");
-    let results = Path::new(&here).join("../results").canonicalize().expect("results/ beside this package");
+    let folder = |name: &str| env::var(name).expect("cargo says it");
+    let results = Path::new(&folder("CARGO_MANIFEST_DIR")).join("../results");
+    let out = folder("OUT_DIR");
     let mut list = String::from("[\n");
-    for run in fs::read_to_string("policies.txt").expect("policies.txt").lines() {
-        let config = results.join(run).join("config.toml");
-        let weights = results.join(run).join("checkpoints/best/actor.safetensors");
-        for file in [&config, &weights] {
-            assert!(file.is_file(), "policies.txt: {run} has no {}", file.display());
-            println!("cargo::rerun-if-changed={}", file.display());
-        }
+    for (number, run) in fs::read_to_string("policies.txt").expect("policies.txt").lines().enumerate() {
+        let kept = results.join(format!("{run}.zip"));
+        println!("cargo::rerun-if-changed={}", kept.display());
+        let unpacked = ["config.toml", "checkpoints/best/actor.safetensors"].map(|name| {
+            let bytes = read(&kept, name).unwrap_or_else(|problem| panic!("policies.txt: {run}: {name}: {problem}"));
+            let to = Path::new(&out).join(format!("{number}-{}", name.replace('/', "-")));
+            fs::write(&to, bytes).expect("a folder to write to");
+            to
+        });
+        let [config, weights] = unpacked;
         writeln!(list, "(\"{run}\", include_str!({config:?}), include_bytes!({weights:?}).as_slice()),")
             .expect("memory");
     }
-    let out = env::var("OUT_DIR").expect("cargo says it");
     fs::write(Path::new(&out).join("policies.rs"), list + "]").expect("a folder to write to");
+}
+
+/// A file of an archive.
+fn read(archive: &Path, name: &str) -> io::Result<Vec<u8>> {
+    let mut bytes = vec![];
+    ZipArchive::new(File::open(archive)?)?.by_name(name)?.read_to_end(&mut bytes)?;
+    Ok(bytes)
 }

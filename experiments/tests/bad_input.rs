@@ -2,9 +2,12 @@
 
 mod common;
 
+use std::io::{Cursor, Write};
 use std::path::Path;
 
 use common::{error, expect, few, program, run_folder, train, train_for, unsummed};
+use zip::ZipWriter;
+use zip::write::FileOptions;
 
 #[test]
 fn bad_input_is_named() {
@@ -171,6 +174,50 @@ fn what_was_tampered_with_is_named() {
     expect(&error(&mut evaluate(), 1), &["actor.safetensors", "not the file that state.json beside it names"]);
     std::fs::write(&best, &weights).unwrap();
     evaluate().assert().success();
+}
+
+/// What is called .zip and is no kept policy, each answered in one line.
+#[test]
+fn an_archive_of_something_else_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("seed_1.zip");
+    let evaluate = || {
+        let mut command = program("evaluate");
+        command.arg("--run").arg(&path);
+        command
+    };
+    let told = |bytes: &[u8]| {
+        std::fs::write(&path, bytes).unwrap();
+        error(&mut evaluate(), 1)
+    };
+    let archive_of = |names: &[&str]| {
+        let mut archive = ZipWriter::new(Cursor::new(vec![]));
+        for name in names {
+            archive.start_file(*name, FileOptions::default()).unwrap();
+            archive.write_all(b"seed = 1").unwrap();
+        }
+        archive.finish().unwrap().into_inner()
+    };
+    let wanted = ["config.toml", "manifest.json", "checkpoints/best/state.json", "checkpoints/best/actor.safetensors"];
+    for more in ["notes.txt", "../config.toml", "/config.toml", "checkpoints/last/state.json", "config.toml"] {
+        let bytes = archive_of(&[&wanted[..], &[more]].concat());
+        expect(&told(&bytes), &["seed_1.zip: not a policy that `archive` kept", &format!("{more:?}"), "each once"]);
+    }
+    expect(&told(&archive_of(&wanted[..3])), &["seed_1.zip: ", "has no checkpoints/best/actor.safetensors"]);
+    let whole = archive_of(&wanted);
+    let mut damaged = whole.clone();
+    damaged[30 + wanted[0].len()] ^= 0xff;
+    for bytes in [&[][..], b"no archive", &whole[..whole.len() - 20], &damaged] {
+        expect(&told(bytes), &["seed_1.zip: not a policy that `archive` kept: "]);
+    }
+    // The files of an archive are named as its own, not as those of the folder to which it is unpacked.
+    expect(&told(&whole), &["seed_1.zip/checkpoints/best/state.json: "]);
+    expect(&error(evaluate().arg("--csv").arg(path.join("table.csv")), 1), &["seed_1.zip"]);
+    expect(&error(program("train").arg("--config").arg(&path).args(["--set", "env.x=1"]), 2), &["env.x"]);
+    std::fs::write(&path, archive_of(&wanted[1..])).unwrap();
+    expect(&error(program("train").arg("--config").arg(&path), 1), &["seed_1.zip: config.toml in it: "]);
+    std::fs::remove_file(&path).unwrap();
+    expect(&error(&mut evaluate(), 1), &["seed_1.zip"]);
 }
 
 /// A folder whose name is no Unicode is one like any other.

@@ -2,13 +2,15 @@
 
 mod common;
 
+use std::io::Cursor;
 use std::path::Path;
 
-use common::{error, expect, few, program, states, stored, train};
+use common::{error, expect, few, program, run_folder, states, stored, train};
 use experiments::config::RunConfig;
 use experiments::report::columns::Columns;
 use experiments::run::csv_table::CsvTable;
 use walkdir::WalkDir;
+use zip::ZipArchive;
 
 /// Without arguments nothing is trained: the help comes, with the defaults and a command that can be copied.
 #[test]
@@ -123,6 +125,46 @@ fn a_trained_run_is_evaluated_and_checked() {
     expect(&error(&mut evaluate(), 1), &["actor.safetensors"]);
     std::fs::remove_file(&actor).unwrap();
     expect(&error(&mut evaluate(), 1), &["actor.safetensors"]);
+}
+
+/// A policy is kept in one file, which plays as its run does.
+#[test]
+fn a_kept_policy_plays_as_its_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let [runs, archived, copied] = ["runs", "archived", "copied"].map(|name| folder.path().join(name));
+    train(&runs).assert().success();
+    let run = run_folder(&runs);
+    let archive = |from: &Path, to: &Path| {
+        program("archive").arg(from).arg("--out").arg(to).assert().success();
+        std::fs::read(to.join("lift/aforce/seed_7.zip")).unwrap()
+    };
+    let bytes = archive(&runs, &archived);
+    let kept = archived.join("lift/aforce/seed_7.zip");
+    let episodes = |run: &Path| {
+        let table = folder.path().join("episodes.csv");
+        program("evaluate").args(["--episodes", "1", "--run"]).arg(run).arg("--csv").arg(&table).assert().success();
+        let rows = std::fs::read_to_string(&table).unwrap();
+        std::fs::remove_file(table).unwrap();
+        rows
+    };
+    assert_eq!(episodes(&run), episodes(&kept));
+    let mut replay = program("replay");
+    replay.args(["--actions", "3", "--run"]).arg(&run).arg("--beside").arg(&kept);
+    replay.arg("--html").arg(folder.path().join("page.html")).assert().success();
+    expect(&error(program("evaluate").args(["--checkpoint", "last", "--run"]).arg(&kept), 1), &["no last checkpoint"]);
+    let described = |config: &Path| {
+        let output = program("train").arg("--describe").arg("--config").arg(config).assert().success();
+        output.get_output().stdout.clone()
+    };
+    assert_eq!(described(&run.join("config.toml")), described(&kept));
+
+    assert!(archive(&archived, &copied) == bytes, "from one archive to another");
+    // Earlier programs kept a folder.
+    let old = archived.join("lift/aforce/seed_7");
+    ZipArchive::new(Cursor::new(&bytes)).unwrap().extract(&old).unwrap();
+    std::fs::remove_file(&kept).unwrap();
+    assert!(archive(&runs, &archived) == bytes && !old.exists());
+    expect(&error(program("evaluate").arg("--run").arg(&old), 1), &["did you mean", "seed_7.zip?"]);
 }
 
 /// A feed-forward force that overflows counts as a divergence: the episode ends, is counted, and training goes on.

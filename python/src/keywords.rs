@@ -59,7 +59,7 @@ pub fn config_of(
         layers.push(layer(name, dict)?);
     }
     if let Some(path) = config {
-        let text = fs_err::read_to_string(&path)?;
+        let text = settings::text(&path)?;
         let (source, mut table) = settings::of_file(&path, text).map_err(value_error)?;
         // The learner's settings have no part in an environment.
         table.retain(|key, _| key == "env" || key == "setup");

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import zipfile
 
 import numpy as np
 import pytest
@@ -16,8 +17,16 @@ STUDY = RESULTS / "study" / "table-1" / "lift"
 
 def kept(space):
     """The policy that is kept of a space."""
-    (run,) = (STUDY / space).glob("seed_*")
-    return run
+    (policy,) = (STUDY / space).glob("seed_*.zip")
+    return policy
+
+
+def unpacked(policy, folder):
+    """The same as a run folder."""
+    shutil.rmtree(folder, ignore_errors=True)
+    with zipfile.ZipFile(policy) as archive:
+        archive.extractall(folder)
+    return folder
 
 
 LIFT = kept("osc")
@@ -25,7 +34,7 @@ LIFT = kept("osc")
 
 @pytest.mark.parametrize("entry", ZOO, ids=lambda entry: entry["run"])
 def test_every_kept_policy_plays_in_its_environment(entry):
-    policy = Policy.load(RESULTS / entry["run"])
+    policy = Policy.load(RESULTS / entry["file"])
     assert (policy.task, policy.space, policy.step) == (entry["task"], entry["space"], entry["step"])
     env = policy.make()
     observation, _ = env.reset(seed=1)
@@ -53,6 +62,15 @@ def test_actions_are_those_of_the_programs(tmp_path):
         np.testing.assert_allclose(action, done, atol=2e-6)
 
 
+def test_a_run_folder_and_its_archive_are_the_same_policy(tmp_path):
+    ours, theirs = Policy.load(LIFT), Policy.load(unpacked(LIFT, tmp_path))
+    observation = np.linspace(-1, 1, 42)
+    assert np.array_equal(ours.predict(observation)[0], theirs.predict(observation)[0])
+    assert ours.make().unwrapped.describe() == theirs.make().unwrapped.describe()
+    with pytest.raises(FileNotFoundError, match="seed_.*zip/checkpoints/last.*no such checkpoint"):
+        Policy.load(LIFT, "last")
+
+
 def test_it_is_called_as_stable_baselines3_calls_a_model():
     policy, observations = Policy.load(LIFT), np.zeros((2, 42), np.float32)
     actions, state = policy.predict(observations, state=None, episode_start=np.ones(2, bool), deterministic=True)
@@ -75,9 +93,14 @@ def test_what_is_no_policy_is_answered(tmp_path):
     with pytest.raises(ValueError, match="must end with 42"):
         Policy.load(LIFT).predict(np.zeros(3))
 
-    def damaged(change, run=tmp_path / "run"):
-        shutil.rmtree(run, ignore_errors=True)
-        shutil.copytree(LIFT / "checkpoints", run / "checkpoints")
+    broken = tmp_path / "broken.zip"
+    for data in [b"", LIFT.read_bytes()[:-30], LIFT.read_bytes().replace(b"scaled_observations", b"scaled_observatoins")]:
+        broken.write_bytes(data)
+        with pytest.raises(ValueError, match="broken.zip: no zip archive, or a damaged one"):
+            Policy.load(broken)
+
+    def damaged(change):
+        run = unpacked(LIFT, tmp_path / "run")
         change(run / "checkpoints" / "best")
         return run
 
@@ -96,9 +119,9 @@ def test_what_is_no_policy_is_answered(tmp_path):
 
 
 def test_weights_of_another_state_are_refused(tmp_path):
-    best = "checkpoints/best"
-    shutil.copytree(kept("aforce") / best, tmp_path / best)
-    assert Policy.load(tmp_path).task == "lift"
-    shutil.copy(kept("osc") / best / "actor.safetensors", tmp_path / best)
+    ours, theirs = (unpacked(kept(space), tmp_path / space) for space in ("aforce", "osc"))
+    assert Policy.load(ours).task == "lift"
+    weights = "checkpoints/best/actor.safetensors"
+    shutil.copy(theirs / weights, ours / weights)
     with pytest.raises(ValueError, match="updates, state.json beside it"):
-        Policy.load(tmp_path)
+        Policy.load(ours)

@@ -21,7 +21,7 @@ struct Learner {
 
 /// The actor of a checkpoint.
 pub struct Policy {
-    /// The folder of its run, below `results/`.
+    /// Its run, below `results/`.
     pub run: &'static str,
     /// The environment that it was trained in.
     pub env: EnvConfig,
@@ -37,7 +37,7 @@ struct Layer {
 }
 
 impl Policy {
-    /// The folders of the runs whose policies there are.
+    /// The runs whose policies there are.
     pub fn runs() -> impl Iterator<Item = &'static str> {
         KEPT.iter().map(|kept| kept.0)
     }

@@ -16,7 +16,7 @@ pub struct Setup {
     pub task: String,
     /// Name of a built-in action space.
     pub space: String,
-    /// `script`, `hold` (nobody commands), or the folder of a kept policy's run.
+    /// `script`, `hold` (nobody commands), or the run of a kept policy, below `results/`.
     pub player: String,
     /// Seed of the episode.
     pub seed: u64,

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use aforce::record::{self, place_of};
 use serde::de::DeserializeOwned;
+use zip::ZipArchive;
 
 /// Reads a TOML document.
 ///
@@ -17,14 +18,23 @@ pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
 /// Longest file of settings (bytes).
 const LONGEST: u64 = 4 << 20;
 
-/// The text of a file of settings. What never ends, such as a device, is not read to its end.
+/// The text of a file of settings; of a kept policy's zip archive that of the `config.toml` in it. What never ends, such as a device, is not
+/// read to its end.
 ///
 /// # Errors
 /// If it cannot be read, is no text or is longer than any settings are.
 pub fn text(path: &Path) -> IoResult<String> {
     let mut text = String::new();
-    let read = fs_err::File::open(path)?.take(LONGEST + 1).read_to_string(&mut text);
+    let file = fs_err::File::open(path)?;
     let named = |kind, problem: &str| Error::new(kind, format!("{}: {problem}", path.display()));
+    let read = if path.extension().is_some_and(|ending| ending == "zip") {
+        let broken =
+            |error: zip::result::ZipError| named(ErrorKind::InvalidData, &format!("config.toml in it: {error}"));
+        let mut archive = ZipArchive::new(file).map_err(broken)?;
+        archive.by_name("config.toml").map_err(broken)?.take(LONGEST + 1).read_to_string(&mut text)
+    } else {
+        file.take(LONGEST + 1).read_to_string(&mut text)
+    };
     read.map_err(|error| named(error.kind(), &error.to_string()))?;
     if text.len() as u64 > LONGEST {
         return Err(named(ErrorKind::InvalidData, &format!("longer than {} MiB: no file of settings", LONGEST >> 20)));

@@ -9,6 +9,7 @@ use crate::report::archive;
 use crate::report::record::Record;
 use crate::report::summary::{RunSummary, find_runs};
 use crate::run::folder::RunFolder;
+use crate::run::kept;
 use anyhow::{Result, ensure};
 use clap::Parser;
 use output::program;
@@ -18,7 +19,7 @@ use output::program;
 /// Writes OUT/EXPERIMENT/episodes.csv.zst, eval.csv.zst and others, with task, space, variant and seed as columns, and
 /// runs.jsonl.zst, a line per run with its configuration and its manifest. `report` reads them as it reads run folders. Of every
 /// group one policy is kept, that of the run whose energy per action (mean actions, last evaluations) is nearest to the
-/// group's median: OUT/EXPERIMENT/TASK/SPACE/seed_N. Runs that are under way are left out. A run that the archive holds already
+/// group's median: OUT/EXPERIMENT/TASK/SPACE/seed_N.zip, which `evaluate` and `replay` take as a run. Runs that are under way are left out. A run that the archive holds already
 /// stays as it is, and new ones are added.
 #[derive(Parser)]
 #[command(name = "archive", version = output::VERSION, after_help = "Example: archive runs/table-1 --out results/table-1")]
@@ -83,9 +84,12 @@ fn keep_policies(all: &[Record], found: &[Record], folder: &Path) -> Result<()> 
         // Of an even number the lower of the two in the middle: a run, not a mean of two.
         let median = energies[(energies.len() - 1) / 2];
         let group = folder.join(task).join(label);
-        let place = |record: &Record| group.join(format!("seed_{}", record.config.seed));
+        let place = |record: &Record| group.join(format!("seed_{}.zip", record.config.seed));
+        for (record, _) in &runs {
+            pack_folder(&place(record))?;
+        }
         let new = |record: &Record| found.iter().find(|new| RunId::of(&new.config) == RunId::of(&record.config));
-        let kept = |record: &Record| RunFolder::at(&place(record)).best().is_dir();
+        let kept = |record: &Record| place(record).is_file();
         let available = runs.iter().filter(|(record, _)| new(record).is_some() || kept(record));
         let nearest = available.min_by(|a, b| (a.1 - median).abs().total_cmp(&(b.1 - median).abs()));
         let Some((record, _)) = nearest else { continue };
@@ -93,10 +97,20 @@ fn keep_policies(all: &[Record], found: &[Record], folder: &Path) -> Result<()> 
             archive::keep_policy(new, &place(record))?;
         }
         for (other, _) in runs.iter().filter(|(other, _)| other.config.seed != record.config.seed) {
-            if place(other).exists() {
-                fs_err::remove_dir_all(place(other))?;
+            if kept(other) {
+                fs_err::remove_file(place(other))?;
             }
         }
+    }
+    Ok(())
+}
+
+/// Earlier programs kept a folder: it becomes the file `place`. A run's own folder, with its tables, is none of these.
+fn pack_folder(place: &Path) -> Result<()> {
+    let folder = RunFolder::at(&place.with_extension(""));
+    if folder.best().is_dir() && !folder.episodes().exists() {
+        kept::pack(folder.path(), place)?;
+        fs_err::remove_dir_all(folder.path())?;
     }
     Ok(())
 }

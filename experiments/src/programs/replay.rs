@@ -36,7 +36,7 @@ pub struct Arguments {
     html: Option<PathBuf>,
     /// A second episode from the same reset, on the right of page and animation: of another run, or of the
     /// same script in another action space
-    #[arg(long, value_name = "DIR|SPACE")]
+    #[arg(long, value_name = "DIR|FILE.zip|SPACE")]
     beside: Option<String>,
     /// A paragraph above the page's scenes, after the one that says who plays (repeatable)
     #[arg(long, value_name = "TEXT", requires = "html")]

@@ -16,7 +16,7 @@ use crate::report::record::Record;
 use crate::report::table::Table;
 use crate::run::csv_table::CsvTable;
 use crate::run::csv_writer::rounded;
-use crate::run::folder::RunFolder;
+use crate::run::kept;
 use crate::run::manifest::Manifest;
 
 /// The list of runs; a folder with this file is an archive.
@@ -143,25 +143,17 @@ pub fn write(records: &[Record], folder: &Path) -> Result<()> {
     pack(&folder.join(RUNS), &list)
 }
 
-/// The policy of a run that stands for its group, as a folder that `evaluate` and `replay` take: its configuration, its manifest and the
-/// networks of its best evaluation.
+/// Keeps the policy of a run that stands for its group in the file `place`. The run lies in a folder, or in another archive that kept its policy.
 ///
 /// # Errors
-/// If the run has no such networks, or the disk does not take them.
-pub fn keep_policy(record: &Record, folder: &Path) -> Result<()> {
-    let name = folder.file_name().unwrap_or_default().display();
-    let new = folder.with_file_name(format!(".{name}.new"));
-    for leftover in [&new, folder].into_iter().filter(|leftover| leftover.exists()) {
-        fs_err::remove_dir_all(leftover)?;
+/// If the run has no such policy, or the disk does not take it.
+pub fn keep_policy(record: &Record, place: &Path) -> Result<()> {
+    fs_err::create_dir_all(place.parent().unwrap_or(Path::new("")))?;
+    if record.path.is_dir() {
+        kept::pack(&record.path, place)
+    } else {
+        file::replace(place, &fs_err::read(file::with_suffix(&record.path, ".zip"))?)
     }
-    let (from, to) = (RunFolder::at(&record.path), RunFolder::at(&new));
-    fs_err::create_dir_all(to.best())?;
-    for name in ["actor.safetensors", "state.json"] {
-        file::replace(&to.best().join(name), &fs_err::read(from.best().join(name))?)?;
-    }
-    to.write_manifest(&record.manifest)?;
-    file::replace(&to.config(), record.config_text.as_bytes())?;
-    Ok(fs_err::rename(&new, folder)?)
 }
 
 /// With the columns that tell the run, after `schema`, and fractions of so many `digits`.
@@ -216,6 +208,7 @@ mod tests {
     use super::*;
     use crate::report::summary::RunSummary;
     use crate::report::summary::tests::run;
+    use crate::run::folder::RunFolder;
 
     #[test]
     fn an_archive_says_what_the_folders_said() {

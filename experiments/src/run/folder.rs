@@ -11,6 +11,7 @@ use sac::Checkpoint;
 
 use crate::config::{RunConfig, RunId};
 use crate::run::csv_writer::last_step;
+use crate::run::kept;
 use crate::run::place::Place;
 
 /// `OUT/TASK/SPACE/seed_N`, or `OUT/TASK/SPACE,VARIANT/seed_N`.
@@ -83,7 +84,10 @@ impl RunFolder {
         let folder = Self::at(path);
         if !folder.config().is_file() {
             let below = fs_err::read_dir(path).into_iter().flatten().flatten().map(|entry| entry.path());
-            let hint = match below.filter(|path| Self::at(path).config().is_file()).min() {
+            // A kept policy was a folder once.
+            let beside = Some(file::with_suffix(path, ".zip")).filter(|path| path.is_file());
+            let playable = |path: &PathBuf| Self::at(path).config().is_file() || kept::is_kept(path);
+            let hint = match below.chain(beside).filter(playable).min() {
                 Some(run) => format!("; did you mean {}?", run.display()),
                 None => String::new(),
             };

@@ -7,6 +7,7 @@ pub mod csv_writer;
 pub mod disturbances;
 mod experience;
 pub mod folder;
+pub mod kept;
 mod learner_log;
 pub mod manifest;
 pub mod place;

@@ -13,6 +13,7 @@ use crate::config::cli::{EnvArgs, SettingArgs};
 use crate::config::{RunConfig, RunId};
 use crate::run::checkpoint_record::CheckpointRecord;
 use crate::run::folder::RunFolder;
+use crate::run::kept::{self, Playable};
 use crate::run::rollout::Policy;
 
 /// Whose episodes are played.
@@ -20,8 +21,8 @@ use crate::run::rollout::Policy;
 #[group(skip)]
 #[command(group = ArgGroup::new("who").required(true))]
 pub struct SourceArgs {
-    /// Folder of a run whose trained policy plays
-    #[arg(long, value_name = "DIR", group = "who")]
+    /// Folder of a run whose trained policy plays, or the .zip in which `archive` kept it
+    #[arg(long, value_name = "DIR|FILE.zip", group = "who")]
     pub run: Option<PathBuf>,
     /// Which of the run's checkpoints
     #[arg(long, default_value = "best", conflicts_with_all = ["expert", "random"])]
@@ -75,7 +76,7 @@ pub struct Player {
 
 impl SourceArgs {
     /// Who plays beside this one: in another action space, named by `what`, the same script or
-    /// chance; or the trained policy of the run folder `what`.
+    /// chance; or the trained policy of the run folder or kept policy `what`.
     ///
     /// # Errors
     /// If `what` is neither, or a trained policy is asked to play in another action space.
@@ -88,9 +89,11 @@ impl SourceArgs {
             }
             Ok(space) => other.env.space = Some(space),
             Err(not_a_space) => {
-                RunFolder::open(Path::new(what)).map_err(|_| {
-                    bad(format!("--beside {what}: neither a run folder nor an action space ({not_a_space:#})"))
-                })?;
+                let is_run = kept::is_kept(Path::new(what)) || RunFolder::open(Path::new(what)).is_ok();
+                if !is_run {
+                    let problem = format!("neither a run folder nor an action space ({not_a_space:#})");
+                    return Err(bad(format!("--beside {what}: {problem}")));
+                }
                 (other.run, other.expert, other.random) = (Some(what.into()), false, false);
                 // A run has its own configuration; what --set says of the environment holds for both.
                 let mut settings = SettingArgs { config: None, ..self.env.settings.clone() };
@@ -122,11 +125,11 @@ impl SourceArgs {
             let policy = if self.expert { Policy::Expert } else { Policy::random(config.seed) };
             return Ok(Player { config, env, policy, step: 0, changed: None });
         };
-        let folder = RunFolder::open(path)?;
-        let config = on_top_of(&folder, &self.env)?;
+        let run = Playable::open(path)?;
+        let config = on_top_of(&run.config, &self.env)?;
         let checkpoint = match self.checkpoint {
-            Which::Best => folder.best(),
-            Which::Last => folder.checkpoint(),
+            Which::Best => run.folder.best(),
+            Which::Last => run.folder.checkpoint(),
         };
         let at = path.display();
         match self.checkpoint {
@@ -141,8 +144,9 @@ impl SourceArgs {
         }
         let env = Env::new(config.env.clone(), 0)?;
         let (actor, record) =
-            Actor::load(&checkpoint, env.observation_components().len(), env.action_dim(), config.seed)?;
-        let at = || checkpoint.display().to_string();
+            Actor::load(&checkpoint, env.observation_components().len(), env.action_dim(), config.seed)
+                .map_err(|error| run.named(error.into()))?;
+        let at = || path.join("checkpoints").join(self.checkpoint.name()).display().to_string();
         let record: CheckpointRecord = serde_json::from_value(record)
             .with_context(|| format!("{}: does not say what it was trained for", at()))?;
         record.belongs_to(&RunId::of(&config)).with_context(at)?;
@@ -151,7 +155,7 @@ impl SourceArgs {
             act: if self.sample { Act::Sample } else { Act::Mean },
             scaled: config.learner.scaled_observations,
         };
-        let changed = RunConfig::resolve(Some(&folder.config()), &[])?.difference(&config);
+        let changed = RunConfig::resolve(Some(&run.config), &[])?.difference(&config);
         Ok(Player { config, env, policy, step: record.step, changed })
     }
 }
@@ -160,12 +164,12 @@ impl SourceArgs {
 ///
 /// # Errors
 /// As [`EnvArgs::resolve`]; also if there is a file or a key that is not the environment's: the run has its own.
-fn on_top_of(folder: &RunFolder, env: &EnvArgs) -> Result<RunConfig> {
+fn on_top_of(of_run: &Path, env: &EnvArgs) -> Result<RunConfig> {
     if env.settings.config.is_some() {
         return Err(bad("--config cannot be combined with --run: the run has its own configuration".into()));
     }
     if let Some((key, _)) = env.settings.overrides.iter().find(|(key, _)| !key.starts_with("env.")) {
         return Err(bad(format!("--set {key} cannot be combined with --run: of a run only env. can be changed")));
     }
-    RunConfig::resolve(Some(&folder.config()), &env.overrides())
+    RunConfig::resolve(Some(of_run), &env.overrides())
 }

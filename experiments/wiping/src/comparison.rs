@@ -49,7 +49,7 @@ impl Comparison {
         self.values[index].iter().map(|row| row[column(metric)]).collect()
     }
 
-    /// Writes `trials.csv`, `comparison.csv`, `comparison.svg`, `comparison.png`.
+    /// Writes `trials.csv`, `comparison.csv`, `comparison.svg`.
     ///
     /// # Errors
     /// If the disk does not take them.
@@ -74,7 +74,7 @@ impl Comparison {
             }
         }
         file::replace(&out.join("comparison.csv"), &table.into_inner()?)?;
-        plot::write_with_png("Stiffness and what it costs, 1 kHz", &self.panels(), &out.join("comparison"))
+        plot::write("Stiffness and what it costs, 1 kHz", &self.panels(), &out.join("comparison"))
     }
 
     /// Every trial a point over its stiffness.

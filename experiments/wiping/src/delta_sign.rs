@@ -174,14 +174,14 @@ fn growth(simulation: &mut Simulation, controller: &mut Controller, direction: &
     peaks[late] / peaks[early]
 }
 
-/// Writes `delta_sign.csv`, `delta_sign.svg`, `delta_sign.png`.
+/// Writes `delta_sign.csv`, `delta_sign.svg`.
 ///
 /// # Errors
 /// If the disk does not take them.
 pub fn write(points: &[Point], out: &Path) -> Result<()> {
     file::write_table(&out.join("delta_sign.csv"), points)?;
     let panels: Vec<Panel> = DAMPINGS.iter().map(|(_, damping)| panel(points, damping)).collect();
-    plot::write_with_png("The sign of delta", &panels, &out.join("delta_sign"))
+    plot::write("The sign of delta", &panels, &out.join("delta_sign"))
 }
 
 fn panel(points: &[Point], damping: &str) -> Panel {

@@ -17,7 +17,7 @@ const FIGURE_END: f64 = 12.0;
 /// Samples per point of the figure.
 const THINNING: usize = 10;
 
-/// Runs the nominal trial with AFORCE and writes `evolution.csv`, `evolution.svg`, `evolution.png`.
+/// Runs the nominal trial with AFORCE and writes `evolution.csv`, `evolution.svg`.
 ///
 /// # Errors
 /// If the configuration is not allowed or the disk does not take the files.
@@ -25,7 +25,7 @@ pub fn write(setup: &Setup, out: &Path) -> Result<()> {
     let trial = Trial::nominal();
     let record = simulate(&Run { setup, space: &setup.spaces[AFORCE], trial, disturbance: Disturbance::default() })?;
     record.write_csv(&out.join("evolution.csv"))?;
-    plot::write_with_png("One wipe over time, 1 kHz", &panels(&record, &trial, setup.force), &out.join("evolution"))
+    plot::write("One wipe over time, 1 kHz", &panels(&record, &trial, setup.force), &out.join("evolution"))
 }
 
 /// Label and value of a line.

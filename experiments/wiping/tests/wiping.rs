@@ -121,9 +121,7 @@ fn the_same_seed_gives_the_same_bytes() {
         Comparison::run(&setup, 5, 2).unwrap().write(folder.path()).unwrap();
         folder
     });
-    let pictures = ["evolution", "comparison"].map(|stem| ["svg", "png"].map(|kind| format!("{stem}.{kind}")));
-    let tables = ["evolution.csv", "trials.csv", "comparison.csv"].map(String::from);
-    for name in tables.iter().chain(pictures.as_flattened()) {
+    for name in ["evolution.csv", "trials.csv", "comparison.csv", "evolution.svg", "comparison.svg"] {
         let [first, second] = [&first, &second].map(|folder| std::fs::read(folder.path().join(name)).unwrap());
         assert!(first == second, "{name}");
     }

@@ -2,6 +2,8 @@
 
 import json
 import struct
+import zipfile
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +20,7 @@ class Policy:
 
     task, space, step  what it was trained for, and after how many actions it was kept
     scaled             whether it expects scaled observations
-    config             path of its run's config.toml
+    config             path of its run's config.toml, or of the .zip that has it
     """
 
     def __init__(
@@ -37,10 +39,21 @@ class Policy:
 
     @classmethod
     def load(cls, run: File, checkpoint: str = "best") -> "Policy":
-        """The policy of a run folder: of its best evaluation, or its last."""
-        folder = Path(run) / "checkpoints" / checkpoint
+        """The policy of a run folder: of its best evaluation, or its last. Or of the .zip in which `archive` kept the best."""
+        run = Path(run)
+        if run.suffix != ".zip":
+            return cls._read(run, checkpoint, run / "config.toml")
+        try:
+            with zipfile.ZipFile(run) as kept:
+                return cls._read(zipfile.Path(kept), checkpoint, run)
+        except (zipfile.BadZipFile, zlib.error) as error:
+            raise ValueError(f"{run}: no zip archive, or a damaged one: {error}") from None
+
+    @classmethod
+    def _read(cls, run: Path | zipfile.Path, checkpoint: str, config: Path) -> "Policy":
+        folder = run / "checkpoints" / checkpoint
         if not folder.is_dir():
-            raise FileNotFoundError(f"{folder}: no such checkpoint; a run folder of `train` is wanted")
+            raise FileNotFoundError(f"{folder}: no such checkpoint; a run folder of `train` or a .zip of `archive` is wanted")
         state = json.loads((folder / "state.json").read_text())
         if state["format"] != FORMAT:
             raise ValueError(f"{folder}: format {state['format']}, this version reads {FORMAT}")
@@ -66,7 +79,7 @@ class Policy:
             space=made_for["space"],
             step=made_for["step"],
             scaled=learner["scaled_observations"],
-            config=Path(run) / "config.toml",
+            config=config,
         )
 
     def make(self, **keywords: Any) -> gym.Env[Floats, Floats]:
@@ -100,9 +113,9 @@ class Policy:
         return np.tanh(mean).astype(np.float32), None
 
 
-def read_safetensors(path: File) -> tuple[dict[str, Floats], dict[str, str]]:
+def read_safetensors(path: Path | zipfile.Path) -> tuple[dict[str, Floats], dict[str, str]]:
     """The tensors of a file, all float32, by name, and its metadata."""
-    data = Path(path).read_bytes()
+    data = path.read_bytes()
     try:
         (length,) = struct.unpack_from("<Q", data)
         header = json.loads(data[8 : 8 + length])
