@@ -24,7 +24,7 @@ pub(super) const COLUMNS: &[Column] = &[
     .of_runs(&[
         summarised("final_energy_per_action_j", Final, Mean),
         number("sampled_energy_per_action_j", Sampled, Mean),
-        number("end_energy_per_action_j", End, Mean),
+        summarised("end_energy_per_action_j", End, Mean),
     ]),
     Column::new("energy_positive_j", "J", "positive part of tau qd only", |e| Cell::Real(e.whole.positive))
         .of_runs(&[number("energy_positive_per_action_j", Training, PerAction)]),

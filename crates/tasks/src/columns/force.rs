@@ -44,7 +44,7 @@ pub(super) const COLUMNS: &[Column] = &[
     .printed("largest force of the hand, N")
     .scalar("contact/max_force_n")
     .evaluation_scalar("eval/max_contact_force_n")
-    .of_runs(&[number("end_max_contact_force_n", End, Mean), number("max_contact_force_n", Baseline, Mean)]),
+    .of_runs(&[summarised("end_max_contact_force_n", End, Mean), number("max_contact_force_n", Baseline, Mean)]),
     Column::new("p99_contact_force_n", "N", "99 % of an episode's actions stay at or below this largest sustained force", |e| {
         Cell::Real(e.force_percentile(0.99))
     }),
@@ -59,9 +59,9 @@ pub(super) const COLUMNS: &[Column] = &[
         |e| e.whole.contact_force().into(),
     )
     .printed("mean force in contact, N")
-    .of_runs(&[number("end_mean_contact_force_n", End, Mean), number("mean_contact_force_n", Baseline, Mean)]),
+    .of_runs(&[summarised("end_mean_contact_force_n", End, Mean), number("mean_contact_force_n", Baseline, Mean)]),
     Column::new("hard_contact_time_s", "s", "time in which that force is above 20 N", |e| Cell::Real(e.whole.hard_time))
-        .of_runs(&[number("end_hard_contact_time_s", End, Mean), number("hard_contact_time_s", Baseline, Mean)]),
+        .of_runs(&[summarised("end_hard_contact_time_s", End, Mean), number("hard_contact_time_s", Baseline, Mean)]),
     Column::new(
         "arm_max_contact_force_n",
         "N",
@@ -75,7 +75,7 @@ pub(super) const COLUMNS: &[Column] = &[
         number("sampled_arm_max_contact_force_n", Sampled, Mean),
         number("sampled_arm_max_contact_force_median_n", Sampled, Median),
         number("sampled_arm_max_contact_force_q90_n", Sampled, Quantile90),
-        number("end_arm_max_contact_force_median_n", End, Median),
+        summarised("end_arm_max_contact_force_median_n", End, Median),
         number("arm_max_contact_force_median_n", Baseline, Median),
         number("arm_max_contact_force_q90_n", Baseline, Quantile90),
     ]),

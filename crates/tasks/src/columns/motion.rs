@@ -2,11 +2,11 @@
 
 use super::Over::{Baseline, End};
 use super::Statistic::Mean;
-use super::{Cell, Column, number};
+use super::{Cell, Column, number, summarised};
 
 pub(super) const COLUMNS: &[Column] = &[
     Column::new("path_m", "m", "length of the way of the tool point", |e| Cell::Real(e.whole.path))
-        .of_runs(&[number("end_path_m", End, Mean), number("path_m", Baseline, Mean)]),
+        .of_runs(&[summarised("end_path_m", End, Mean), number("path_m", Baseline, Mean)]),
     Column::new(
         "jerk_mps3",
         "m/s3",
@@ -14,5 +14,5 @@ pub(super) const COLUMNS: &[Column] = &[
          15 control samples; empty if it never moves",
         |e| e.whole.jerk().into(),
     )
-    .of_runs(&[number("end_jerk_mps3", End, Mean), number("jerk_mps3", Baseline, Mean)]),
+    .of_runs(&[summarised("end_jerk_mps3", End, Mean), number("jerk_mps3", Baseline, Mean)]),
 ];

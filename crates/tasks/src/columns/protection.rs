@@ -34,7 +34,7 @@ pub(super) const COLUMNS: &[Column] = &[
     .of_runs(&[
         summarised("final_success_before_stop", Final, Mean),
         summarised("sampled_success_before_stop", Sampled, Mean),
-        number("end_success_before_stop", End, Mean),
+        summarised("end_success_before_stop", End, Mean),
         number("success_before_stop", Baseline, Mean),
     ]),
 ];

@@ -3,7 +3,7 @@
 use super::Over::{Baseline, End};
 use super::Statistic::Mean;
 use super::parts::Part;
-use super::{Cell, Column, Parts, number};
+use super::{Cell, Column, Parts, number, summarised};
 
 pub(super) const COLUMNS: &[Column] = &[Column::new(
     "aic_score",
@@ -13,7 +13,7 @@ pub(super) const COLUMNS: &[Column] = &[Column::new(
     |e| Cell::Real(score(e)),
 )
 .printed("score of the AI for Industry Challenge")
-.of_runs(&[number("end_aic_score", End, Mean), number("aic_score", Baseline, Mean)])];
+.of_runs(&[summarised("end_aic_score", End, Mean), number("aic_score", Baseline, Mean)])];
 
 /// What a trial that ran earns, and what it earns by success.
 const RUNS: f64 = 1.0;

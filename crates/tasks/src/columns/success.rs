@@ -17,7 +17,7 @@ pub(super) const COLUMNS: &[Column] = &[
     .of_runs(&[
         summarised("final_return", Final, Mean),
         summarised("sampled_return", Sampled, Mean),
-        number("end_return", End, Mean),
+        summarised("end_return", End, Mean),
         number("return_mean", Baseline, Mean),
         number("return_std", Baseline, Deviation),
     ]),
@@ -30,7 +30,7 @@ pub(super) const COLUMNS: &[Column] = &[
     .of_runs(&[
         summarised("final_success", Final, Mean),
         summarised("sampled_success", Sampled, Mean),
-        number("end_success", End, Mean),
+        summarised("end_success", End, Mean),
         number("success", Baseline, Mean),
     ]),
     Column::new("success_any", "", "the task stood fulfilled after any action", |e| {
@@ -45,7 +45,7 @@ pub(super) const COLUMNS: &[Column] = &[
     .of_runs(&[
         number("final_success_held", Final, Mean),
         number("sampled_success_held", Sampled, Mean),
-        number("end_success_held", End, Mean),
+        summarised("end_success_held", End, Mean),
         number("success_held", Baseline, Mean),
     ]),
     Column::new(

@@ -20,7 +20,7 @@ pub(super) const COLUMNS: &[Column] = &[
     .of_runs(&[
         number("final_time_to_success_s", Final, Mean),
         summarised("sampled_time_to_success_s", Sampled, Mean),
-        number("end_time_to_success_s", End, Mean),
+        summarised("end_time_to_success_s", End, Mean),
         number("time_to_success_s", Baseline, Mean),
     ]),
     Column::new("energy_to_success_j", "J", "`energy_j` until then", |e| of(e, |part| part.energy))
@@ -28,7 +28,7 @@ pub(super) const COLUMNS: &[Column] = &[
         .of_runs(&[
             number("final_energy_to_success_j", Final, Mean),
             summarised("sampled_energy_to_success_j", Sampled, Mean),
-            number("end_energy_to_success_j", End, Mean),
+            summarised("end_energy_to_success_j", End, Mean),
             number("energy_to_success_j", Baseline, Mean),
         ]),
     Column::new("energy_positive_to_success_j", "J", "`energy_positive_j` until then", |e| of(e, |part| part.positive)),
