@@ -119,6 +119,18 @@ def test_the_script_lifts_the_cube():
     assert truncated and info["is_success"]
 
 
+@pytest.mark.parametrize("task, space", [("Lift", "aforce"), ("Wipe", "variable")])
+def test_a_script_rests_when_its_task_is_done(task, space):
+    env = make(task, space=space).unwrapped
+    env.reset(seed=1)
+    infos = [env.step(env.expert_action())[-1] for _ in range(env.describe()["env"]["horizon"])]
+    done = next(index for index, info in enumerate(infos) if info["is_success"])
+    # A second to come to rest.
+    way, rest = (sum(info["energy"] for info in part) for part in (infos[:done], infos[done + 20 :]))
+    assert rest < 0.1 * way
+    assert max(info["hand_force"] for info in infos[done + 20 :]) < 2
+
+
 def test_every_call_returns_arrays_of_its_own():
     env = make()
     first, _ = env.reset(seed=1)
