@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 use output::file;
 use output::program::bad;
 use output::statistics::{deviation, mean, median, range};
@@ -30,9 +30,6 @@ struct Wanted {
     name: PathBuf,
     /// CSV files, their rows below each other; later tables may be made of earlier ones.
     from: Vec<PathBuf>,
-    /// Columns that the names of the files stand for, a part between two `_` each.
-    #[serde(default)]
-    file_name: Vec<String>,
     /// The rows that count.
     #[serde(default)]
     only: BTreeMap<String, String>,
@@ -85,20 +82,7 @@ impl Wanted {
         for name in &self.from {
             let path = find(name);
             let table = CsvTable::read_finished(&path)?;
-            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-            let parts: Vec<&str> = if self.file_name.is_empty() { vec![] } else { stem.split('_').collect() };
-            ensure!(
-                parts.len() == self.file_name.len(),
-                "{}: its name has {} parts, not {}",
-                path.display(),
-                parts.len(),
-                self.file_name.len()
-            );
-            let of_name = |column: &str| self.file_name.iter().position(|name| name == column).map(|at| parts[at]);
-            let column = |column: &String| match of_name(column) {
-                Some(part) => Ok(vec![part; table.rows.len()]),
-                None => table.column(column),
-            };
+            let column = |column: &String| table.column(column);
             let by = self.by.iter().map(column).collect::<Result<Vec<_>>>()?;
             let of = self.of.iter().map(column).collect::<Result<Vec<_>>>()?;
             let only = self.only.keys().map(column).collect::<Result<Vec<_>>>()?;
@@ -194,21 +178,12 @@ mod tests {
     }
 
     #[test]
-    fn names_of_files_may_stand_for_columns() {
-        let files = [("aforce_1.csv", "x\n1\n"), ("aforce_2.csv", "x\n3\n")];
-        let wanted =
-            "from = ['aforce_1.csv', 'aforce_2.csv']\nfile_name = ['space', 'seed']\nby = ['space']\nof = ['x']";
-        assert!(made(wanted, &files).unwrap().ends_with("aforce,x,2,2,1.4142135623730951,1,3,2\n"));
-    }
-
-    #[test]
     fn what_is_missing_is_named() {
         for (wanted, reason) in [
             ("from = ['b.csv']\nby = []\nof = []", "b.csv"),
             ("from = ['a.csv']\nby = ['speed']\nof = []", "no column \"speed\""),
             ("from = ['a.csv']\nby = ['task']\nof = ['space']", "a.csv, row 1: space is \"low\", not a number"),
             ("from = ['a.csv']\nby = ['space']\nof = []\nreference = { space = 'osc' }", "no row with osc"),
-            ("from = ['a.csv']\nfile_name = ['x', 'y']\nby = []\nof = []", "its name has 1 parts, not 2"),
             ("form = ['a.csv']", "form"),
         ] {
             let told = format!("{:#}", made(wanted, &[("a.csv", TABLE)]).unwrap_err());
