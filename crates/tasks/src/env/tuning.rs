@@ -15,10 +15,10 @@ impl Env {
         self.simulation.set_hand(push);
     }
 
-    /// Other numbers of the action space's stiffness, in this episode and the next ones: see [`Controller::set_stiffness`].
+    /// Other numbers of the action space's stiffness, in this episode and the next ones: see [`aforce::Controller::set_stiffness`].
     ///
     /// # Errors
-    /// As [`Controller::set_stiffness`], and if the adaptive law would be unstable where the arm is now.
+    /// As [`aforce::Controller::set_stiffness`], and if the adaptive law would be unstable where the arm is now.
     pub fn set_stiffness(&mut self, stiffness: Stiffness) -> Result<(), ConfigError> {
         let space = ActionSpace { stiffness, ..self.config.space.clone() };
         stable_on(&space, &self.y).map_err(|error| error.below("env.space"))?;
