@@ -16,13 +16,10 @@ pub struct ObservationOptions {
     /// Whether the controller's state is seen: goal error, K, F_ff, F_d.
     pub controller: bool,
     /// Whether the force and the torque at the tool are seen: as the controller measures them, tared when the episode begins.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub force: bool,
     /// Whether the last action is seen, as it was given; zeros after a reset.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub action: bool,
     /// What a critic sees besides.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub critic: Vec<Privileged>,
     /// The camera whose pictures are observed beside the numbers, for learners in Python: `train` has no network for them.
     #[serde(skip_serializing_if = "Option::is_none")]

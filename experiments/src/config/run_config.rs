@@ -273,11 +273,21 @@ mod tests {
 
     #[test]
     fn the_resolved_file_reads_back() {
-        let config = RunConfig::resolve(None, &[set("seed=3"), set("env.space=aforce-force")]).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("config.toml");
-        fs_err::write(&file, config.to_toml()).unwrap();
-        assert_eq!(RunConfig::resolve(Some(&file), &[]).unwrap(), config);
+        // What a task has on by default and a run has off is off when the file is read.
+        let off = [
+            "env.task=insert",
+            "env.observation.force=false",
+            "env.observation.action=false",
+            "env.observation.critic=[]",
+        ];
+        for settings in [&["seed=3", "env.space=aforce-force"][..], &off] {
+            let settings: Vec<_> = settings.iter().map(|text| set(text)).collect();
+            let config = RunConfig::resolve(None, &settings).unwrap();
+            fs_err::write(&file, config.to_toml()).unwrap();
+            assert_eq!(RunConfig::resolve(Some(&file), &[]).unwrap(), config);
+        }
     }
 
     #[test]
