@@ -68,7 +68,7 @@ fn title(config: &RunConfig) -> String {
 
 /// The evaluations of runs of one task that are compared. For each action space, variant and preset: the interquartile mean of its
 /// seeds as far as all of them have come, and its 95 % interval, or the range of too few seeds. More than `MOST` of them are spread over
-/// several figures ([`spread`]).
+/// several figures.
 ///
 /// # Errors
 /// If a table cannot be read.
