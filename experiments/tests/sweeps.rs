@@ -42,7 +42,7 @@ fn settings_are_swept_like_spaces() {
         pairs,
         [("aforce", varied, "aforce"), ("osc", "", "aforce"), ("osc", varied, "aforce,n_step=1,horizon=50"),]
     );
-    let tables = std::fs::read_to_string(out.join("tables_lift.md")).unwrap();
+    let tables = std::fs::read_to_string(out.join("tables.md")).unwrap();
     let row = |label: &str| tables.lines().filter(|line| line.starts_with(&format!("| `{label}` |"))).count();
     // Return, energy, comparison, safety.
     assert_eq!((row("osc"), row("osc,n_step=1,horizon=50"), row("aforce")), (4, 4, 3), "{tables}");

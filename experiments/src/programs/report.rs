@@ -1,6 +1,6 @@
 //! Run folders to tables and pictures.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -34,7 +34,7 @@ use show::plot;
 /// tournament.csv (what each run reached after 3, 6, 12 and 24 minutes of CPU time, where its tables tell that time),
 /// reached.csv (actions until an evaluation returns 450, with runs that never come there), profiles.csv (the share of runs above each return),
 /// aggregates.csv (interquartile means over the tasks of a space), robustness.csv (what disturbances cost, where `evaluate --disturb` left a disturbed.csv in the folders of runs),
-/// and, in the folder of each experiment, tables_TASK.md (the paper's table, beside what others published), curves_TASK
+/// and, in the folder of each experiment, tables.md (the paper's table of each task, beside what others published), curves_TASK
 /// (learning curves, at most four spaces in a figure) and energy_return (a dot per run); and NAME from every NAME.j2 in these folders: text
 /// that people wrote, with figures from the tables. Where the folder has an energy_ratio.toml, energy_ratio.csv and a plot of
 /// it are the ratios of energy that it asks for. Runs are compared within the folder that holds their tasks: an
@@ -244,6 +244,7 @@ impl<'a> Report<'a> {
         sections: &[Section],
         comparison: &[ComparisonRow],
     ) -> Result<()> {
+        let mut tables: BTreeMap<&str, Vec<String>> = BTreeMap::new();
         for section in sections {
             let of_section: Vec<_> =
                 found.runs.iter().zip(&found.rows).filter(|(_, row)| Section::of(row) == *section).collect();
@@ -257,12 +258,14 @@ impl<'a> Report<'a> {
                 pictures.push(curves.with_extension("svg"));
             }
             let names: Vec<_> = pictures.iter().filter_map(|path| path.file_name()?.to_str()).collect();
-            let tables = out.join(format!("tables_{}.md", section.task));
-            file::replace(&tables, markdown::tables(*section, groups, comparison, &names).as_bytes())?;
-            self.written.push(tables);
+            let of_experiment = tables.entry(section.experiment).or_default();
+            of_experiment.push(markdown::tables(*section, groups, comparison, &names));
             self.written.extend(pictures);
         }
-        for experiment in sections.iter().map(|section| section.experiment).collect::<BTreeSet<_>>() {
+        for (experiment, tables) in tables {
+            let path = self.out.join(experiment).join("tables.md");
+            file::replace(&path, tables.join("\n").as_bytes())?;
+            self.written.push(path);
             let panels = scatter::energy_and_return(experiment, sections, groups);
             let dots = self.out.join(experiment).join("energy_return");
             plot::write("Return and energy: a dot per run", &panels, &dots)?;

@@ -16,14 +16,14 @@ pub fn tables(section: Section, groups: &[Group], comparison: &[ComparisonRow], 
     let groups: Vec<&Group> = groups.iter().filter(|group| group.section == section).collect();
     let comparison: Vec<_> = comparison.iter().filter(|row| row.experiment == experiment && row.task == task).collect();
     let title = section.title();
-    let of = if experiment.is_empty() { String::new() } else { format!(", {experiment}") };
+    let of = if experiment.is_empty() { String::new() } else { format!("Of {experiment}. ") };
     let steps: BTreeSet<String> = groups
         .iter()
         .flat_map(|group| &group.runs)
         .filter_map(|run| Some(format!("{} m and {} rad", run.position_step_m?, run.rotation_step_rad?)))
         .collect();
     let steps = steps.into_iter().collect::<Vec<_>>().join(" or ");
-    let mut parts = vec![format!("# {title}{of}: at most {steps} per action and axis\n")];
+    let mut parts = vec![format!("# {title}\n\n{of}An action moves the goal by at most {steps} along an axis.\n")];
     parts.extend(notes(&groups));
     parts.extend(curves.iter().map(|picture| format!("![Learning curves]({picture})\n")));
     let mut tables = vec![returns(&groups), energies(&groups)];
