@@ -108,6 +108,12 @@ fn shipped_configurations_are_read() {
     all.sort();
     assert_eq!(shipped_sweep("observation.toml").runs.len(), 8);
     assert_eq!(shipped_sweep("noise.toml").runs.len(), 54);
+    // What a policy of Insert feels is all that differs.
+    let [felt, unfelt] = [0, 5].map(|at| shipped_sweep("insert/force.toml").runs.swap_remove(at));
+    let mut same = RunConfig { variant: unfelt.variant.clone(), ..felt };
+    assert!(same.env.observation.force && !unfelt.env.observation.force);
+    same.env.observation.force = false;
+    assert_eq!(same, unfelt);
     let table = shipped_sweep("study/table-1.toml").runs;
     let prior = shipped_sweep("study/prior.toml").runs;
     for (stage, count, seeds) in
@@ -203,6 +209,7 @@ fn shipped_configurations_are_read() {
             "arms.toml",
             "demo.toml",
             "disturbances.toml",
+            "insert",
             "noise.toml",
             "observation.toml",
             "plain-osc.toml",
