@@ -1,15 +1,12 @@
 //! A policy by itself: a zip archive with what of a run's folder is needed to play it, which is how `archive` keeps it.
 
 use std::io::{Cursor, Read, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use anyhow::{Context, Error, Result, anyhow, bail, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use output::file;
-use tempfile::TempDir;
 use zip::write::FileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
-
-use crate::run::folder::RunFolder;
 
 /// What lies in it, under the names that it has in the folder.
 const FILES: [&str; 4] =
@@ -39,44 +36,11 @@ pub fn pack(folder: &Path, archive: &Path) -> Result<()> {
     file::replace(archive, zip.finish()?.get_ref())
 }
 
-/// A run that can be played.
-pub struct Playable {
-    /// Its checkpoints lie here.
-    pub folder: RunFolder,
-    /// Its configuration: a file, or an archive that has it.
-    pub config: PathBuf,
-    /// Of a kept policy the archive, and where it is unpacked until this is dropped.
-    unpacked: Option<(PathBuf, TempDir)>,
-}
-
-impl Playable {
-    /// That of a run's folder or of a kept policy.
-    ///
-    /// # Errors
-    /// If `path` is neither, or the archive is damaged or has other files.
-    pub fn open(path: &Path) -> Result<Self> {
-        if !is_kept(path) {
-            let folder = RunFolder::open(path)?;
-            return Ok(Playable { config: folder.config(), folder, unpacked: None });
-        }
-        let zip = fs_err::File::open(path)?;
-        let to = tempfile::tempdir()?;
-        unpack(zip, to.path()).with_context(|| format!("{}: not a policy that `archive` kept", path.display()))?;
-        Ok(Playable { folder: RunFolder::at(to.path()), config: path.into(), unpacked: Some((path.into(), to)) })
-    }
-
-    /// An error that may name the folder to which an archive was unpacked, of which the user knows nothing.
-    pub fn named(&self, error: Error) -> Error {
-        match &self.unpacked {
-            Some((archive, to)) => {
-                anyhow!(format!("{error:#}").replace(&*to.path().to_string_lossy(), &archive.to_string_lossy()))
-            }
-            None => error,
-        }
-    }
-}
-
-fn unpack(zip: fs_err::File, to: &Path) -> Result<()> {
+/// Writes the files of an archive to the folder `to`.
+///
+/// # Errors
+/// If it is damaged, or has other files.
+pub fn unpack(zip: fs_err::File, to: &Path) -> Result<()> {
     let mut zip = ZipArchive::new(zip)?;
     let mut missing = FILES.to_vec();
     for at in 0..zip.len() {

@@ -11,6 +11,7 @@ pub mod kept;
 mod learner_log;
 pub mod manifest;
 pub mod place;
+pub mod playable;
 pub mod pool;
 pub mod progress_bar;
 pub mod rollout;

@@ -13,7 +13,8 @@ use crate::config::cli::{EnvArgs, SettingArgs};
 use crate::config::{RunConfig, RunId};
 use crate::run::checkpoint_record::CheckpointRecord;
 use crate::run::folder::RunFolder;
-use crate::run::kept::{self, Playable};
+use crate::run::kept;
+use crate::run::playable::Playable;
 use crate::run::rollout::Policy;
 
 /// Whose episodes are played.

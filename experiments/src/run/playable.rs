@@ -1,0 +1,47 @@
+//! What `evaluate` and `replay` play: a run's folder, or a kept policy.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Error, Result, anyhow};
+use tempfile::TempDir;
+
+use crate::run::folder::RunFolder;
+use crate::run::kept;
+
+/// A run that can be played.
+pub struct Playable {
+    /// Its checkpoints lie here.
+    pub folder: RunFolder,
+    /// Its configuration: a file, or an archive that has it.
+    pub config: PathBuf,
+    /// Of a kept policy the archive, and where it is unpacked until this is dropped.
+    unpacked: Option<(PathBuf, TempDir)>,
+}
+
+impl Playable {
+    /// That of a run's folder or of a kept policy.
+    ///
+    /// # Errors
+    /// If `path` is neither, or the archive is damaged or has other files.
+    pub fn open(path: &Path) -> Result<Self> {
+        if !kept::is_kept(path) {
+            let folder = RunFolder::open(path)?;
+            return Ok(Playable { config: folder.config(), folder, unpacked: None });
+        }
+        let zip = fs_err::File::open(path)?;
+        let to = tempfile::tempdir()?;
+        kept::unpack(zip, to.path())
+            .with_context(|| format!("{}: not a policy that `archive` kept", path.display()))?;
+        Ok(Playable { folder: RunFolder::at(to.path()), config: path.into(), unpacked: Some((path.into(), to)) })
+    }
+
+    /// An error that may name the folder to which an archive was unpacked, of which the user knows nothing.
+    pub fn named(&self, error: Error) -> Error {
+        match &self.unpacked {
+            Some((archive, to)) => {
+                anyhow!(format!("{error:#}").replace(&*to.path().to_string_lossy(), &archive.to_string_lossy()))
+            }
+            None => error,
+        }
+    }
+}
