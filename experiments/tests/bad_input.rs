@@ -25,6 +25,9 @@ fn bad_input_is_named() {
     expect(&error(train(out).args(["--config", "/nowhere.toml"]), 1), &["/nowhere.toml"]);
     expect(&error(train(out).args(["--config", "/dev/zero"]), 1), &["/dev/zero: longer than 4 MiB"]);
     expect(&error(program("sweep").args(["/dev/zero", "--list"]), 1), &["/dev/zero: longer than 4 MiB"]);
+    expect(&error(program("sweep").args(["nowhere.toml", "--list"]), 2), &["nowhere.toml: there is no such file"]);
+    expect(&error(program("report").args(["nowhere", "--out"]).arg(out), 2), &["nowhere: there is no such folder"]);
+    expect(&error(train(out).args(["--set", "gamma="]), 2), &["gamma", "learner.gamma"]);
     let long = "n".repeat(300);
     for (name, reason) in [("=1+1", "letter or digit first"), ("-x", "letter or digit first"), (&long, "is too long")] {
         for key in ["env.space.name", "variant"] {

@@ -127,6 +127,26 @@ fn a_trained_run_is_evaluated_and_checked() {
     expect(&error(&mut evaluate(), 1), &["actor.safetensors"]);
 }
 
+/// What the programs advise is a command that works when it is copied from 80 columns, out of a folder with a space in its name too.
+#[test]
+fn what_to_do_next_can_be_copied() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut trained = train(Path::new("my runs"));
+    let mut evaluated = program("evaluate");
+    evaluated.args(["--episodes", "1", "--run", "my runs/lift/aforce/seed_7"]);
+    trained.current_dir(&folder).assert().success();
+    let told = evaluated.current_dir(&folder).assert().success().get_output().stdout.clone();
+    let told = String::from_utf8(told).unwrap();
+    let advice = told.split("next:").nth(1).and_then(|advice| advice.split("\nresult:").next()).expect("advice");
+    assert!(format!("next:{advice}").lines().all(|line| line.len() <= 80), "{advice}");
+    let (_, copied) = advice.split_once("--bin ").unwrap();
+    let copied = format!("{}/{copied}", assert_cmd::cargo::cargo_bin("replay").parent().unwrap().display());
+    let mut shell = std::process::Command::new("sh");
+    shell.arg("-c").arg(copied.replacen(" --", "", 1).replace("--html", "--actions 3 --html")).current_dir(&folder);
+    assert!(shell.status().unwrap().success());
+    assert!(folder.path().join("replay.html").is_file());
+}
+
 /// A policy is kept in one file, which plays as its run does.
 #[test]
 fn a_kept_policy_plays_as_its_run() {

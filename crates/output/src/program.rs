@@ -112,9 +112,17 @@ pub fn again(program: &str, path: &Path) -> Command {
     command
 }
 
-/// Says what to do next: a command of this workspace, or of the package that has the programs as subcommands.
-pub fn next(program: &str, arguments: &str) {
+/// Columns of a terminal that is not wide.
+const COLUMNS: usize = 80;
+
+/// Says what to do next: a command of this workspace, or of the package that has the programs as subcommands. It can be copied from a
+/// terminal of [`COLUMNS`], whose breaking of lines would come along otherwise.
+pub fn next(program: &str, arguments: &[&str]) {
     let called = if SUBCOMMANDS.load(Ordering::Relaxed) { "-- " } else { "--bin " };
     let ends = if SUBCOMMANDS.load(Ordering::Relaxed) { "" } else { " --" };
-    say(format_args!("next:    cargo run --release {called}{program}{ends} {arguments}"));
+    let command = format!("next:    cargo run --release {called}{program}{ends}");
+    let arguments = shlex::try_join(arguments.iter().copied()).unwrap_or_else(|_| arguments.join(" "));
+    let fits = command.len() + 1 + arguments.len() <= COLUMNS;
+    let between = if fits { " " } else { " \\\n           " };
+    say(format_args!("{command}{between}{arguments}"));
 }

@@ -2,6 +2,8 @@
 
 mod small_urdf;
 
+use std::process::Command;
+
 use aforce::{JointVector, Pose, Vector3};
 use nalgebra::UnitQuaternion;
 use physics::model::Model;
@@ -267,4 +269,20 @@ fn shapes_are_those_of_the_file() {
     }
     let choices = Choices { without_shapes: true, ..Choices::default() };
     assert!(read(&shape("<mesh filename=\"b.stl\"/>"), &choices).unwrap().links[3].geoms.is_empty());
+}
+
+/// The program that prints an arm says what is wrong in a sentence.
+#[test]
+fn the_program_says_it_in_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("arm.urdf");
+    std::fs::write(&file, with(small_urdf::INERTIAL, "")).unwrap();
+    let profile = std::env::current_exe().unwrap().ancestors().nth(2).unwrap().to_path_buf();
+    let program = profile.join("examples/urdf_to_mjcf");
+    assert!(program.is_file(), "{}: made by `cargo test -p physics` or `cargo build --example`", program.display());
+    let ended = Command::new(program).arg(&file).arg("l7").output().unwrap();
+    let told = String::from_utf8(ended.stderr).unwrap();
+    assert_eq!(ended.status.code(), Some(1), "{told}");
+    let sentence = "link \"l1\", which joint \"j1\" moves, has no mass";
+    assert!(told.starts_with(&format!("{}: {sentence}", file.display())) && told.lines().count() == 1, "{told}");
 }

@@ -82,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         program::written(&[path]);
     }
     if let Some(run) = &arguments.source.run {
-        program::next("replay", &format!("--run {} --html replay.html", run.display()));
+        program::next("replay", &["--run", &run.to_string_lossy(), "--html", "replay.html"]);
     }
     let undisturbed = if arguments.disturb.is_some() { "undisturbed episodes" } else { "episodes" };
     program::result(format_args!("{} {undisturbed}", in_words(&outcomes)));

@@ -97,7 +97,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if halving.is_empty() {
         let ending = train_all(arguments, &runs, &out, &stop)?;
         if ending == ExitCode::SUCCESS {
-            program::next("report", &out.display().to_string());
+            program::next("report", &[&out.to_string_lossy()]);
         }
         return Ok(ending);
     }

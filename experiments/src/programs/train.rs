@@ -58,10 +58,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let ending = train_and_draw(&config, &arguments.out, arguments.options, &stop)?;
     if ending == ExitCode::SUCCESS && !arguments.options.quiet {
         let folder = RunFolder::below(&arguments.out, &config);
-        let run = folder.path().display();
+        let run = folder.path().to_string_lossy();
         program::written(&[folder.curves().with_extension("svg"), folder.eval(), folder.best()]);
-        program::next("evaluate", &format!("--run {run}"));
-        program::next("replay", &format!("--run {run} --html {run}/replay.html"));
+        program::next("evaluate", &["--run", &run]);
+        program::next("replay", &["--run", &run, "--html", &format!("{run}/replay.html")]);
         program::result(in_words(&RunSummary::of(&Record::of_folder(&folder)?, &arguments.out)?));
     }
     Ok(ending)
