@@ -24,7 +24,7 @@ def main() -> None:
         ImageDraw.Draw(joined).text((2, top + 1), sheet.stem.replace("_", " "), fill="black")
         joined.paste(picture, (0, top + CAPTION))
         top += picture.height + CAPTION
-    joined.quantize(128).save(out, optimize=True)
+    joined.quantize(24, dither=Image.Dither.NONE).save(out, optimize=True)
     for sheet in sheets:
         sheet.unlink()
 

@@ -241,7 +241,7 @@ fn a_sweep_hides_no_run_and_repeats_none() {
 
     // A report is of runs that differ in their seeds.
     program("report").arg(&out).assert().success();
-    for name in ["runs.csv", "summary.csv", "comparison.csv", "tables.md", "curves_lift.svg", "energy_return.svg"] {
+    for name in ["runs.csv", "summary.csv", "comparison.csv", "tables.md", "curves_lift.svg"] {
         assert!(out.join(name).is_file(), "{name}");
     }
     let (again, config) = (out.join("again"), std::fs::read_to_string(first.join("config.toml")).unwrap());

@@ -17,7 +17,6 @@ use crate::report::over_tasks::{aggregates, profiles};
 use crate::report::pooled::pooled;
 use crate::report::reached::reached;
 use crate::report::record::Record;
-use crate::report::scatter;
 use crate::report::summary::{RunSummary, find_runs};
 use crate::report::text;
 use crate::report::tournament::TournamentRow;
@@ -35,7 +34,7 @@ use show::plot;
 /// reached.csv (actions until an evaluation returns 450, with runs that never come there), profiles.csv (the share of runs above each return),
 /// aggregates.csv (interquartile means over the tasks of a space), robustness.csv (what disturbances cost, where `evaluate --disturb` left a disturbed.csv in the folders of runs),
 /// and, in the folder of each experiment, tables.md (the paper's table of each task, beside what others published), curves_TASK
-/// (learning curves, at most four spaces in a figure) and energy_return (a dot per run); and NAME from every NAME.j2 in these folders: text
+/// (learning curves, at most four spaces in a figure); and NAME from every NAME.j2 in these folders: text
 /// that people wrote, with figures from the tables. Where the folder has an energy_ratio.toml, energy_ratio.csv and a plot of
 /// it are the ratios of energy that it asks for. Runs are compared within the folder that holds their tasks: an
 /// experiment. A sweep that is still going on is reported as far as it has come. A finished run that cannot be read is left
@@ -266,10 +265,6 @@ impl<'a> Report<'a> {
             let path = self.out.join(experiment).join("tables.md");
             file::replace(&path, tables.join("\n").as_bytes())?;
             self.written.push(path);
-            let panels = scatter::energy_and_return(experiment, sections, groups);
-            let dots = self.out.join(experiment).join("energy_return");
-            plot::write("Return and energy: a dot per run", &panels, &dots)?;
-            self.written.push(dots.with_extension("svg"));
         }
         Ok(())
     }

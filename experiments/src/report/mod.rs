@@ -18,7 +18,6 @@ pub mod published;
 pub mod reached;
 pub mod record;
 pub mod run_tables;
-pub mod scatter;
 pub mod search;
 pub mod summary;
 pub mod table;

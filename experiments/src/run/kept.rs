@@ -21,16 +21,16 @@ pub fn is_kept(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending == "zip") && !path.is_dir()
 }
 
-/// Keeps the best policy of the run in `folder` as `archive`, in place of one that is there. The same run gives the same bytes: git
-/// compresses them, and no file has a time.
+/// Keeps the best policy of the run in `folder` as `archive`, in place of one that is there. The same run gives the same bytes: no file
+/// has a time.
 ///
 /// # Errors
 /// If the run has no such policy, or the disk does not take it.
 pub fn pack(folder: &Path, archive: &Path) -> Result<()> {
     let mut zip = ZipWriter::new(Cursor::new(vec![]));
     for name in FILES {
-        let plain = FileOptions::default().compression_method(CompressionMethod::Stored);
-        zip.start_file(name, plain.last_modified_time(DateTime::default()))?;
+        let small = FileOptions::default().compression_method(CompressionMethod::Deflated).compression_level(Some(9));
+        zip.start_file(name, small.last_modified_time(DateTime::default()))?;
         zip.write_all(&fs_err::read(folder.join(name))?)?;
     }
     file::replace(archive, zip.finish()?.get_ref())

@@ -6,7 +6,7 @@ use anyhow::Result;
 use show::plot::{self, Panel, Series};
 use tasks::Disturbance;
 
-use crate::record::{Record, Sample};
+use crate::record::{Record, SAMPLES_PER_ROW, Sample};
 use crate::setup::Setup;
 use crate::spaces::AFORCE;
 use crate::trial::Trial;
@@ -14,8 +14,6 @@ use crate::{Run, simulate};
 
 /// The figure ends here (s): three of eight rotations, which all look like the third. The table goes on.
 const FIGURE_END: f64 = 12.0;
-/// Samples per point of the figure.
-const THINNING: usize = 10;
 
 /// Runs the nominal trial with AFORCE and writes `evolution.csv`, `evolution.svg`.
 ///
@@ -32,7 +30,7 @@ pub fn write(setup: &Setup, out: &Path) -> Result<()> {
 type Curve<'a> = (&'a str, &'a dyn Fn(&Sample) -> f64);
 
 fn panels(record: &Record, trial: &Trial, force: f64) -> Vec<Panel> {
-    let shown = || record.samples.iter().step_by(THINNING).take_while(|sample| sample.time <= FIGURE_END);
+    let shown = || record.samples.iter().step_by(SAMPLES_PER_ROW).take_while(|sample| sample.time <= FIGURE_END);
     let marks = [("contact", record.contact()), ("force reached", record.force_reached(force))];
     let marks: Vec<_> = marks.into_iter().filter_map(|(label, time)| Some((label.into(), time?))).collect();
     let panel = |title: &str, unit: &str, curves: &[Curve]| Panel {

@@ -8,6 +8,9 @@ use anyhow::Result;
 use output::file;
 use physics::robots::Robot;
 
+/// Of so many samples one is a row of the table and a point of the figure of a single wipe.
+pub const SAMPLES_PER_ROW: usize = 20;
+
 /// One control sample (1 ms): what the controller was given, and what it made of it. World axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
@@ -201,7 +204,7 @@ impl Record {
         (self.total.net - self.stored - self.total_losses.joints - self.total_losses.table).abs() / self.total.absolute
     }
 
-    /// Every tenth sample as CSV.
+    /// One of [`SAMPLES_PER_ROW`] samples as CSV.
     ///
     /// # Errors
     /// If the disk does not take it.
@@ -224,7 +227,7 @@ impl Record {
 
         let mut table = csv::Writer::from_writer(vec![]);
         table.write_record(header)?;
-        for s in self.samples.iter().step_by(10) {
+        for s in self.samples.iter().step_by(SAMPLES_PER_ROW) {
             let mut row = vec![format!("{:.3}", s.time), s.phase.name().into()];
             let numbers = [s.force, s.measured_force, s.force_command, s.engagement];
             let vectors = [&s.position, &s.set_point].map(|v| v.as_slice());

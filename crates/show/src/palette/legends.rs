@@ -53,8 +53,7 @@ fn a_colour_belongs_to_a_space_and_its_variant_in_every_committed_figure() {
             }
             // Figures of runs show spaces and nothing else.
             let name = path.file_name().unwrap().to_string_lossy();
-            let of_runs = name.starts_with("curves_") || name.starts_with("energy_return");
-            assert!(!of_runs || known.contains(label), "{file}: {label} has no colour of its own");
+            assert!(!name.starts_with("curves_") || known.contains(label), "{file}: {label} has no colour of its own");
         }
     }
     // Were legends not found, nothing would be checked.
