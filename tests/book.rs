@@ -214,7 +214,7 @@ fn what_the_book_says_is_what_the_programs_say() {
 #[test]
 fn every_page_is_in_the_book_and_every_link_leads_somewhere() {
     let summary = fs::read_to_string(root().join("docs/SUMMARY.md")).unwrap();
-    let more = ["README.md", "CONTRIBUTING.md", "llms.txt", "results/README.md", "results/gallery/README.md"];
+    let more = ["README.md", "CONTRIBUTING.md", "results/README.md", "results/gallery/README.md"];
     for page in pages().into_iter().chain(more.map(|name| root().join(name))) {
         let name = page.file_name().unwrap().to_str().unwrap();
         let chapter = page.parent().unwrap().ends_with("docs") && name != "SUMMARY.md";

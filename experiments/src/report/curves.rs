@@ -24,7 +24,7 @@ const STIFFNESS: [&str; 3] = ["Stiffness along the axes, mean", "N/m", "stiffnes
 /// Of several runs.
 const FORCE: [&str; 3] = ["Contact force that 99 % of the actions stay below", "N", "p99_contact_force_n"];
 
-/// A figure with the curves of at most `MOST` groups of runs, to be written as `curves_TASK` with the suffix.
+/// A figure with the curves of at most `MOST` groups of runs in a panel, to be written as `curves_TASK` with the suffix.
 pub struct Figure {
     /// What its name has behind the task's.
     pub suffix: String,
@@ -34,7 +34,7 @@ pub struct Figure {
     pub panels: Vec<Panel>,
 }
 
-/// Groups of runs in a figure: with more, curves and bands cannot be told apart.
+/// Groups of runs in a panel: with more, curves and bands cannot be told apart.
 const MOST: usize = 4;
 
 /// Draws `curves.svg` of a run.
@@ -68,7 +68,7 @@ fn title(config: &RunConfig) -> String {
 
 /// The evaluations of runs of one task that are compared. For each action space, variant and preset: the interquartile mean of its
 /// seeds as far as all of them have come, and its 95 % interval, or the range of too few seeds. More than `MOST` of them are spread over
-/// several figures.
+/// several figures, or over several rows of one, which show return and success alone.
 ///
 /// # Errors
 /// If a table cannot be read.
@@ -83,7 +83,7 @@ pub fn figures(runs: &[(&Record, &RunSummary)]) -> Result<Vec<Figure>> {
         }
     }
     let tables = runs.iter().map(|(run, _)| run.evaluations("mean")).collect::<Result<Vec<_>>>()?;
-    let of_labels = |(suffix, labels): (String, Vec<&str>)| {
+    let of_rows = |(suffix, rows): (String, Vec<Vec<&str>>)| {
         let of_group = |group: &str, column: &str| {
             let seeds = runs.iter().zip(&tables).filter(|((_, run), _)| label(run) == group);
             let seeds = seeds.map(|(_, table)| {
@@ -95,11 +95,14 @@ pub fn figures(runs: &[(&Record, &RunSummary)]) -> Result<Vec<Figure>> {
             });
             Ok(over_seeds(group, &seeds.collect::<Result<Vec<_>>>()?))
         };
-        let drawn = |&[title, unit, column]: &[&str; 3]| {
+        let drawn = |labels: &[&str], [title, unit, column]: [&str; 3]| {
             let series = labels.iter().map(|group| of_group(group, column)).collect::<Result<_>>()?;
             Ok(panel([title, unit, column], series))
         };
-        let panels = PANELS.iter().chain([&FORCE]).map(drawn).collect::<Result<_>>()?;
+        let shown = if rows.len() == 1 { &[PANELS[0], PANELS[1], PANELS[2], FORCE][..] } else { &PANELS[..2] };
+        let panels = rows.iter().flat_map(|labels| shown.iter().map(move |&what| drawn(labels, what)));
+        let panels = panels.collect::<Result<_>>()?;
+        let labels = rows.concat();
         let seeds = |group: &&str| runs.iter().filter(|(_, run)| label(run) == **group).count();
         let title = heading(&Section::of(runs[0].1).title(), labels.iter().map(seeds));
         // A search names its candidates, and so the runs of the one that it chose.
@@ -107,7 +110,7 @@ pub fn figures(runs: &[(&Record, &RunSummary)]) -> Result<Vec<Figure>> {
             if labels.iter().any(|label| label.contains(",draw-")) { "; draw-N: chosen by a search" } else { "" };
         Ok(Figure { suffix, title: title + drawn, panels })
     };
-    spread(&labels).into_iter().map(of_labels).collect()
+    spread(&labels).into_iter().map(of_rows).collect()
 }
 
 /// What a figure of a task shows, in words.
@@ -130,10 +133,11 @@ fn heading(task: &str, seeds: impl Iterator<Item = usize> + Clone) -> String {
     format!("{task} while learning: {count}{of}")
 }
 
-/// The labels of each figure with its suffix. Where every group has a variant, the spaces of one variant are in the same figures.
-fn spread<'a>(labels: &'a [(String, &RunSummary)]) -> Vec<(String, Vec<&'a str>)> {
+/// The labels in each row of each figure, with its suffix. Where every group has a variant, the spaces of one variant are in the same
+/// figures.
+fn spread<'a>(labels: &'a [(String, &RunSummary)]) -> Vec<(String, Vec<Vec<&'a str>>)> {
     if labels.len() <= MOST {
-        return vec![(String::new(), labels.iter().map(|(label, _)| label.as_str()).collect())];
+        return vec![(String::new(), vec![labels.iter().map(|(label, _)| label.as_str()).collect()])];
     }
     let mut variants: Vec<&str> = vec![];
     for (_, run) in labels {
@@ -148,10 +152,10 @@ fn spread<'a>(labels: &'a [(String, &RunSummary)]) -> Vec<(String, Vec<&'a str>)
         let labels: Vec<_> = labels.iter().filter(|(_, run)| run.variant == **variant).collect();
         let name = format!("_{variant}");
         if labels.len() <= MOST {
-            return vec![(name, labels.iter().map(|(label, _)| label.as_str()).collect())];
+            return vec![(name, vec![labels.iter().map(|(label, _)| label.as_str()).collect()])];
         }
         let figures = of_kinds(variant, labels).into_iter();
-        figures.map(|(suffix, labels)| (name.clone() + &suffix, labels)).collect()
+        figures.map(|(suffix, rows)| (name.clone() + &suffix, rows)).collect()
     };
     variants.iter().flat_map(of_variant).collect()
 }
@@ -160,7 +164,7 @@ fn spread<'a>(labels: &'a [(String, &RunSummary)]) -> Vec<(String, Vec<&'a str>)
 fn of_kinds<'a>(
     common: &str,
     labels: impl IntoIterator<Item = &'a (String, &'a RunSummary)>,
-) -> Vec<(String, Vec<&'a str>)> {
+) -> Vec<(String, Vec<Vec<&'a str>>)> {
     let is_aforce =
         |run: &RunSummary| ["aforce", "aforce-force"].contains(&run.space.as_str()) && run.variant == common;
     // AFORCE's own kin, whatever is not built in and every other variant is an ablation.
@@ -183,9 +187,9 @@ fn of_kinds<'a>(
         let room = MOST - aforce.len();
         // As even as can be.
         let size = of_kind.len().div_ceil(of_kind.len().div_ceil(room).max(1)).max(1);
-        for (index, chunk) in of_kind.chunks(size).enumerate() {
-            let suffix = if index == 0 { name.into() } else { format!("{name}_{}", index + 1) };
-            figures.push((suffix, [aforce.as_slice(), chunk].concat()));
+        let rows: Vec<_> = of_kind.chunks(size).map(|chunk| [aforce.as_slice(), chunk].concat()).collect();
+        if !rows.is_empty() {
+            figures.push((name.into(), rows));
         }
     }
     figures
@@ -244,17 +248,17 @@ mod tests {
     }
 
     #[test]
-    fn rivals_come_first_then_ablations_and_aforce_is_in_every_figure() {
+    fn rivals_come_first_then_ablations_and_aforce_is_in_every_row() {
         let spread_over = |spaces: &[&str]| {
             let all: Vec<RunSummary> = spaces.iter().flat_map(|space| runs(space, 1)).collect();
             let labels: Vec<_> = all.iter().map(|run| (run.label(), run)).collect();
             let figures = spread(&labels).into_iter();
-            figures.map(|(suffix, labels)| format!("{suffix}: {}", labels.join(" "))).collect::<Vec<_>>()
+            let rows = |rows: Vec<Vec<&str>>| rows.iter().map(|labels| labels.join(" ")).collect::<Vec<_>>().join("; ");
+            figures.map(|(suffix, labels)| format!("{suffix}: {}", rows(labels))).collect::<Vec<_>>()
         };
         assert_eq!(spread_over(&["aforce", "floor", "osc", "mean"]), [": aforce floor osc mean"]);
         let many = ["aforce", "floor", "floor-ff", "mean", "no-ff", "osc", "stiff", "variable"];
-        let expected =
-            [": aforce osc variable", "_ablations: aforce floor floor-ff mean", "_ablations_2: aforce no-ff stiff"];
+        let expected = [": aforce osc variable", "_ablations: aforce floor floor-ff mean; aforce no-ff stiff"];
         assert_eq!(spread_over(&many), expected);
     }
 
@@ -270,7 +274,8 @@ mod tests {
             all.extend(of_variant.map(|run| RunSummary { variant: variant.into(), ..run }));
         }
         let labels: Vec<_> = all.iter().map(|run| (run.label(), run)).collect();
-        let figures: Vec<_> = spread(&labels).into_iter().map(|(suffix, labels)| (suffix, labels.join(" "))).collect();
+        let figures: Vec<_> =
+            spread(&labels).into_iter().map(|(suffix, rows)| (suffix, rows.concat().join(" "))).collect();
         let expected = [
             ("_plain", "aforce,plain osc,plain"),
             ("_swift", "aforce,swift variable,swift osc,swift robosuite-variable,swift"),
