@@ -17,7 +17,7 @@ fn root() -> &'static Path {
 
 fn env(task: &str, space: &str) -> Env {
     let task = TaskName::BUILT_IN.into_iter().find(|known| known.as_str() == task).expect("a task");
-    Env::new(EnvConfig { task, space: space.parse().unwrap(), ..EnvConfig::default() }, 0).unwrap()
+    Env::new(EnvConfig { space: space.parse().unwrap(), ..EnvConfig::of(task) }, 0).unwrap()
 }
 
 fn table(head: &str, rows: impl IntoIterator<Item = String>) -> String {
