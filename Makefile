@@ -64,6 +64,7 @@ $(VENV)/installed: python/requirements.txt
 
 # The package `aforce`, in target/wheels.
 wheel: $(VENV)/installed
+	cp LICENSE-MIT LICENSE-APACHE python
 	$(PYTHON) python/third_party.py python/THIRD-PARTY.txt
 	rm -f target/wheels/aforce-*.whl
 	PATH="$(CURDIR)/$(VENV)/bin:$$PATH" maturin build --release --quiet $(ZIG) --manifest-path python/Cargo.toml --target-dir target/python --out target/wheels
@@ -177,7 +178,7 @@ runs/noise/%.csv: | setup
 runs/random_1000.csv: | setup
 	$(RUN) baselines -- random --tasks lift,door,wipe --spaces aforce,low,variable,osc,robosuite-variable,robosuite-osc --episodes 1000 --out $@
 
-# Pages, animations, index and README of results/gallery: the typical runs of the study, chosen by the script.
+# Pages, animations and README of results/gallery: typical runs, chosen by the script.
 gallery: setup
 	$(CARGO) build --release --bin replay --bin evaluate
-	$(PYTHON) scripts/gallery.py target/release results/study $(GALLERY)
+	$(PYTHON) scripts/gallery.py target/release results $(GALLERY)

@@ -1,6 +1,6 @@
 //! What rliable reports (Agarwal et al. 2021): performance profiles, and aggregates over the tasks of a space.
 //!
-//! A return is at most one per action in every task, so returns of several tasks have one scale.
+//! A return is at most one per action in robosuite's tasks, so their returns have one scale.
 
 use output::statistics::{FEWEST_FOR_INTERVAL, interval, iqm, mean, median, stratified_iqm_interval};
 use serde::Serialize;

@@ -13,10 +13,10 @@ use serde::Deserialize;
 use tasks::{Change, Env, EnvConfig, OwnDisturbance, TaskKind, TaskName, register_anew};
 
 use super::answer::Part;
+use super::for_ever;
 use super::scene::{Stage, Tool};
 use super::task::{PythonTask, Sayings, Scaling, Trouble};
 use super::values::entries;
-use super::words::for_ever;
 use crate::keywords::config_of;
 use crate::value_error;
 

@@ -9,8 +9,23 @@ mod state;
 mod task;
 mod values;
 mod waypoint;
-mod words;
+
+use std::collections::HashSet;
+use std::sync::Mutex;
 
 pub use self::blueprint::env;
 pub use self::state::{Place, State};
 pub use self::task::Trouble;
+
+/// A word of a task in Python that the Rust side keeps: it lives as long as the program; the same word once.
+fn for_ever(word: &str) -> &'static str {
+    static WORDS: Mutex<Option<HashSet<&'static str>>> = Mutex::new(None);
+    let mut words = WORDS.lock().expect("nobody panics with it");
+    let words = words.get_or_insert_default();
+    if let Some(known) = words.get(word) {
+        return known;
+    }
+    let word: &'static str = Box::leak(word.to_owned().into_boxed_str());
+    words.insert(word);
+    word
+}

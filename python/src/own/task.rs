@@ -202,7 +202,7 @@ impl PythonTask {
                 let Ok(name) = name.extract::<String>() else {
                     return Err(part.kind(format!("the name {} is no string", name.repr()?)));
                 };
-                Ok((super::words::for_ever(&name), number(part, &name, &value)?))
+                Ok((super::for_ever(&name), number(part, &name, &value)?))
             };
             dict.iter().map(term).collect::<PyResult<_>>()?
         } else {
