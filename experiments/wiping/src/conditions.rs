@@ -30,13 +30,12 @@ pub fn disturbances() -> Vec<Condition> {
         let sensing = &mut setup.sensing;
         [sensing.bias, sensing.noise] = [sensing.bias, sensing.noise].map(|error| error.map(|error| 4.0 * error));
     }
-    fn same(_: &mut Setup) {}
     let none = Disturbance::default;
     let fixed = |value| Some(Draw::Fixed(value));
     let payload = Disturbance { payload_kg: fixed(0.5), ..none() };
     let table = |height| Disturbance { table_height_m: fixed(height), ..none() };
     let late = |delay| Disturbance { torque_delay_s: fixed(delay), ..none() };
-    let condition = |name, disturbance| Condition { name, change: same, disturbance };
+    let condition = |name, disturbance| Condition { name, change: |_| (), disturbance };
     vec![
         condition("none", none()),
         Condition { name: "none; exact wrench", change: exact, disturbance: none() },

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use aforce::{Vector3, Vector6};
 use anyhow::Result;
 use show::plot::{self, Panel, Series};
 use tasks::Disturbance;
@@ -44,7 +45,10 @@ fn panels(record: &Record, trial: &Trial, force: f64) -> Vec<Panel> {
         marks: marks.clone(),
         ..Panel::default()
     };
-    let spot = [trial.spot[0], trial.spot[1], trial.height];
+    let axes = |title: &str, unit: &str, of: &dyn Fn(&Sample) -> Vector3| {
+        panel(title, unit, &[("x", &|s| of(s).x), ("y", &|s| of(s).y), ("z", &|s| of(s).z)])
+    };
+    let spot = Vector3::new(trial.spot[0], trial.spot[1], trial.height);
     vec![
         panel(
             "Normal force",
@@ -55,38 +59,22 @@ fn panels(record: &Record, trial: &Trial, force: f64) -> Vec<Panel> {
                 ("desired", &|s| if s.engagement > 0.0 { force } else { 0.0 }),
             ],
         ),
-        panel(
-            "Stiffness",
-            "N/m",
-            &[
-                ("x", &|s| s.stiffness[0]),
-                ("y", &|s| s.stiffness[1]),
-                ("z", &|s| s.stiffness[2] * (1.0 - s.engagement)),
-            ],
-        ),
-        panel(
-            "Position relative to the spot",
-            "mm",
-            &[
-                ("x", &|s| 1000.0 * (s.position.x - spot[0])),
-                ("y", &|s| 1000.0 * (s.position.y - spot[1])),
-                ("z", &|s| 1000.0 * (s.position.z - spot[2])),
-            ],
-        ),
-        panel(
-            "Tracking error",
-            "mm",
-            &[("x", &|s| 1000.0 * s.error[0]), ("y", &|s| 1000.0 * s.error[1]), ("z", &|s| 1000.0 * s.error[2])],
-        ),
-        panel(
-            "Feed-forward force",
-            "N",
-            &[("x", &|s| s.feedforward[0]), ("y", &|s| s.feedforward[1]), ("z", &|s| s.feedforward[2])],
-        ),
+        // Force control takes its share of the contact axis.
+        axes("Stiffness", "N/m", &|s| {
+            translation(&s.stiffness).component_mul(&Vector3::new(1.0, 1.0, 1.0 - s.engagement))
+        }),
+        axes("Position relative to the spot", "mm", &|s| 1000.0 * (s.position - spot)),
+        axes("Tracking error", "mm", &|s| 1000.0 * translation(&s.error)),
+        axes("Feed-forward force", "N", &|s| translation(&s.feedforward)),
         panel(
             "Energy since circling began",
             "J",
             &[("all of the torque", &|s| s.energy), ("without gravity compensation", &|s| s.control_energy)],
         ),
     ]
+}
+
+/// The part of a vector for x, y and z.
+fn translation(vector: &Vector6) -> Vector3 {
+    vector.fixed_rows::<3>(0).into_owned()
 }
