@@ -1,5 +1,8 @@
 //! Every setting of the learner.
 
+use std::ops::Bound::{Excluded, Included};
+use std::ops::RangeBounds;
+
 use serde::{Deserialize, Serialize};
 
 use crate::{Error, Kernels, Preset};
@@ -82,91 +85,35 @@ impl Config {
     ///
     /// [`Error::Config`] with the first field that is out of range.
     pub fn validate(&self) -> Result<(), Error> {
-        // `valid` is false for a NaN, because every comparison with one is.
-        let check = |valid: bool, field, value: &dyn ToString, allowed| {
-            if valid { Ok(()) } else { Err(Error::Config { field, value: value.to_string(), allowed }) }
-        };
-        let rate = "above 0, at most 1";
-        check(
-            (1..=8).contains(&self.hidden.len()) && self.hidden.iter().all(|n| (1..=16_384).contains(n)),
-            "hidden",
-            &format!("{:?}", self.hidden),
-            "one to eight layers of 1 to 16384 units",
-        )?;
-        check((1..=65_536).contains(&self.batch_size), "batch_size", &self.batch_size, "1 to 65536")?;
-        check(
-            self.actor_learning_rate > 0.0 && self.actor_learning_rate <= 1.0,
-            "actor_learning_rate",
-            &self.actor_learning_rate,
-            rate,
-        )?;
-        check(
-            self.critic_learning_rate > 0.0 && self.critic_learning_rate <= 1.0,
-            "critic_learning_rate",
-            &self.critic_learning_rate,
-            rate,
-        )?;
+        let hidden = |valid, allowed| check("hidden", &format!("{:?}", self.hidden), valid, allowed);
+        let widths = self.hidden.iter().all(|n| (1..=16_384).contains(n));
+        hidden((1..=8).contains(&self.hidden.len()) && widths, "one to eight layers of 1 to 16384 units")?;
+        within("batch_size", self.batch_size, 1..=65_536, "1 to 65536")?;
+        rate("actor_learning_rate", self.actor_learning_rate)?;
+        rate("critic_learning_rate", self.critic_learning_rate)?;
         // Zero keeps the temperature where it starts.
-        let frozen_or_rate = self.temperature_learning_rate >= 0.0 && self.temperature_learning_rate <= 1.0;
-        check(
-            frozen_or_rate,
-            "temperature_learning_rate",
-            &self.temperature_learning_rate,
-            "0 (fixed temperature) to 1",
-        )?;
-        check(self.gamma >= 0.0 && self.gamma < 1.0, "gamma", &self.gamma, "at least 0, below 1")?;
-        check((1..=1000).contains(&self.n_step), "n_step", &self.n_step, "1 to 1000")?;
-        check(self.tau > 0.0 && self.tau <= 1.0, "tau", &self.tau, rate)?;
-        check(self.target_period >= 1, "target_period", &self.target_period, "at least 1")?;
-        let average = self.policy_average;
-        check(average > 0.0 && average <= 1.0, "policy_average", &average, rate)?;
-        check(self.actor_period >= 1, "actor_period", &self.actor_period, "at least 1")?;
-        check(self.prior_episodes <= 10_000, "prior_episodes", &self.prior_episodes, "0 to 10000")?;
+        within("temperature_learning_rate", self.temperature_learning_rate, 0.0..=1.0, "0 (fixed temperature) to 1")?;
+        within("gamma", self.gamma, 0.0..1.0, "at least 0, below 1")?;
+        within("n_step", self.n_step, 1..=1000, "1 to 1000")?;
+        rate("tau", self.tau)?;
+        within("target_period", self.target_period, 1.., "at least 1")?;
+        rate("policy_average", self.policy_average)?;
+        within("actor_period", self.actor_period, 1.., "at least 1")?;
+        within("prior_episodes", self.prior_episodes, ..=10_000, "0 to 10000")?;
         let weights: usize = self.hidden.windows(2).map(|pair| pair[0] * pair[1]).sum();
-        check(
-            weights <= 1 << 26,
-            "hidden",
-            &format!("{:?}", self.hidden),
-            "layers with at most 67 million weights between them",
-        )?;
-        let pink = self.pink_noise;
-        check((0.0..=1.0).contains(&pink), "pink_noise", &pink, "0 (no episode) to 1 (every episode)")?;
-        check((0.0..=1.0).contains(&self.nudges), "nudges", &self.nudges, "0 (no episode) to 1 (every episode)")?;
-        let temperature = self.initial_temperature;
-        check(temperature > 0.0 && temperature.is_finite(), "initial_temperature", &temperature, "above 0, finite")?;
+        hidden(weights <= 1 << 26, "layers with at most 67 million weights between them")?;
+        within("pink_noise", self.pink_noise, 0.0..=1.0, "0 (no episode) to 1 (every episode)")?;
+        within("nudges", self.nudges, 0.0..=1.0, "0 (no episode) to 1 (every episode)")?;
+        let finite = (Excluded(0.0), Excluded(f64::INFINITY));
+        within("initial_temperature", self.initial_temperature, finite, "above 0, finite")?;
         let entropy = self.target_entropy.unwrap_or(-1.0);
-        check(
-            entropy.abs() <= 1e6,
-            "target_entropy",
-            &entropy,
-            "-1e6 to 1e6, or absent for minus the number of actions",
-        )?;
-        check(
-            self.log_std_min >= -20.0 && self.log_std_min < self.log_std_max,
-            "log_std_min",
-            &self.log_std_min,
-            "-20 to below log_std_max",
-        )?;
-        check(self.log_std_max <= 10.0, "log_std_max", &self.log_std_max, "above log_std_min, at most 10")?;
-        check(
-            self.updates_per_step >= 0.0 && self.updates_per_step <= 100.0,
-            "updates_per_step",
-            &self.updates_per_step,
-            "0 to 100",
-        )?;
-        check(
-            self.random_steps >= self.n_step as u64,
-            "random_steps",
-            &self.random_steps,
-            "at least n_step: the first update needs a transition",
-        )?;
-        let capacity = self.replay_capacity;
-        check(
-            capacity >= self.batch_size && capacity <= u32::MAX as usize,
-            "replay_capacity",
-            &capacity,
-            "batch_size to 2^32 - 1",
-        )
+        within("target_entropy", entropy, -1e6..=1e6, "-1e6 to 1e6, or absent for minus the number of actions")?;
+        within("log_std_min", self.log_std_min, -20.0..self.log_std_max, "-20 to below log_std_max")?;
+        within("log_std_max", self.log_std_max, ..=10.0, "above log_std_min, at most 10")?;
+        within("updates_per_step", self.updates_per_step, 0.0..=100.0, "0 to 100")?;
+        let transition = "at least n_step: the first update needs a transition";
+        within("random_steps", self.random_steps, self.n_step as u64.., transition)?;
+        within("replay_capacity", self.replay_capacity, self.batch_size..=u32::MAX as usize, "batch_size to 2^32 - 1")
     }
 
     /// Number of updates that follow environment step `step`, counted from 1: none up to `random_steps`, then as many as keep the total at
@@ -181,6 +128,24 @@ impl Default for Config {
     fn default() -> Self {
         Preset::DESKTOP.settings()
     }
+}
+
+/// A value of a field, if it is `valid`.
+fn check(field: &'static str, value: &dyn ToString, valid: bool, allowed: &'static str) -> Result<(), Error> {
+    if valid { Ok(()) } else { Err(Error::Config { field, value: value.to_string(), allowed }) }
+}
+
+/// A value within a range, which a NaN never is.
+fn within<T>(field: &'static str, value: T, range: impl RangeBounds<T>, allowed: &'static str) -> Result<(), Error>
+where
+    T: PartialOrd + ToString,
+{
+    check(field, &value, range.contains(&value), allowed)
+}
+
+/// A fraction that is not zero.
+fn rate(field: &'static str, value: f64) -> Result<(), Error> {
+    within(field, value, (Excluded(0.0), Included(1.0)), "above 0, at most 1")
 }
 
 fn no_average() -> f64 {
