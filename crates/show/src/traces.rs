@@ -26,96 +26,31 @@ struct Column {
     points: Vec<(f64, f64)>,
 }
 
-const AXES: [&str; 3] = ["x", "y", "z"];
-const JOINTS: [&str; 7] = ["joint 1", "joint 2", "joint 3", "joint 4", "joint 5", "joint 6", "joint 7"];
-
 impl Traces {
     /// Takes in the state after one action.
     pub fn add(&mut self, env: &Env, step: &Step) {
-        let rate = f64::from(env.config().controller.policy_hz);
         self.actions += 1;
-        self.time += 1.0 / rate;
+        self.time += 1.0 / f64::from(env.config().controller.policy_hz);
         self.energy += step.interval.energy.absolute;
         for (work, group) in self.tool_work.iter_mut().zip(step.interval.impedance) {
             *work += group.work;
         }
-        let first = self.columns.is_empty();
-        let (time, mut next) = (self.time, 0);
-        let mut put = |panel, unit, label, value| {
-            if first {
-                self.columns.push(Column { panel, unit, label, points: vec![] });
-            }
-            self.columns[next].points.push((time, value));
-            next += 1;
-        };
-
-        let (controller, interval) = (env.controller(), &step.interval);
-        let normal = contact_force(env.simulation()).dot(&env.controller().contact_axis());
-        put("Contact force", "N", "hand, mean", interval.hand.impulse / interval.time.max(f64::MIN_POSITIVE));
-        put("Contact force", "N", "hand, largest", interval.hand.max);
-        put("Contact force", "N", "whole arm, largest", interval.arm.max);
-        put("Contact force", "N", "normal", normal);
-        if controller.space().force {
-            put("Contact force", "N", "requested", controller.requested_force());
-            put("Contact force", "N", "desired", controller.desired_force());
+        let mut row = Row::default();
+        row.add_forces(env, step);
+        row.add_stiffness(env, step);
+        row.add_impedance(step);
+        row.add_errors(env);
+        row.add_joints(env, step);
+        row.put("Energy so far", "J", "sum of |tau qd| dt", self.energy);
+        row.put("Energy so far", "J", "of the tool's translation", self.tool_work[0]);
+        row.put("Energy so far", "J", "of the tool's rotation", self.tool_work[1]);
+        row.add_reward(env, step);
+        if self.columns.is_empty() {
+            self.columns = row.0.iter().map(|(column, _)| column.clone()).collect();
         }
-        let (stiffness, spring) = (controller.stiffness(), controller.feedforward_spring());
-        let adapts = controller.psi().is_some();
-        for (panel, unit, first) in [("Stiffness", "N/m", 0), ("Rotational stiffness", "Nm/rad", 3)] {
-            for (i, axis) in AXES.into_iter().enumerate() {
-                put(panel, unit, axis, stiffness[first + i]);
-            }
-            if adapts {
-                put(panel, unit, "alpha/mu, mean", spring.fixed_rows::<3>(first).mean());
-            }
+        for (at, (_, value)) in row.0.into_iter().enumerate() {
+            self.columns[at].points.push((self.time, value));
         }
-        let samples = f64::from(interval.samples.max(1));
-        let [translation, rotation] = &interval.impedance;
-        if controller.stiffness_bounds(0).is_some() {
-            for (label, sum) in [
-                ("translation at K_min", translation.sum_at_min),
-                ("translation at K_max", translation.sum_at_max),
-                ("rotation at K_min", rotation.sum_at_min),
-                ("rotation at K_max", rotation.sum_at_max),
-            ] {
-                put("Stiffness at its bounds", "share of axes and time", label, sum / samples);
-            }
-        }
-        for (panel, unit, group) in
-            [("Force of the impedance", "N", translation), ("Moment of the impedance", "Nm", rotation)]
-        {
-            put(panel, unit, "spring, K e", group.sum_spring / samples);
-            put(panel, unit, "damper, D e_dot", group.sum_damper / samples);
-            put(panel, unit, "feed-forward, F_ff", group.sum_feedforward / samples);
-        }
-        for (i, axis) in AXES.into_iter().enumerate() {
-            put("Position error", "mm", axis, 1000.0 * controller.error()[i]);
-        }
-        for (i, axis) in AXES.into_iter().enumerate() {
-            put("Feed-forward force", "N", axis, controller.feedforward()[i]);
-        }
-        for (i, axis) in AXES.into_iter().enumerate() {
-            put("Feed-forward torque", "Nm", axis, controller.feedforward()[3 + i]);
-        }
-        let torque = interval.mean_torque();
-        for (i, joint) in JOINTS.into_iter().enumerate() {
-            put("Joint torque", "Nm", joint, torque[i]);
-        }
-        for (i, joint) in JOINTS.into_iter().enumerate() {
-            put("Joint power", "W", joint, interval.joint_work[i] * rate);
-        }
-        put("Joint power", "W", "sum of |tau qd|", interval.energy.absolute * rate);
-        put("Energy so far", "J", "sum of |tau qd| dt", self.energy);
-        put("Energy so far", "J", "of the tool's translation", self.tool_work[0]);
-        put("Energy so far", "J", "of the tool's rotation", self.tool_work[1]);
-        for (term, value) in step.reward_terms.iter() {
-            put("Reward", "per action", term, value);
-        }
-        if env.config().motion_price > 0.0 {
-            put("Reward", "per action", "price of motion", -step.motion_cost);
-        }
-        // Last, so that it is drawn over a term that equals it.
-        put("Reward", "per action", "sum", step.reward);
     }
 
     /// Actions taken in.
@@ -160,4 +95,110 @@ impl Traces {
         }
         panels
     }
+}
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+const JOINTS: [&str; 7] = ["joint 1", "joint 2", "joint 3", "joint 4", "joint 5", "joint 6", "joint 7"];
+
+/// What one action adds to the curves. An episode's actions have the same curves in the same order.
+#[derive(Default)]
+struct Row(Vec<(Column, f64)>);
+
+impl Row {
+    fn put(&mut self, panel: &'static str, unit: &'static str, label: &'static str, value: f64) {
+        self.0.push((Column { panel, unit, label, points: vec![] }, value));
+    }
+
+    /// A curve per axis.
+    fn put_axes(&mut self, panel: &'static str, unit: &'static str, value: impl Fn(usize) -> f64) {
+        for (i, axis) in AXES.into_iter().enumerate() {
+            self.put(panel, unit, axis, value(i));
+        }
+    }
+
+    fn put_joints(&mut self, panel: &'static str, unit: &'static str, value: impl Fn(usize) -> f64) {
+        for (i, joint) in JOINTS.into_iter().enumerate() {
+            self.put(panel, unit, joint, value(i));
+        }
+    }
+
+    fn add_forces(&mut self, env: &Env, step: &Step) {
+        let (controller, interval) = (env.controller(), &step.interval);
+        let mean = interval.hand.impulse / interval.time.max(f64::MIN_POSITIVE);
+        let normal = contact_force(env.simulation()).dot(&controller.contact_axis());
+        let mut put = |label, value| self.put("Contact force", "N", label, value);
+        put("hand, mean", mean);
+        put("hand, largest", interval.hand.max);
+        put("whole arm, largest", interval.arm.max);
+        put("normal", normal);
+        if controller.space().force {
+            put("requested", controller.requested_force());
+            put("desired", controller.desired_force());
+        }
+    }
+
+    fn add_stiffness(&mut self, env: &Env, step: &Step) {
+        let controller = env.controller();
+        let (stiffness, spring) = (controller.stiffness(), controller.feedforward_spring());
+        for (panel, unit, first) in [("Stiffness", "N/m", 0), ("Rotational stiffness", "Nm/rad", 3)] {
+            self.put_axes(panel, unit, |i| stiffness[first + i]);
+            if controller.psi().is_some() {
+                self.put(panel, unit, "alpha/mu, mean", spring.fixed_rows::<3>(first).mean());
+            }
+        }
+        if controller.stiffness_bounds(0).is_some() {
+            let [translation, rotation] = &step.interval.impedance;
+            for (label, sum) in [
+                ("translation at K_min", translation.sum_at_min),
+                ("translation at K_max", translation.sum_at_max),
+                ("rotation at K_min", rotation.sum_at_min),
+                ("rotation at K_max", rotation.sum_at_max),
+            ] {
+                self.put("Stiffness at its bounds", "share of axes and time", label, sum / samples(step));
+            }
+        }
+    }
+
+    fn add_impedance(&mut self, step: &Step) {
+        let [translation, rotation] = &step.interval.impedance;
+        for (panel, unit, group) in
+            [("Force of the impedance", "N", translation), ("Moment of the impedance", "Nm", rotation)]
+        {
+            self.put(panel, unit, "spring, K e", group.sum_spring / samples(step));
+            self.put(panel, unit, "damper, D e_dot", group.sum_damper / samples(step));
+            self.put(panel, unit, "feed-forward, F_ff", group.sum_feedforward / samples(step));
+        }
+    }
+
+    /// The error, and the wrench with which it is answered.
+    fn add_errors(&mut self, env: &Env) {
+        let controller = env.controller();
+        self.put_axes("Position error", "mm", |i| 1000.0 * controller.error()[i]);
+        self.put_axes("Feed-forward force", "N", |i| controller.feedforward()[i]);
+        self.put_axes("Feed-forward torque", "Nm", |i| controller.feedforward()[3 + i]);
+    }
+
+    fn add_joints(&mut self, env: &Env, step: &Step) {
+        let (rate, interval) = (f64::from(env.config().controller.policy_hz), &step.interval);
+        let torque = interval.mean_torque();
+        self.put_joints("Joint torque", "Nm", |i| torque[i]);
+        self.put_joints("Joint power", "W", |i| interval.joint_work[i] * rate);
+        self.put("Joint power", "W", "sum of |tau qd|", interval.energy.absolute * rate);
+    }
+
+    fn add_reward(&mut self, env: &Env, step: &Step) {
+        for (term, value) in step.reward_terms.iter() {
+            self.put("Reward", "per action", term, value);
+        }
+        if env.config().motion_price > 0.0 {
+            self.put("Reward", "per action", "price of motion", -step.motion_cost);
+        }
+        // Last, so that it is drawn over a term that equals it.
+        self.put("Reward", "per action", "sum", step.reward);
+    }
+}
+
+/// Control samples of an action.
+fn samples(step: &Step) -> f64 {
+    f64::from(step.interval.samples.max(1))
 }
