@@ -2,65 +2,20 @@
 
 use std::fmt;
 
-use aforce::{ConfigError, JointVector, Measurement, Pose, Twist, Vector3, Wrench, within};
-use serde::{Deserialize, Serialize};
+use aforce::{JointVector, Measurement, Pose, Twist, Vector3, Wrench};
 use thiserror::Error;
 
 use crate::contact::ContactReading;
-use crate::deviation::Deviation;
 use crate::engine::{Engine, Surfaces};
 use crate::friction::DryFriction;
-use crate::gripper::{FINGER_JOINTS, Gripper, INITIAL_OPENING, WIDEST, finger_at};
+use crate::gripper::{FINGER_JOINTS, Gripper};
 use crate::model::{GRAVITY, Model};
-use crate::robots::Robot;
+use crate::plant::Plant;
 use crate::scene::Scene;
 use crate::solid::Solid;
 use crate::stop::ArmStops;
 
-/// What is simulated apart from the scene: the robot, the rate, the engine.
-#[derive(Debug, Clone)]
-pub struct Plant {
-    /// The robot.
-    pub robot: Robot,
-    /// Length of one control sample (s). One longer than 2 ms is simulated in several equal parts.
-    pub dt: f64,
-    /// Engine settings.
-    pub config: SimulationConfig,
-    /// What the controller's model does not know.
-    pub deviation: Deviation,
-}
-
-/// Settings of the engine.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct SimulationConfig {
-    /// Engine substeps inside one control sample, or inside each part of a sample longer than 2 ms. At 2 ms, one has the
-    /// accuracy of MuJoCo's Euler integrator at the same step, two halve the error and cost a third more time.
-    pub substeps: usize,
-    /// Cut-off of the low-pass on the contact wrench that the controller reads (Hz).
-    pub force_cutoff_hz: f64,
-    /// Cut-off of the low-pass behind [`ContactReading::sustained`] (Hz).
-    pub sustained_cutoff_hz: f64,
-}
-
-impl Default for SimulationConfig {
-    fn default() -> Self {
-        SimulationConfig { substeps: 1, force_cutoff_hz: 100.0, sustained_cutoff_hz: 12.0 }
-    }
-}
-
-impl SimulationConfig {
-    /// Checks every value.
-    ///
-    /// # Errors
-    /// The first value that is not allowed, with its field (below `simulation`) and range.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        let Self { substeps, force_cutoff_hz, sustained_cutoff_hz } = *self;
-        within("simulation.substeps", substeps as f64, 1.0..=64.0)?;
-        within("simulation.force_cutoff_hz", force_cutoff_hz, 0.1..=1e4)?;
-        within("simulation.sustained_cutoff_hz", sustained_cutoff_hz, 0.1..=1e4)
-    }
-}
+mod placing;
 
 /// The state of a simulation stopped being finite or plausible.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
@@ -201,72 +156,6 @@ impl Simulation {
         &self.model
     }
 
-    /// Starts an episode: arm at rest at `q`, gripper half open, no load, no push, no reading of a contact. A seventh angle of an arm
-    /// of six joints is not looked at.
-    ///
-    /// Free bodies stay where they are: [`place`](Self::place) them. The engine keeps the contacts that it has found, with the
-    /// forces that its solver starts from: to the bit an episode repeats in a new simulation.
-    pub fn reset(&mut self, q: &JointVector) {
-        let joints = self.model.joints();
-        for (i, &q) in q.iter().enumerate().take(joints) {
-            self.engine.set_coordinate(i, q, 0.0);
-        }
-        for i in joints..self.efforts.len() {
-            self.engine.set_coordinate(i, 0.0, 0.0);
-        }
-        if let Some([left, right]) = self.fingers {
-            self.engine.set_coordinate(left, INITIAL_OPENING, 0.0);
-            self.engine.set_coordinate(right, -INITIAL_OPENING, 0.0);
-        }
-        self.engine.settle();
-        self.look();
-        if let Some(gripper) = &mut self.gripper {
-            gripper.reset();
-        }
-        self.friction.reset();
-        self.contact = ContactReading::default();
-        self.contacts.fill(self.contact);
-        self.loads.fill(0.0);
-        self.push = Vector3::zeros();
-        self.hand = None;
-        self.steps = 0;
-    }
-
-    /// After a [`reset`](Self::reset): puts the finger pads `distance` (m) apart, where they stay as long as nobody commands the gripper.
-    ///
-    /// # Panics
-    /// If the tool has no fingers, or `distance` is not within 0 and [`WIDEST`].
-    pub fn open_fingers(&mut self, distance: f64) {
-        assert!((0.0..=WIDEST).contains(&distance), "{distance} m between the finger pads: 0 to {WIDEST} are possible");
-        let ([left, right], gripper) = self.fingers.zip(self.gripper.as_mut()).expect("a tool with fingers");
-        let coordinate = finger_at(distance);
-        self.engine.set_coordinate(left, coordinate, 0.0);
-        self.engine.set_coordinate(right, -coordinate, 0.0);
-        self.engine.settle();
-        gripper.keep(coordinate);
-    }
-
-    /// After a [`reset`](Self::reset): puts a free body into the hand, at `grip` as seen from the tool point, with the finger pads
-    /// `width` (m) apart, the body's size along x of the tool. The fingers press on it with their full force until they are commanded to
-    /// open.
-    ///
-    /// # Panics
-    /// As [`open_fingers`](Self::open_fingers); also if the body is fixed.
-    pub fn put_in_hand(&mut self, body: usize, grip: &Pose, width: f64) {
-        self.open_fingers(width);
-        self.engine.place(body, &(self.arm.pose * grip));
-        self.gripper.as_mut().expect("a tool with fingers").close();
-    }
-
-    /// After a [`reset`](Self::reset): puts joint `i` (its place in the scene, arm first) at `q` (rad or m), at rest.
-    ///
-    /// # Panics
-    /// If there is no such joint.
-    pub fn set_joint(&mut self, i: usize, q: f64) {
-        self.engine.set_coordinate(i, q, 0.0);
-        self.engine.settle();
-    }
-
     /// Loads joint `i` (its place in the scene, arm first) with an effort (Nm or N) from
     /// outside, until it is set again or the simulation is reset.
     ///
@@ -287,14 +176,6 @@ impl Simulation {
     /// In the next step, if the body is fixed.
     pub fn set_hand(&mut self, push: Option<Push>) {
         self.hand = push;
-    }
-
-    /// Puts a free body at rest at `pose` (world).
-    ///
-    /// # Panics
-    /// If it is fixed.
-    pub fn place(&mut self, body: usize, pose: &Pose) {
-        self.engine.place(body, pose);
     }
 
     /// Joint angles (rad) and velocities (rad/s) of the arm.

@@ -35,7 +35,7 @@ impl Element<'_> {
         self.allow(&ATTRIBUTES)?;
         let pose = self.file.pose(self.node)?;
         let kind = self.value("type")?.unwrap_or("sphere");
-        let ends = self.from_to(kind)?;
+        let ends = self.ends(kind)?;
         let shape = self.shape(kind, ends.map(|(_, half_length)| half_length))?;
         if kind != "mesh" && self.node.has_attribute("mesh") {
             return Err(self.wrong(format!("a {kind} that is fitted to a mesh is not read")));
@@ -49,7 +49,7 @@ impl Element<'_> {
     }
 
     /// Pose and half length of a geom that says where its ends are.
-    fn from_to(self, kind: &str) -> Result<Option<(Pose, f64)>, ReadError> {
+    fn ends(self, kind: &str) -> Result<Option<(Pose, f64)>, ReadError> {
         let Some(text) = self.node.attribute("fromto") else { return Ok(None) };
         let [a, b, c, d, e, f] = self.file.source.array(self.node, "fromto", text)?;
         if !["capsule", "cylinder"].contains(&kind) {
