@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use aforce::{ActionEntry, ConfigError, Controller, JointVector, Measurement, Vector3, stable_on};
+use aforce::{ActionEntry, ConfigError, Controller, Measurement, Vector3, stable_on};
 use physics::robots::Robot;
 use physics::{Plant, Simulation};
 use rand::{Rng, SeedableRng};
@@ -17,12 +17,11 @@ use crate::motion::Motion;
 use crate::observer::Observer;
 use crate::placing::{LARGEST_OVERLAP, draw_start, overlapping, put};
 use crate::reward_terms::RewardTerms;
-use crate::sample::Sample;
 use crate::sensing::Estimator;
-use crate::step::Step;
-use crate::task::{HELD, Reward, Task};
+use crate::task::Task;
 
 mod observing;
+mod stepping;
 mod tuning;
 
 /// A task, an arm and an action space.
@@ -213,146 +212,7 @@ impl Env {
         Ok(())
     }
 
-    /// Applies one action in [-1, 1]^n for one policy interval: the entries of the action space
-    /// ([`aforce::ActionSpace::entries`]), then, where there is a gripper, one whose sign counts: -1 opens, +1 closes.
-    ///
-    /// # Panics
-    /// If `action` has not [`Env::action_dim`] entries.
-    pub fn step(&mut self, action: &[f64]) -> Step {
-        self.step_watched(action, |_| ())
-    }
-
-    /// As [`Env::step`]; `watch` sees every control sample that the simulation lived through.
-    ///
-    /// # Panics
-    /// As [`Env::step`].
-    pub fn step_watched(&mut self, action: &[f64], mut watch: impl FnMut(&Sample)) -> Step {
-        self.begin(action);
-        while self.advance(&mut watch) {}
-        self.end()
-    }
-
-    /// The first part of a [`step`](Env::step), for who shows it as it goes: takes the action in. [`Env::advance`] follows as long as it
-    /// answers true, then [`Env::end`].
-    ///
-    /// # Panics
-    /// As [`Env::step`].
-    pub fn begin(&mut self, action: &[f64]) {
-        assert_eq!(action.len(), self.action_dim(), "an action of this environment");
-        let (motion, grip) = action.split_at(self.config.space.dim());
-        self.wait();
-        self.running.grip = grip.first().copied().unwrap_or(0.0);
-        self.controller.set_goal(motion, &self.y);
-        self.last_action.iter_mut().zip(action).for_each(|((_, last), &entry)| *last = entry);
-    }
-
-    /// As [`Env::begin`], with nobody acting: goal, commanded stiffness and gripper stay what they are.
-    pub fn wait(&mut self) {
-        self.controller.set_contact_axis(self.task.contact_normal(&self.simulation, &self.y));
-        let left = self.config.controller.samples_per_action();
-        self.running = Running { left, grip: self.running.grip, ..Running::default() };
-    }
-
-    /// One control sample of the action under way; whether there is another one. `watch` sees it if the simulation lived through it.
-    pub fn advance(&mut self, watch: impl FnOnce(&Sample)) -> bool {
-        let running = &mut self.running;
-        let commanded = self.controller.update(&self.y);
-        let tau = self.drawn.delayed(&commanded);
-        let contact = *self.simulation.contact();
-        self.simulation.set_push(&self.drawn.push(self.plant.dt));
-        let before = self.simulation.joints().1;
-        running.left = running.left.saturating_sub(1);
-        running.diverged = self.simulation.step(&tau, running.grip).is_err() || self.controller.faults() > 0;
-        if running.diverged {
-            running.left = 0;
-            return false;
-        }
-        let y = self.sense(&commanded);
-        let given = std::mem::replace(&mut self.y, y);
-        let (controller, simulation) = (&self.controller, &self.simulation);
-        watch(&Sample { given: &given, contact: &contact, controller, tau: &tau, simulation });
-        let qd = (before + self.simulation.joints().1) / 2.0;
-        let (contacts, penalty) = (self.simulation.contacts(), &self.config.force_penalty);
-        let interval = &mut self.running.interval;
-        interval.add(&tau, &qd, contacts, &self.controller, penalty, &self.plant);
-        interval.watch(&self.config.protection, &self.plant.robot.arm, &self.simulation.joints().1, contacts);
-        interval.follow(&mut self.motion, self.simulation.tool_velocity(), self.plant.dt);
-        interval.overlap = interval.overlap.max(self.simulation.deepest_penetration());
-        if self.config.stops && interval.stop.is_some() {
-            self.running.left = 0;
-        }
-        self.running.left > 0
-    }
-
-    /// The last part of a [`step`](Env::step): what the action under way has led to.
-    pub fn end(&mut self) -> Step {
-        let Running { interval, diverged, .. } = self.running;
-        self.elapsed += 1;
-        self.outcome(interval, diverged)
-    }
-
-    /// What is measured after the torque `commanded`.
-    fn sense(&mut self, commanded: &JointVector) -> Measurement {
-        let mut y = self.drawn.sense(&self.simulation);
-        if let Some(estimator) = &mut self.estimator {
-            // What disturbs a measured force disturbs an estimated one as well.
-            let error = y.wrench - self.simulation.contact().filtered;
-            y.wrench = estimator.update(commanded, &y, self.plant.dt) + error;
-        }
-        y
-    }
-
-    fn outcome(&mut self, interval: Interval, diverged: bool) -> Step {
-        let rule = self.config.force_penalty;
-        let penalty = rule.for_force(interval.force(rule.of).max);
-        let stopped = self.config.stops && interval.stop.is_some();
-        let terminated = diverged || stopped;
-        if !diverged {
-            self.task.advance(&self.simulation, &self.y);
-            // After a divergence the last valid observation stays.
-            self.observe();
-        }
-        let reward = if terminated {
-            Reward { terms: self.nothing_earned, success: false }
-        } else {
-            // Rewards go by what is, not by what is measured.
-            self.task.reward(&self.simulation, &self.simulation.measure(), penalty)
-        };
-        self.check(&reward.terms);
-        self.held = if reward.success { self.held + interval.time } else { 0.0 };
-        let ends = self.config.ends_on_success && self.held > HELD - 1e-9;
-        let motion_cost = self.config.motion_price * interval.energy.absolute;
-        Step {
-            reward: reward.terms.sum() - motion_cost,
-            reward_terms: reward.terms,
-            motion_cost,
-            terminated,
-            truncated: !terminated && (ends || self.elapsed >= self.config.horizon),
-            success: reward.success,
-            diverged,
-            over_limit: penalty.is_some(),
-            penalty: penalty.unwrap_or(0.0),
-            interval,
-        }
-    }
-
-    /// Whether the terms of a reward are those of the first one, and numbers.
-    fn check(&self, terms: &RewardTerms) {
-        let (task, action) = (self.task.name(), self.elapsed);
-        assert!(
-            terms.zeroed() == self.nothing_earned,
-            "task {task}: the reward of action {action} has the terms {:?}, the first had {:?}; the same ones are wanted every time",
-            terms.names().collect::<Vec<_>>(),
-            self.nothing_earned.names().collect::<Vec<_>>()
-        );
-        if let Some((name, value)) = terms.not_finite() {
-            panic!(
-                "task {task}: the term {name:?} of the reward of action {action} is {value}: a finite number is wanted"
-            );
-        }
-    }
-
-    /// What the terms of [`Step::reward_terms`] are for, in order.
+    /// What the terms of [`Step::reward_terms`](crate::Step::reward_terms) are for, in order.
     pub fn reward_terms(&self) -> impl Iterator<Item = &'static str> {
         self.nothing_earned.names()
     }

@@ -6,6 +6,7 @@
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // See clippy.toml.
 
+mod axis_group;
 pub mod columns;
 mod component;
 mod controller_state;
@@ -17,6 +18,7 @@ mod env;
 mod env_config;
 mod episode;
 mod expert;
+mod force_record;
 mod force_sensor;
 mod grasp;
 mod insert;
@@ -45,15 +47,17 @@ mod task_kind;
 mod task_name;
 mod wipe;
 
+pub use axis_group::AxisGroup;
 pub use component::Component;
 pub use describe::{Derived, Description};
 pub use disturbance::{Disturbance, Draw};
 pub use env::Env;
 pub use env_config::EnvConfig;
 pub use episode::{Episode, play};
+pub use force_record::ForceRecord;
 pub use force_sensor::Feel;
 pub use grasp::{nearest, nearest_straight_down, straight_down};
-pub use interval::{AxisGroup, ForceRecord, Interval, Stop};
+pub use interval::{Interval, Stop};
 pub use observation::scale;
 pub use observation_options::ObservationOptions;
 pub use observer::Observer;

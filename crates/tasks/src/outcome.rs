@@ -74,7 +74,8 @@ fn place(name: &str) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::interval::{AxisGroup, Stop};
+    use crate::axis_group::AxisGroup;
+    use crate::interval::Stop;
     use crate::{ForceRecord, Interval, RewardTerms, StopReason};
     use aforce::{EnergyLedger, Vector3};
 

@@ -3,7 +3,7 @@
 use super::Over::{Baseline, Training};
 use super::Statistic::{Mean, PerAction};
 use super::{Cell, Column, Parts, number};
-use crate::interval::AxisGroup;
+use crate::axis_group::AxisGroup;
 
 /// The translational and the rotational axes.
 const TRANSLATION: usize = 0;

@@ -2,7 +2,8 @@
 
 use aforce::Vector3;
 
-use crate::interval::{AxisGroup, Stop};
+use crate::axis_group::AxisGroup;
+use crate::interval::Stop;
 use crate::step::Step;
 use crate::task::HELD;
 

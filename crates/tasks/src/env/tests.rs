@@ -1,5 +1,5 @@
 use super::*;
-use crate::interval::ForceRecord;
+use crate::force_record::ForceRecord;
 use crate::penalty::{ForcePenalty, Sensor};
 use crate::protection::Protection;
 use crate::sensing::{Sensing, WrenchSource};
