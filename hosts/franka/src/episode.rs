@@ -3,12 +3,13 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use aforce::host::{ArmState, CompensatedBy, Fault, Host, HostSetup, Status};
-use aforce::{Arm, EnergyLedger, JointVector, Vector3};
+use aforce::Vector3;
+use aforce::host::{ArmState, Command, Fault, Host, HostSetup, Status};
 use anyhow::{Context, Result, anyhow, bail};
 use franka::{FrankaError, Model, Robot, RobotState, Torques, motion_finished};
 
 use crate::arm::model_pose;
+use crate::course::Course;
 use crate::csv_log::{Log, Row};
 use crate::gripper::Hand;
 use crate::policy::Policy;
@@ -18,8 +19,6 @@ use crate::speed::too_fast;
 
 /// Cycles per row of the log.
 const LOGGED: u64 = 10;
-/// The robot's share of commands that arrived is of so many.
-const WINDOW: u64 = 100;
 
 /// Who says what to do.
 pub enum Source {
@@ -129,10 +128,7 @@ impl Act<'_> {
             Ok(control) => control,
             Err(error) => return said(error).map(End::Reflex),
         };
-        let (mut energy, mut control_energy) = (EnergyLedger::default(), EnergyLedger::default());
-        let (mut time, mut next_action, mut cycles) = (0.0, 0.0, 0u64);
-        let (mut lost, mut last_qd) = (0u64, None::<JointVector>);
-        let mut arrived = 1.0f64; // The least share of the last 100 commands that reached the robot.
+        let mut course = Course::default();
         self.ended = None;
         let end = loop {
             let (state, period) = match control.read_once() {
@@ -140,46 +136,17 @@ impl Act<'_> {
                 Err(error) => break said(error).map(End::Reflex),
             };
             let arm = (self.read)(&state);
-            let dt = if last_qd.is_some() { period.as_secs_f64() } else { 0.0 };
-            if last_qd.is_none() {
-                // From where the arm is now, with the torque that it has now.
-                if let Err(fault) = self.host.start(&arm, &model_pose(&state, self.model)) {
-                    break Ok(End::Fault(fault));
-                }
+            let begins = course.cycles == 0;
+            // From where the arm is now, with the torque that it has now.
+            if begins && let Err(fault) = self.host.start(&arm, &model_pose(&state, self.model)) {
+                break Ok(End::Fault(fault));
             }
-            // Of the torque that has acted since the last cycle.
-            let qd = 0.5 * (last_qd.replace(arm.qd).unwrap_or(arm.qd) + arm.qd);
-            let law_coriolis =
-                if self.setup.interface.coriolis == CompensatedBy::Law { arm.coriolis } else { JointVector::zeros() };
-            energy.add(&(arm.tau + arm.gravity), &qd, &Arm::FRANKA_DRIVES, dt);
-            control_energy.add(&(arm.tau - law_coriolis), &qd, &Arm::FRANKA_DRIVES, dt);
-            time += dt;
-            cycles += 1;
-            lost += (dt / self.setup.controller.dt()).round().max(1.0) as u64 - 1;
-            if cycles > WINDOW {
-                arrived = arrived.min(state.control_command_success_rate);
-            }
-            let (lower, upper) =
-                (self.robot.lower_joint_velocity_limits(&state.q), self.robot.upper_joint_velocity_limits(&state.q));
-            if let Some(fault) = too_fast(&state.dq, &lower, &upper) {
-                self.end(Ok(End::Fault(fault)));
-            }
+            let dt = if begins { 0.0 } else { period.as_secs_f64() };
+            course.add(&arm, self.setup, dt, state.control_command_success_rate);
+            self.check_speed(&state);
             let command = self.host.update(&arm, dt);
+            self.write_row(&course, &command);
             let tau = Torques::new(command.tau.into());
-            if let Some(log) = self.log
-                && cycles.is_multiple_of(LOGGED)
-                && let Some(row) = Row::new(
-                    time,
-                    self.phase(),
-                    &self.host,
-                    &command,
-                    [&energy, &control_energy],
-                    &self.contact_axis,
-                    (self.episode, self.fingers()),
-                )
-            {
-                log.add(row);
-            }
             if self.host.is_relaxed() {
                 let ended = match command.status {
                     Status::Fault(fault) => Ok(End::Fault(fault)),
@@ -194,25 +161,52 @@ impl Act<'_> {
                 break said(error).map(End::Reflex);
             }
             // Behind the torque: what takes time takes it from the next cycle's wait.
-            if time >= next_action {
-                next_action += 1.0 / f64::from(self.setup.controller.policy_hz);
-                self.ask(time, &command.status, first.is_some());
-            }
-            self.answer(first.take());
-            if self.hand.as_ref().is_some_and(Hand::has_failed) {
-                self.end(Ok(End::Gripper));
-            }
-            if self.stop.load(Ordering::Relaxed) || time > self.duration {
-                self.end(Ok(End::Over));
-            }
+            self.consult(&mut course, &command.status, &mut first);
         };
-        println!(
-            "{time:.1} s, {cycles} cycles, {lost} states lost, of 100 commands at least {:.0} arrived, {:.2} J, tank {:.2} J",
-            100.0 * arrived,
-            control_energy.absolute,
-            self.host.tank()
-        );
+        println!("{course}, tank {:.2} J", self.host.tank());
         end
+    }
+
+    /// The law ends where a joint is faster than the robot allows it to be there.
+    fn check_speed(&mut self, state: &RobotState) {
+        let (lower, upper) =
+            (self.robot.lower_joint_velocity_limits(&state.q), self.robot.upper_joint_velocity_limits(&state.q));
+        if let Some(fault) = too_fast(&state.dq, &lower, &upper) {
+            self.end(Ok(End::Fault(fault)));
+        }
+    }
+
+    /// A row of the log, if one is due.
+    fn write_row(&self, course: &Course, command: &Command) {
+        if let Some(log) = self.log
+            && course.cycles.is_multiple_of(LOGGED)
+            && let Some(row) = Row::new(
+                course.time,
+                self.phase(),
+                &self.host,
+                command,
+                [&course.energy, &course.control_energy],
+                &self.contact_axis,
+                (self.episode, self.fingers()),
+            )
+        {
+            log.add(row);
+        }
+    }
+
+    /// Asks whoever acts, takes the answer, and ends the law where it is time to.
+    fn consult(&mut self, course: &mut Course, status: &Status, first: &mut Option<Answer>) {
+        if course.time >= course.next_action {
+            course.next_action += 1.0 / f64::from(self.setup.controller.policy_hz);
+            self.ask(course.time, status, first.is_some());
+        }
+        self.answer(first.take());
+        if self.hand.as_ref().is_some_and(Hand::has_failed) {
+            self.end(Ok(End::Gripper));
+        }
+        if self.stop.load(Ordering::Relaxed) || course.time > self.duration {
+            self.end(Ok(End::Over));
+        }
     }
 
     /// The law ends, for this reason if there is none yet.
@@ -277,6 +271,8 @@ impl Act<'_> {
 
 #[cfg(test)]
 mod tests {
+    use aforce::EnergyLedger;
+
     use super::*;
     use crate::protocol::Expected;
     use crate::testing;

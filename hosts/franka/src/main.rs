@@ -9,6 +9,7 @@ use clap::Parser;
 mod arm;
 mod checks;
 mod cli;
+mod course;
 mod csv_log;
 mod episode;
 mod episodes;
