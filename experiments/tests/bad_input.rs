@@ -5,6 +5,7 @@ mod common;
 use std::io::{Cursor, Write};
 use std::path::Path;
 
+use assert_cmd::Command;
 use common::{error, expect, few, program, run_folder, train, train_for, unsummed};
 use zip::ZipWriter;
 use zip::write::FileOptions;
@@ -69,9 +70,8 @@ fn bad_input_is_named() {
     assert!(!out.join("lift").exists(), "a refused run leaves nothing behind");
 }
 
-/// What people do to files and flags, each answered in one line.
 #[test]
-fn what_was_tampered_with_is_named() {
+fn a_wrong_value_or_file_of_settings_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path();
     expect(&error(program("train").args(["--seed", "18446744073709551616"]), 2), &["--seed", "0 to 4294967295"]);
@@ -89,76 +89,94 @@ fn what_was_tampered_with_is_named() {
     let occupied = out.join("occupied");
     std::fs::write(&occupied, "").unwrap();
     expect(&error(program("sweep").arg(&sweep).arg("--out").arg(&occupied), 1), &["occupied"]);
+}
 
-    let runs = out.join("runs");
-    train_for(1500, &runs).args(["--set", "checkpoint_every=1000"]).assert().success();
-    let run = run_folder(&runs);
-    let report = |folder: &Path| {
-        let mut command = program("report");
-        command.arg(folder).arg("--out").arg(out.join("report"));
-        command
-    };
-    // A folder that holds itself: every run once.
+/// `report` of the runs below `runs`, into a folder beside them.
+fn report(runs: &Path) -> Command {
+    let mut command = program("report");
+    command.arg(runs).arg("--out").arg(runs.with_file_name("report"));
+    command
+}
+
+#[test]
+fn a_report_takes_every_run_once_and_replaces_only_its_own_tables() {
+    let folder = tempfile::tempdir().unwrap();
+    let (runs, tables) = (folder.path().join("runs"), folder.path().join("report"));
+    train_for(600, &runs).assert().success();
+    // A folder that holds itself.
     std::os::unix::fs::symlink(&runs, runs.join("again")).unwrap();
     report(&runs).assert().success();
-    assert_eq!(std::fs::read_to_string(out.join("report/runs.csv")).unwrap().lines().count(), 2);
-    std::fs::remove_file(runs.join("again")).unwrap();
-    std::fs::write(out.join("report/summary.csv"), "date,price\n").unwrap();
+    assert_eq!(std::fs::read_to_string(tables.join("runs.csv")).unwrap().lines().count(), 2);
+    std::fs::write(tables.join("summary.csv"), "date,price\n").unwrap();
     expect(&error(&mut report(&runs), 1), &["summary.csv", "not a table of ours", "nothing was overwritten"]);
-    std::fs::remove_dir_all(out.join("report")).unwrap();
+}
 
-    let whole = std::fs::read_to_string(run.join("episodes.csv")).unwrap();
+#[test]
+fn an_edited_row_of_a_table_is_named_with_its_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let runs = folder.path().join("runs");
+    train_for(600, &runs).assert().success();
+    let table = run_folder(&runs).join("episodes.csv");
+    let whole = std::fs::read_to_string(&table).unwrap();
     let row = whole.lines().nth(1).unwrap();
-    let with_length = |length: &str| {
-        let mut cells: Vec<&str> = row.split(',').collect();
-        cells[7] = length;
-        cells.join(",")
-    };
+    let mut cells: Vec<&str> = row.split(',').collect();
+    cells[7] = "maybe";
     for (edited, words) in [
-        (with_length("maybe"), ["episodes.csv, line 2", "\"maybe\""]),
+        (cells.join(","), ["episodes.csv, line 2", "\"maybe\""]),
         (format!("99,{}", row.split_once(',').expect("cells").1), ["episodes.csv, line 2", "schema \"99\""]),
     ] {
-        std::fs::write(run.join("episodes.csv"), whole.replacen(row, &edited, 1)).unwrap();
+        std::fs::write(&table, whole.replacen(row, &edited, 1)).unwrap();
         let output = report(&runs).output().unwrap();
         let told = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(!output.status.success() && words.iter().all(|word| told.contains(word)), "{told}");
     }
-    // A row taken out of the middle.
-    std::fs::write(run.join("episodes.csv"), whole.replacen(&format!("{row}\n"), "", 1)).unwrap();
+    // Taken out of the middle.
+    std::fs::write(&table, whole.replacen(&format!("{row}\n"), "", 1)).unwrap();
     expect(&error(train_for(2000, &runs).arg("--resume"), 1), &["episodes.csv", "rows were taken out or added"]);
-    // Tables, checkpoint and settings of another run.
+}
+
+/// Tables, checkpoint and settings.
+#[test]
+fn a_file_of_another_run_is_not_gone_on_from() {
+    let folder = tempfile::tempdir().unwrap();
+    let runs = folder.path().join("runs");
+    train_for(1500, &runs).args(["--set", "checkpoint_every=1000"]).assert().success();
+    let run = run_folder(&runs);
     let mut resumed = train_for(2000, &runs);
     resumed.arg("--resume");
-    let mut exchange = |file: &str, from: &str, to: &str, words: &[&str]| {
+    let mut as_configured = program("train");
+    as_configured.arg("--config").arg(run.join("config.toml"));
+    as_configured.args(["--resume", "--quiet", "--steps", "2000", "--out"]).arg(&runs);
+    let exchange = |command: &mut Command, file: &str, from: &str, to: &str, words: &[&str]| {
         let ours = std::fs::read_to_string(run.join(file)).unwrap();
         assert!(ours.contains(from), "{from:?} is not in {file}");
         std::fs::write(run.join(file), unsummed(&ours.replace(from, to))).unwrap();
-        let command = if file == "config.toml" {
-            let mut command = program("train");
-            command
-                .arg("--config")
-                .arg(run.join(file))
-                .args(["--resume", "--quiet", "--steps", "2000", "--out"])
-                .arg(&runs);
-            &mut { command }
-        } else {
-            &mut resumed
-        };
         expect(&error(command, 1), words);
         std::fs::write(run.join(file), ours).unwrap();
     };
-    std::fs::write(run.join("episodes.csv"), whole).unwrap();
-    exchange("episodes.csv", "aforce,7,", "aforce,8,", &["episodes.csv", "another run, with seed 8, not 7"]);
-    exchange("eval.csv", "lift,", "door,", &["eval.csv", "another run, with task door, not lift"]);
-    exchange("checkpoints/last/state.json", "\"seed\": 7", "\"seed\": 8", &["of a run with seed 8, not 7"]);
-    exchange(
-        "config.toml",
-        "motion_price = 0.0",
-        "motion_price = 5.0",
-        &["config.toml", "is not what the run was begun with"],
-    );
+    for (file, from, to, words) in [
+        ("episodes.csv", "aforce,7,", "aforce,8,", ["episodes.csv", "another run, with seed 8, not 7"]),
+        ("eval.csv", "lift,", "door,", ["eval.csv", "another run, with task door, not lift"]),
+        (
+            "checkpoints/last/state.json",
+            "\"seed\": 7",
+            "\"seed\": 8",
+            ["checkpoints/last", "of a run with seed 8, not 7"],
+        ),
+    ] {
+        exchange(&mut resumed, file, from, to, &words);
+    }
+    let words = ["config.toml", "is not what the run was begun with"];
+    exchange(&mut as_configured, "config.toml", "motion_price = 0.0", "motion_price = 5.0", &words);
+}
 
-    // Weights that are none, and weights of the same sizes from elsewhere.
+/// Weights that are none, and weights of the same sizes from elsewhere.
+#[test]
+fn weights_that_are_not_the_runs_are_not_played() {
+    let folder = tempfile::tempdir().unwrap();
+    let runs = folder.path().join("runs");
+    train_for(600, &runs).assert().success();
+    let run = run_folder(&runs);
     let best = run.join("checkpoints/best/actor.safetensors");
     let evaluate = || {
         let mut command = program("evaluate");

@@ -94,114 +94,11 @@ fn tuned_spaces_are_the_winners_of_the_search() {
     }
 }
 
-/// A new file is to be named here.
+/// A new file is to be named here, and to be read by a test.
 #[test]
-fn shipped_configurations_are_read() {
-    let read = |name| RunConfig::resolve(Some(&shipped(name)), &[]).unwrap();
-    let demo = read("demo.toml");
-    assert_eq!(
-        (demo.steps, RunFolder::below(Path::new("."), &demo).path()),
-        (60_000, Path::new("./lift/aforce/seed_1"))
-    );
-    assert!(demo.env.stops, "of the set-up to solve a task");
+fn every_shipped_file_is_known() {
     let mut all: Vec<_> = std::fs::read_dir(shipped("")).unwrap().map(|file| file.unwrap().file_name()).collect();
     all.sort();
-    assert_eq!(shipped_sweep("observation.toml").runs.len(), 8);
-    assert_eq!(shipped_sweep("noise.toml").runs.len(), 54);
-    // What a policy of Insert feels is all that differs.
-    let [felt, unfelt] = [0, 5].map(|at| shipped_sweep("insert/force.toml").runs.swap_remove(at));
-    let mut same = RunConfig { variant: unfelt.variant.clone(), ..felt };
-    assert!(same.env.observation.force && !unfelt.env.observation.force);
-    same.env.observation.force = false;
-    assert_eq!(same, unfelt);
-    let table = shipped_sweep("study/table-1.toml").runs;
-    let prior = shipped_sweep("study/prior.toml").runs;
-    for (stage, count, seeds) in
-        [("table-1", 100, 11..=20), ("search", 72, 211..=211), ("parts", 50, 11..=15), ("hidden", 60, 11..=15)]
-    {
-        let runs = shipped_sweep(&format!("study/{stage}.toml")).runs;
-        assert_eq!(runs.len(), count, "{stage}");
-        for run in runs {
-            let id = RunId::of(&run);
-            assert!(seeds.contains(&run.seed) && run.preset == sac::Preset::SWIFT, "{stage}: {id}");
-            // The table's learner, task and length, and in Door of later stages the script's; a search has candidates, and stops earlier.
-            let base = if stage == "table-1" { &[][..] } else { &prior };
-            let like = base.iter().chain(&table).find(|like| like.env.task == run.env.task).unwrap();
-            let mut same = RunConfig { seed: like.seed, preset: like.preset, ..run };
-            same.env.space = like.env.space.clone();
-            if stage == "hidden" {
-                assert!(same.env.disturbance != Disturbance::default(), "{id}");
-                same.env.disturbance = Disturbance::default();
-            }
-            if stage == "search" {
-                let RunConfig { variant, steps, evaluate_every, .. } = like.clone();
-                same = RunConfig { variant, steps, evaluate_every, ..same };
-                same.env.controller = like.env.controller;
-            }
-            assert_eq!(same, *like, "{stage}: {id}");
-        }
-    }
-    // The tournament's learner with the script's episodes, longer or shorter.
-    let tuned = shipped_sweep("tournament.toml").runs.into_iter().find(|run| run.variant == "prior").unwrap();
-    let parts = shipped_sweep("study/prior-parts.toml").runs;
-    assert_eq!((prior.len(), parts.len()), (30, 25));
-    for run in parts {
-        let mut same = RunConfig { seed: prior[0].seed, ..run };
-        same.env.space = prior[0].env.space.clone();
-        assert_eq!(same, prior[0]);
-    }
-    assert!(prior.iter().all(|run| run.learner == tuned.learner && run.env.task == TaskName::DOOR));
-    let first_round = shipped_sweep("tournament.toml").runs;
-    let second_round = shipped_sweep("tournament-confirm.toml").runs;
-    assert_eq!((first_round.len(), second_round.len()), (33, 20));
-    // Like a run of the first round but for space, seed, noise and critics.
-    for run in second_round {
-        let base = first_round.iter().find(|base| base.variant == "base" && base.env.task == run.env.task).unwrap();
-        let mut same = RunConfig { seed: 201, variant: "base".into(), ..run.clone() };
-        same.env.space = base.env.space.clone();
-        assert_eq!((run.learner.pink_noise, run.learner.layer_norm), (0.5, run.variant == "half-pink-norm"));
-        (same.learner.pink_noise, same.learner.layer_norm) = (1.0, false);
-        assert_eq!(same, *base);
-    }
-    // A preset, or `swift` with one thing changed.
-    let third_round = shipped_sweep("tournament-five.toml").runs;
-    assert_eq!(third_round.len(), 60);
-    for run in third_round {
-        let (is, swift) = (&run.learner, sac::Preset::SWIFT.settings());
-        let changed = [
-            is.layer_norm != swift.layer_norm,
-            is.hidden != swift.hidden,
-            is.actor_period != swift.actor_period,
-            is.pink_noise != swift.pink_noise,
-        ];
-        let changes = changed.iter().filter(|changed| **changed).count();
-        match run.variant.as_str() {
-            "desktop" => assert_eq!(*is, sac::Preset::DESKTOP.settings()),
-            variant => assert_eq!(changes, usize::from(variant != "swift"), "{}", RunId::of(&run)),
-        }
-    }
-    // Held against the third round's runs with the plain learner, so nothing but the space may differ.
-    let five = shipped_sweep("tournament-five.toml").runs;
-    for mut run in shipped_sweep("plain-osc.toml").runs {
-        run.env.space = "aforce".parse().unwrap();
-        assert!(five.contains(&run), "{}", RunId::of(&run));
-    }
-    // Every arm by name, but for the Panda in the runs that learn.
-    let robots = |sweep: &str| -> BTreeSet<String> {
-        shipped_sweep(sweep).runs.iter().map(|run| run.env.robot.name().to_string()).collect()
-    };
-    assert_eq!(robots("arms.toml"), RobotName::ALL.map(|name| name.as_str().to_string()).into());
-    assert_eq!(robots("arms-learned.toml"), ["fr3", "iiwa14", "ur5e"].map(String::from).into());
-    let nudged = shipped_sweep("study/nudges.toml").runs;
-    assert_eq!(nudged.len(), 30);
-    for mut run in nudged {
-        assert_eq!(std::mem::take(&mut run.learner.nudges), 0.5);
-        assert!(table.contains(&run), "{}", RunId::of(&run));
-    }
-    for task in TaskName::BUILT_IN {
-        let cases = disturbances::read(&shipped("disturbances.toml"), task).unwrap();
-        assert!(cases.len() > 11 && cases[0].disturbance == Disturbance::default());
-    }
     assert_eq!(
         all,
         [
@@ -220,6 +117,149 @@ fn shipped_configurations_are_read() {
             "tournament.toml"
         ]
     );
+    assert_eq!(shipped_sweep("observation.toml").runs.len(), 8);
+    assert_eq!(shipped_sweep("noise.toml").runs.len(), 54);
+}
+
+#[test]
+fn the_demo_is_a_short_run_that_stops_when_its_task_is_solved() {
+    let demo = RunConfig::resolve(Some(&shipped("demo.toml")), &[]).unwrap();
+    assert_eq!(
+        (demo.steps, RunFolder::below(Path::new("."), &demo).path()),
+        (60_000, Path::new("./lift/aforce/seed_1"))
+    );
+    assert!(demo.env.stops, "of the set-up to solve a task");
+}
+
+#[test]
+fn disturbances_of_every_task_begin_with_none() {
+    for task in TaskName::BUILT_IN {
+        let cases = disturbances::read(&shipped("disturbances.toml"), task).unwrap();
+        assert!(cases.len() > 11 && cases[0].disturbance == Disturbance::default());
+    }
+}
+
+#[test]
+fn what_a_policy_of_insert_feels_is_all_that_differs() {
+    let [felt, unfelt] = [0, 5].map(|at| shipped_sweep("insert/force.toml").runs.swap_remove(at));
+    let mut same = RunConfig { variant: unfelt.variant.clone(), ..felt };
+    assert!(same.env.observation.force && !unfelt.env.observation.force);
+    same.env.observation.force = false;
+    assert_eq!(same, unfelt);
+}
+
+/// The table's learner, task and length, and in Door of later stages the script's; a search has candidates, and stops earlier.
+#[test]
+fn stages_of_the_study_differ_in_what_they_are_about() {
+    let table = shipped_sweep("study/table-1.toml").runs;
+    let prior = shipped_sweep("study/prior.toml").runs;
+    for (stage, count, seeds) in
+        [("table-1", 100, 11..=20), ("search", 72, 211..=211), ("parts", 50, 11..=15), ("hidden", 60, 11..=15)]
+    {
+        let runs = shipped_sweep(&format!("study/{stage}.toml")).runs;
+        assert_eq!(runs.len(), count, "{stage}");
+        for run in runs {
+            let id = RunId::of(&run);
+            assert!(seeds.contains(&run.seed) && run.preset == sac::Preset::SWIFT, "{stage}: {id}");
+            let base = if stage == "table-1" { &[][..] } else { &prior };
+            let like = base.iter().chain(&table).find(|like| like.env.task == run.env.task).unwrap();
+            let mut same = RunConfig { seed: like.seed, preset: like.preset, ..run };
+            same.env.space = like.env.space.clone();
+            if stage == "hidden" {
+                assert!(same.env.disturbance != Disturbance::default(), "{id}");
+                same.env.disturbance = Disturbance::default();
+            }
+            if stage == "search" {
+                let RunConfig { variant, steps, evaluate_every, .. } = like.clone();
+                same = RunConfig { variant, steps, evaluate_every, ..same };
+                same.env.controller = like.env.controller;
+            }
+            assert_eq!(same, *like, "{stage}: {id}");
+        }
+    }
+}
+
+/// The tournament's learner with the script's episodes.
+#[test]
+fn stages_with_a_script_have_the_learner_of_the_tournament() {
+    let tuned = shipped_sweep("tournament.toml").runs.into_iter().find(|run| run.variant == "prior").unwrap();
+    let prior = shipped_sweep("study/prior.toml").runs;
+    let parts = shipped_sweep("study/prior-parts.toml").runs;
+    assert_eq!((prior.len(), parts.len()), (30, 25));
+    for run in parts {
+        let mut same = RunConfig { seed: prior[0].seed, ..run };
+        same.env.space = prior[0].env.space.clone();
+        assert_eq!(same, prior[0]);
+    }
+    assert!(prior.iter().all(|run| run.learner == tuned.learner && run.env.task == TaskName::DOOR));
+}
+
+#[test]
+fn nudged_runs_are_those_of_the_table_but_for_the_nudges() {
+    let table = shipped_sweep("study/table-1.toml").runs;
+    let nudged = shipped_sweep("study/nudges.toml").runs;
+    assert_eq!(nudged.len(), 30);
+    for mut run in nudged {
+        assert_eq!(std::mem::take(&mut run.learner.nudges), 0.5);
+        assert!(table.contains(&run), "{}", RunId::of(&run));
+    }
+}
+
+/// Like a run of the first round but for space, seed, noise and critics.
+#[test]
+fn the_second_round_of_the_tournament_confirms_the_first() {
+    let first_round = shipped_sweep("tournament.toml").runs;
+    let second_round = shipped_sweep("tournament-confirm.toml").runs;
+    assert_eq!((first_round.len(), second_round.len()), (33, 20));
+    for run in second_round {
+        let base = first_round.iter().find(|base| base.variant == "base" && base.env.task == run.env.task).unwrap();
+        let mut same = RunConfig { seed: 201, variant: "base".into(), ..run.clone() };
+        same.env.space = base.env.space.clone();
+        assert_eq!((run.learner.pink_noise, run.learner.layer_norm), (0.5, run.variant == "half-pink-norm"));
+        (same.learner.pink_noise, same.learner.layer_norm) = (1.0, false);
+        assert_eq!(same, *base);
+    }
+}
+
+/// A preset, or `swift` with one thing changed.
+#[test]
+fn the_third_round_of_the_tournament_changes_one_thing_at_a_time() {
+    let third_round = shipped_sweep("tournament-five.toml").runs;
+    assert_eq!(third_round.len(), 60);
+    for run in third_round {
+        let (is, swift) = (&run.learner, sac::Preset::SWIFT.settings());
+        let changed = [
+            is.layer_norm != swift.layer_norm,
+            is.hidden != swift.hidden,
+            is.actor_period != swift.actor_period,
+            is.pink_noise != swift.pink_noise,
+        ];
+        let changes = changed.iter().filter(|changed| **changed).count();
+        match run.variant.as_str() {
+            "desktop" => assert_eq!(*is, sac::Preset::DESKTOP.settings()),
+            variant => assert_eq!(changes, usize::from(variant != "swift"), "{}", RunId::of(&run)),
+        }
+    }
+}
+
+/// Held against the third round's runs with the plain learner, so nothing but the space may differ.
+#[test]
+fn plain_osc_runs_are_those_of_the_third_round_in_another_space() {
+    let five = shipped_sweep("tournament-five.toml").runs;
+    for mut run in shipped_sweep("plain-osc.toml").runs {
+        run.env.space = "aforce".parse().unwrap();
+        assert!(five.contains(&run), "{}", RunId::of(&run));
+    }
+}
+
+/// By name, but for the Panda in the runs that learn.
+#[test]
+fn every_arm_has_its_runs() {
+    let robots = |sweep: &str| -> BTreeSet<String> {
+        shipped_sweep(sweep).runs.iter().map(|run| run.env.robot.name().to_string()).collect()
+    };
+    assert_eq!(robots("arms.toml"), RobotName::ALL.map(|name| name.as_str().to_string()).into());
+    assert_eq!(robots("arms-learned.toml"), ["fr3", "iiwa14", "ur5e"].map(String::from).into());
 }
 
 /// A text places cells of tables: what it computes would have no test, and nobody reads a macro of more than a line.

@@ -1,8 +1,12 @@
 //! Shows an episode: an interactive page, PNG, GIF, and forces, stiffness and torques over time as curves and numbers.
 
+mod pictures;
+
+use std::iter;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use self::pictures::Pictures;
 use crate::run::seeds::{episode_seed, evaluation_seed};
 use crate::run::source::{Player, SourceArgs, Which};
 use anyhow::Result;
@@ -10,8 +14,6 @@ use clap::Parser;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use output::file;
 use output::program::{self, bad};
-use physics::camera::Image;
-use show::picture::{GifWriter, write_png};
 use show::plot;
 use show::{Playback, View, page, sheet};
 use tasks::{Env, EnvConfig, Step};
@@ -97,73 +99,90 @@ fn speed(text: &str) -> Result<f64, String> {
 /// # Errors
 /// If a setting is wrong, a run cannot be read, or a file not be written.
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
-    let Arguments { html, png, sheet, gif, plot, csv, .. } = arguments;
-    if [html, png, sheet, gif, plot, csv].iter().all(|file| file.is_none()) {
-        return Err(bad("nothing to show: name at least one of --html, --png, --sheet, --gif, --plot, --csv".into()));
+    let written = arguments.files()?;
+    let other = arguments.second_source()?;
+    let mut pictures = Pictures::new(arguments);
+    let beside = other
+        .map(|other| play(arguments, &other, |env, _, playback| Ok(pictures.add_beside(env, playback))))
+        .transpose()?;
+    if arguments.sheet.is_some() {
+        // A sheet ends with the task, and when that is shows only once the episode was played.
+        pictures.sheet_end = sheet::last_action(&play(arguments, &arguments.source, |_, _, _| Ok(()))?);
     }
-    for (flag, path, ending) in
-        [("html", html, "html"), ("png", png, "png"), ("sheet", sheet, "png"), ("gif", gif, "gif"), ("csv", csv, "csv")]
-    {
-        if let Some(path) = path.as_ref().filter(|path| path.extension().is_none_or(|given| given != ending)) {
-            return Err(bad(format!("--{flag} {}: the file's name must end with .{ending}", path.display())));
-        }
-    }
-    for path in [html, png, sheet, gif, plot, csv].into_iter().flatten() {
-        file::prepare(path)?;
-    }
-    let plot = plot.as_ref().map(|path| without_picture_extension(path));
-    let plots = plot.iter().flat_map(|stem| plot::files(stem));
-    let mut written: Vec<PathBuf> = [html, png, sheet, gif, csv].into_iter().flatten().cloned().chain(plots).collect();
-    written.sort();
-    let mut places = written.iter().map(|path| file::place(path)).collect::<Result<Vec<_>>>()?;
-    places.sort();
-    if let Some(twice) = places.windows(2).find(|pair| pair[0] == pair[1]) {
-        return Err(bad(format!("{}: two of the options would write it", twice[0].display())));
-    }
-    if arguments.beside.is_some() && html.is_none() && gif.is_none() {
-        return Err(bad(
-            "--beside goes with --html or --gif: neither the pictures nor the curves show a second episode".into(),
-        ));
-    }
-    let beside = arguments.beside.as_ref().map(|what| arguments.source.beside(what)).transpose()?;
-    if let Some(other) = &beside {
-        let (here, there) = (arguments.source.open()?.config.env, other.open()?.config.env);
-        if let Some(what) = sets_apart(&here, &there) {
-            return Err(bad(format!("--beside plays {what}: the two would not start alike, or not keep in time")));
-        }
-    }
-    let mut beside_it = vec![];
-    let beside = beside.as_ref().map(|other| {
-        play(arguments, other, |env, _, playback| {
-            if gif.is_some() && arguments.is_filmed(playback) {
-                beside_it.push(arguments.labelled(env, playback));
-            }
-            Ok(())
-        })
-    });
-    let beside = beside.transpose()?;
-    // A sheet ends with the task, and when that is shows only once the episode was played.
-    let sheet_end = match sheet {
-        Some(_) => sheet::last_action(&play(arguments, &arguments.source, |_, _, _| Ok(()))?),
-        None => 0,
-    };
-    let mut pictures = Pictures { arguments, sheet_end, tiles: vec![], beside: beside_it, film: None };
     let playback = play(arguments, &arguments.source, |env, step, playback| pictures.add(env, step, playback))?;
     pictures.finish(&playback)?;
-    if let Some(stem) = &plot {
-        plot::write_with_png(&playback.title, &playback.traces.panels(), stem)?;
+    if let Some(stem) = arguments.plot_stem() {
+        plot::write_with_png(&playback.title, &playback.traces.panels(), &stem)?;
     }
     if let Some(path) = &arguments.csv {
         playback.write_csv(path)?;
     }
-    let episodes: Vec<Playback> = std::iter::once(playback).chain(beside).collect();
+    let episodes: Vec<Playback> = iter::once(playback).chain(beside).collect();
     if let Some(path) = &arguments.html {
-        let notes: Vec<String> = std::iter::once(played(&arguments.source)).chain(arguments.note.clone()).collect();
+        let notes: Vec<String> = iter::once(played(&arguments.source)).chain(arguments.note.clone()).collect();
         page::write(path, &episodes, &notes)?;
     }
     program::written(&written);
     episodes.iter().for_each(tell);
     Ok(ExitCode::SUCCESS)
+}
+
+impl Arguments {
+    /// The files that are asked for, in order; each can be written.
+    fn files(&self) -> Result<Vec<PathBuf>> {
+        let Arguments { html, png, sheet, gif, plot, csv, .. } = self;
+        if [html, png, sheet, gif, plot, csv].iter().all(|file| file.is_none()) {
+            return Err(bad(
+                "nothing to show: name at least one of --html, --png, --sheet, --gif, --plot, --csv".into()
+            ));
+        }
+        for (flag, path, ending) in [
+            ("html", html, "html"),
+            ("png", png, "png"),
+            ("sheet", sheet, "png"),
+            ("gif", gif, "gif"),
+            ("csv", csv, "csv"),
+        ] {
+            if let Some(path) = path.as_ref().filter(|path| path.extension().is_none_or(|given| given != ending)) {
+                return Err(bad(format!("--{flag} {}: the file's name must end with .{ending}", path.display())));
+            }
+        }
+        for path in [html, png, sheet, gif, plot, csv].into_iter().flatten() {
+            file::prepare(path)?;
+        }
+        let plots = self.plot_stem().into_iter().flat_map(|stem| plot::files(&stem));
+        let mut files: Vec<PathBuf> =
+            [html, png, sheet, gif, csv].into_iter().flatten().cloned().chain(plots).collect();
+        files.sort();
+        let mut places = files.iter().map(|path| file::place(path)).collect::<Result<Vec<_>>>()?;
+        places.sort();
+        match places.windows(2).find(|pair| pair[0] == pair[1]) {
+            Some(twice) => Err(bad(format!("{}: two of the options would write it", twice[0].display()))),
+            None => Ok(files),
+        }
+    }
+
+    /// The plot's path without the ending.
+    fn plot_stem(&self) -> Option<PathBuf> {
+        self.plot.as_ref().map(|path| without_picture_extension(path))
+    }
+
+    /// Who plays the second episode, if there is one.
+    fn second_source(&self) -> Result<Option<SourceArgs>> {
+        let Some(what) = &self.beside else { return Ok(None) };
+        if self.html.is_none() && self.gif.is_none() {
+            return Err(bad(
+                "--beside goes with --html or --gif: neither the pictures nor the curves show a second episode".into(),
+            ));
+        }
+        let other = self.source.beside(what)?;
+        match sets_apart(&self.source.open()?.config.env, &other.open()?.config.env) {
+            Some(what) => {
+                Err(bad(format!("--beside plays {what}: the two would not start alike, or not keep in time")))
+            }
+            None => Ok(Some(other)),
+        }
+    }
 }
 
 /// What keeps a second episode from being shown beside the first: task, arm and start are to be the same, and the time that an action
@@ -226,107 +245,9 @@ fn play(
     Playback::play(&mut env, |env| policy.act(env), seed, actions, &source.describe(), on_step)
 }
 
-impl Arguments {
-    /// Whether the animation shows the present moment.
-    fn is_filmed(&self, playback: &Playback) -> bool {
-        (playback.traces.actions() - 1).is_multiple_of(self.every)
-    }
-
-    /// Width and height of a picture.
-    fn size(&self) -> (usize, usize) {
-        (usize::from(self.width), usize::from(self.width) * 3 / 4)
-    }
-
-    /// The present moment, to stand beside another space's.
-    fn labelled(&self, env: &Env, playback: &Playback) -> Image {
-        let (width, height) = self.size();
-        playback.labelled_picture(env, self.view, width, height, self.speed)
-    }
-}
-
-/// The ray-cast pictures that were asked for.
-struct Pictures<'a> {
-    arguments: &'a Arguments,
-    /// The last action on the contact sheet.
-    sheet_end: u32,
-    tiles: Vec<Image>,
-    /// The second episode's part of the animation.
-    beside: Vec<Image>,
-    film: Option<Film>,
-}
-
-/// An animation that grows.
-struct Film {
-    writer: GifWriter,
-    frames: usize,
-    /// The first episode's last picture, which stays while the second goes on.
-    last: Image,
-}
-
-impl Pictures<'_> {
-    /// Draws the present moment if anybody wants it.
-    fn add(&mut self, env: &Env, step: &Step, playback: &Playback) -> Result<()> {
-        let Arguments { png, sheet, gif, view, every, speed, .. } = self.arguments;
-        let (width, height) = self.arguments.size();
-        let picture = || playback.picture(env, step, *view, width, height);
-        let (actions, last) =
-            (playback.traces.actions(), self.arguments.actions.unwrap_or(u32::MAX).min(env.config().horizon));
-        if let Some(path) = gif.as_ref().filter(|_| self.arguments.is_filmed(playback)) {
-            let alone = self.beside.is_empty();
-            let last = if alone { picture() } else { self.arguments.labelled(env, playback) };
-            let frames = self.film.as_ref().map_or(0, |film| film.frames);
-            let frame = pair(&last, &self.beside, frames);
-            let rate = speed * playback.rate / f64::from(*every);
-            let mut writer = match self.film.take() {
-                Some(film) => film.writer,
-                None => GifWriter::create(path, frame.width, frame.height, rate)?,
-            };
-            writer.push(&frame)?;
-            self.film = Some(Film { writer, frames: frames + 1, last });
-        }
-        if sheet.is_some() && sheet::shows(actions, self.sheet_end) {
-            self.tiles.push(playback.tile(env, step, *view, width, height));
-        }
-        if let Some(path) = png.as_ref().filter(|_| step.terminated || step.truncated || actions == last) {
-            write_png(&picture(), path)?;
-        }
-        Ok(())
-    }
-
-    fn finish(self, playback: &Playback) -> Result<()> {
-        if let Some(mut film) = self.film {
-            for frame in film.frames..self.beside.len() {
-                film.writer.push(&pair(&film.last, &self.beside, frame))?;
-            }
-            film.writer.finish()?;
-        }
-        if let Some((path, sheet)) = self.arguments.sheet.as_ref().zip(sheet::titled(&self.tiles, playback)) {
-            write_png(&sheet, path)?;
-        }
-        Ok(())
-    }
-}
-
-/// The picture of a frame with the second episode's beside it, if there is one: of two that end at different times the last stays.
-fn pair(here: &Image, beside: &[Image], frame: usize) -> Image {
-    let there = beside.get(frame).or(beside.last());
-    let both: Vec<Image> = std::iter::once(here).chain(there).cloned().collect();
-    sheet::compose(&both).expect("at least one")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_last_picture_of_an_episode_stays_while_the_other_goes_on() {
-        let grey = |grey| Image { width: 2, height: 1, rgb: vec![grey; 6] };
-        assert_eq!(pair(&grey(7), &[], 3), grey(7));
-        for (frame, right) in [(0, 1), (1, 2), (5, 2)] {
-            let both = pair(&grey(7), &[grey(1), grey(2)], frame);
-            assert_eq!((both.rgb[0], both.rgb[both.rgb.len() - 1]), (7, right));
-        }
-    }
 
     #[test]
     fn episodes_that_start_alike_and_keep_in_time_are_shown_side_by_side() {

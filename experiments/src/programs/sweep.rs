@@ -87,38 +87,53 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         return train_one(arguments, &runs, index, &out, &stop);
     }
 
-    for run in &runs {
-        let stored = RunConfig::resolve(Some(&RunFolder::below(&out, run).config()), &[]);
+    tell_of_longer(&runs, &out);
+    let runs: Vec<(usize, RunConfig)> = runs.into_iter().enumerate().collect();
+    if !halving.is_empty() {
+        return halve(arguments, &runs, &halving, &out, &stop);
+    }
+    let ending = train_all(arguments, &runs, &out, &stop)?;
+    if ending == ExitCode::SUCCESS {
+        program::next("report", &[&out.to_string_lossy()]);
+    }
+    Ok(ending)
+}
+
+/// Names the runs that were begun for more actions than the file says now.
+fn tell_of_longer(runs: &[RunConfig], out: &Path) {
+    for run in runs {
+        let stored = RunConfig::resolve(Some(&RunFolder::below(out, run).config()), &[]);
         if let Some(steps) = stored.ok().map(|stored| stored.steps).filter(|&steps| steps > run.steps) {
             program::say(format_args!("{}: was begun for {steps} actions, not {}", RunId::of(run), run.steps));
         }
     }
-    let mut runs: Vec<(usize, RunConfig)> = runs.into_iter().enumerate().collect();
-    if halving.is_empty() {
-        let ending = train_all(arguments, &runs, &out, &stop)?;
-        if ending == ExitCode::SUCCESS {
-            program::next("report", &[&out.to_string_lossy()]);
-        }
-        return Ok(ending);
-    }
+}
+
+/// Trains the candidates of a search round by round, of which the better half goes on to the next.
+fn halve(
+    arguments: &Arguments,
+    all: &[(usize, RunConfig)],
+    rounds: &[u64],
+    out: &Path,
+    stop: &Stop,
+) -> Result<ExitCode> {
     // From its beginning on: `report` leaves out what lies beside it.
     let table = out.join("search.csv");
     if !table.exists() {
         file::write_table(&table, &[] as &[Candidate])?;
     }
-    let steps = runs[0].1.steps;
-    let all = runs.clone();
+    let mut runs = all.to_vec();
     let (mut ranked, mut ending) = (vec![], ExitCode::SUCCESS);
-    for round in halving.into_iter().chain([steps]) {
+    for &round in rounds.iter().chain([&all[0].1.steps]) {
         let shorter: Vec<_> = runs.iter().cloned().map(|(at, run)| (at, RunConfig { steps: round, ..run })).collect();
         program::say(format_args!("until {round} actions:"));
-        let ended = train_all(arguments, &shorter, &out, &stop)?;
+        let ended = train_all(arguments, &shorter, out, stop)?;
         if ended == ExitCode::from(cli::SOME_FAILED) {
             ending = ended; // A candidate whose run fails is ranked last, and the others go on.
         } else if ended != ExitCode::SUCCESS {
             return Ok(ended);
         }
-        let of_round = search::rank(&configs(&runs), &configs(&all), &out, round)?;
+        let of_round = search::rank(&configs(&runs), &configs(all), out, round)?;
         runs.retain(|(_, run)| search::goes_on(run, &of_round));
         ranked.extend(of_round);
         file::write_table(&table, &ranked)?;

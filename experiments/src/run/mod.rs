@@ -8,6 +8,7 @@ pub mod disturbances;
 mod experience;
 pub mod folder;
 pub mod kept;
+mod learner;
 mod learner_log;
 pub mod manifest;
 pub mod place;

@@ -6,21 +6,21 @@ use anyhow::{Context, Result, ensure};
 use clap::Args;
 use output::statistics::mean_of;
 use output::{file, program};
-use rand_chacha::ChaCha8Rng;
 use sac::{Act, Checkpoint, Replay, Sac};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use settings::setup;
 use tasks::{Env, Episode, Outcome};
 
 use crate::config::{RunConfig, RunId};
 use crate::run::checkpoint_record::CheckpointRecord;
-use crate::run::clock::{Clock, Spent};
+use crate::run::clock::Clock;
 use crate::run::experience::{script, step_and_store};
 use crate::run::folder::{Lock, RunFolder, State};
+use crate::run::learner::{Counters, Learner};
 use crate::run::learner_log::LearnerLog;
 use crate::run::manifest::Manifest;
 use crate::run::progress_bar::RunProgress;
-use crate::run::rollout::{Policy, critics_view, evaluate, sizes};
+use crate::run::rollout::{Policy, critics_view, evaluate};
 use crate::run::rows::{SCHEMA, TrainingKey};
 use crate::run::seeds::{sub_seed, training_evaluation_seed};
 use crate::run::stop::Stop;
@@ -51,18 +51,6 @@ pub enum Ending {
     Done,
     /// A signal asked to stop; a checkpoint was written.
     Stopped,
-}
-
-/// What a checkpoint holds beside the learner. Checkpoints are taken between episodes, so
-/// that no simulation state has to be saved.
-#[derive(Serialize, Deserialize)]
-struct Counters {
-    step: u64,
-    episode: u64,
-    best_return: Option<f64>,
-    episode_stream: ChaCha8Rng,
-    #[serde(flatten)]
-    spent: Spent,
 }
 
 /// What the last checkpoint says of itself.
@@ -180,33 +168,12 @@ impl<'a> Run<'a> {
         stop: &Stop,
     ) -> Result<Option<(Self, Manifest)>> {
         let clock = Clock::start();
-        let seed = |stream| sub_seed(config.seed, stream, 0);
-        let mut env = Env::new(config.env.clone(), seed("train-env"))?;
+        let mut env = Env::new(config.env.clone(), sub_seed(config.seed, "train-env", 0))?;
         let evaluation_env = Env::new(config.env.clone(), 0)?;
-        let sizes = sizes(&env);
-        let (sac, replay, counters) = if Checkpoint::exists(&folder.checkpoint()) {
-            let saved = Checkpoint::load(&folder.checkpoint(), &config.learner, sizes)?;
-            let at = || folder.checkpoint().display().to_string();
-            let replay = saved.replay.with_context(|| format!("{}: no replay memory to go on with", at()))?;
-            let record: CheckpointRecord = serde_json::from_value(saved.caller.clone()).with_context(at)?;
-            record.belongs_to(&RunId::of(config)).with_context(at)?;
-            let mut counters: Counters = serde_json::from_value(saved.caller).with_context(at)?;
-            if counters.step < config.evaluate_every {
-                // Of the evaluation at the end of a run too short for any other, which a longer run does not have.
-                counters.best_return = None;
-            }
-            env.set_episode_stream(counters.episode_stream.clone());
-            (saved.sac, replay, counters)
+        let Learner { sac, replay, counters } = if Checkpoint::exists(&folder.checkpoint()) {
+            Learner::load(config, folder, &mut env)?
         } else {
-            let counters = Counters {
-                step: 0,
-                episode: 0,
-                best_return: None,
-                episode_stream: env.episode_stream(),
-                spent: Spent::default(),
-            };
-            let sac = Sac::new(&config.learner, sizes, seed("learner"))?;
-            (sac, Replay::new(&config.learner, sizes), counters)
+            Learner::new(config, &env)?
         };
         let prior = (config.learner.prior_episodes > 0).then(|| script(config, stop)).transpose()?;
         if prior.is_some() && stop.requested() {
@@ -237,52 +204,11 @@ impl<'a> Run<'a> {
     }
 
     fn train(&mut self, stop: &Stop, progress: &mut RunProgress) -> Result<Ending> {
-        let config = self.config;
-        let scaled = config.learner.scaled_observations;
-        let mut action = vec![0.0f32; self.env.action_dim()];
-        // Of what the critics see, the policy sees so many numbers.
-        let seen = self.sac.sizes().observation;
-        let mut asked = false;
-        while self.counters.step < config.steps {
-            let mut episode = Episode::default();
+        while self.counters.step < self.config.steps {
             let began = Instant::now();
-            self.env.reset(None);
-            self.sac.begin_episode();
-            let mut observation = critics_view(&self.env, scaled);
-            loop {
-                let act = if self.counters.step < config.learner.random_steps { Act::Random } else { Act::Sample };
-                self.sac.act(&observation[..seen], &mut action, act);
-                let step = step_and_store(&mut self.env, &mut observation, &action, &mut self.replay, scaled)?;
-                self.counters.step += 1;
-                episode.add(step);
-
-                for _ in 0..config.learner.updates_after(self.counters.step) {
-                    let losses = match &self.prior {
-                        Some(prior) => self.sac.update_with_prior(&self.replay, prior),
-                        None => self.sac.update(&self.replay),
-                    };
-                    ensure!(losses.is_finite(), "the learner diverged at action {}: {losses:?}", self.counters.step);
-                    self.log.add(&losses);
-                }
-                let evaluates = self.counters.step.is_multiple_of(config.evaluate_every);
-                // Its time is that of the row.
-                if evaluates || self.counters.step.is_multiple_of(LOG_EVERY) {
-                    self.write_progress()?;
-                }
-                if evaluates {
-                    self.evaluate(progress)?;
-                }
-                progress.step(self.counters.step);
-                if stop.requested() && !asked {
-                    asked = true;
-                    progress.line("stopping at the end of this episode; another Ctrl-C stops at once, without saving");
-                }
-                if step.terminated || step.truncated {
-                    break;
-                }
-            }
+            let episode = self.play_episode(stop, progress)?;
             self.finish_episode(&episode, progress)?;
-            if stop.requested() && self.counters.step < config.steps {
+            if stop.requested() && self.counters.step < self.config.steps {
                 self.save()?;
                 return Ok(Ending::Stopped);
             }
@@ -296,6 +222,56 @@ impl<'a> Run<'a> {
         }
         self.save()?;
         Ok(Ending::Done)
+    }
+
+    /// An episode, with all that is learned, logged and evaluated meanwhile.
+    fn play_episode(&mut self, stop: &Stop, progress: &mut RunProgress) -> Result<Episode> {
+        let scaled = self.config.learner.scaled_observations;
+        let mut action = vec![0.0f32; self.env.action_dim()];
+        // Of what the critics see, the policy sees so many numbers.
+        let seen = self.sac.sizes().observation;
+        let mut told_to_stop = false;
+        let mut episode = Episode::default();
+        self.env.reset(None);
+        self.sac.begin_episode();
+        let mut observation = critics_view(&self.env, scaled);
+        loop {
+            let act = if self.counters.step < self.config.learner.random_steps { Act::Random } else { Act::Sample };
+            self.sac.act(&observation[..seen], &mut action, act);
+            let step = step_and_store(&mut self.env, &mut observation, &action, &mut self.replay, scaled)?;
+            self.counters.step += 1;
+            episode.add(step);
+            self.learn()?;
+            let evaluates = self.counters.step.is_multiple_of(self.config.evaluate_every);
+            // Its time is that of the row.
+            if evaluates || self.counters.step.is_multiple_of(LOG_EVERY) {
+                self.write_progress()?;
+            }
+            if evaluates {
+                self.evaluate(progress)?;
+            }
+            progress.step(self.counters.step);
+            if stop.requested() && !told_to_stop {
+                told_to_stop = true;
+                progress.line("stopping at the end of this episode; another Ctrl-C stops at once, without saving");
+            }
+            if step.terminated || step.truncated {
+                return Ok(episode);
+            }
+        }
+    }
+
+    /// The updates that follow the last action.
+    fn learn(&mut self) -> Result<()> {
+        for _ in 0..self.config.learner.updates_after(self.counters.step) {
+            let losses = match &self.prior {
+                Some(prior) => self.sac.update_with_prior(&self.replay, prior),
+                None => self.sac.update(&self.replay),
+            };
+            ensure!(losses.is_finite(), "the learner diverged at action {}: {losses:?}", self.counters.step);
+            self.log.add(&losses);
+        }
+        Ok(())
     }
 
     fn finish_episode(&mut self, episode: &Episode, progress: &mut RunProgress) -> Result<()> {
