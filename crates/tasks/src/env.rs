@@ -1,4 +1,4 @@
-//! The environment: the one loop from an action to torques, and back to a reward.
+//! The environment: how an episode begins, and what is known of it.
 
 use std::collections::HashSet;
 

@@ -1,4 +1,4 @@
-//! From an action to torques, control sample by control sample, and back to a reward.
+//! The one loop from an action to torques, control sample by control sample, and back to a reward.
 
 use aforce::{JointVector, Measurement};
 
