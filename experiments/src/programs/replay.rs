@@ -102,9 +102,13 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let written = arguments.files()?;
     let other = arguments.second_source()?;
     let mut pictures = Pictures::new(arguments);
-    let beside = other
-        .map(|other| play(arguments, &other, |env, _, playback| Ok(pictures.add_beside(env, playback))))
-        .transpose()?;
+    let beside = other.map(|other| {
+        play(arguments, &other, |env, _, playback| {
+            pictures.add_beside(env, playback);
+            Ok(())
+        })
+    });
+    let beside = beside.transpose()?;
     if arguments.sheet.is_some() {
         // A sheet ends with the task, and when that is shows only once the episode was played.
         pictures.sheet_end = sheet::last_action(&play(arguments, &arguments.source, |_, _, _| Ok(()))?);
