@@ -99,7 +99,7 @@ impl Env {
         y
     }
 
-    fn outcome(&mut self, interval: Interval, diverged: bool) -> Step {
+    pub(super) fn outcome(&mut self, interval: Interval, diverged: bool) -> Step {
         let rule = self.config.force_penalty;
         let penalty = rule.for_force(interval.force(rule.of).max);
         let stopped = self.config.stops && interval.stop.is_some();

@@ -3,6 +3,7 @@ use crate::force_record::ForceRecord;
 use crate::penalty::{ForcePenalty, Sensor};
 use crate::protection::Protection;
 use crate::sensing::{Sensing, WrenchSource};
+use crate::step::Step;
 
 /// A load that no joint can bear ends the episode, even where its horizon would have.
 #[test]
