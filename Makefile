@@ -158,7 +158,7 @@ study: setup
 
 # Tables, figures and pages of results, made of the runs that are kept there.
 pages: setup
-	for study in results/study results/second-study; do \
+	for study in results/study results/second-study results/insert; do \
 		$(RUN) report -- $$study $$(for file in $$study/hypotheses*.toml; do echo --hypotheses $$file; done) || exit 1; done
 	$(RUN) report -- results --pages
 

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Makes the gallery: a page and an animation of each task, and what leads to them.
+"""Makes the gallery: a page and an animation of each task, and what leads to them in README.md.
 
-    python3 scripts/gallery.py target/release results/study results/gallery
+    python3 scripts/gallery.py target/release results results/gallery
 
-Needs the programs `replay` and `evaluate` in the first folder, and the study's runs in the second.
+Needs the programs `replay` and `evaluate` in the first folder, and in the second what was kept of the study and of Insert's runs.
 Shown are two runs of a task, AFORCE's and `variable`'s: of ten seeds each the one whose energy with
 mean actions is the median (of an even number the lower of the two in the middle). They play the
 first start of the evaluation in which both do the task. Every number is computed here from the
-study's table or from what these two runs do.
+study's table or from what these two runs do. Insert has an animation alone: a policy that feels force beside one that does not.
 """
 
 import csv
@@ -24,6 +24,7 @@ LENGTH, SPEEDS = 3, [1, 1.5, 2, 3, 4]
 # How long the end of the task is seen at least, in the task's time (seconds).
 REST = 0.25
 FRAMES_PER_SECOND, ACTIONS_PER_SECOND = 10, 20
+SECONDS_OF_INSERT = 5
 
 # Title, stage of the study, suffix of the spaces, what to look for.
 TASKS = {
@@ -71,11 +72,11 @@ class Runs:
         self.policy = study / stage / task / space / f"seed_{self.seed}.zip"
 
 
-def evaluate(programs, run):
-    """What the run's kept policy does in each of the first starts."""
+def evaluate(programs, policy):
+    """What a kept policy does in each of the first starts."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "episodes.csv"
-        call(programs / "evaluate", "--run", run.policy, "--episodes", STARTS, "--csv", file)
+        call(programs / "evaluate", "--run", policy, "--episodes", STARTS, "--csv", file)
         with open(file, encoding="utf-8") as table:
             return list(csv.DictReader(table))
 
@@ -85,10 +86,10 @@ def call(program, *words):
 
 
 def show(programs, study, out, task):
-    """Writes page and animation of a task; what index and README say about it."""
+    """Writes page and animation of a task; what the README says about it."""
     title, stage, suffix, look = TASKS[task]
     pair = [Runs(study, stage, task, space + suffix) for space in ("aforce", "variable")]
-    tables = [evaluate(programs, run) for run in pair]
+    tables = [evaluate(programs, run.policy) for run in pair]
     done = [[row["success"] == "true" for row in table] for table in tables]
     both = [start for start in range(STARTS) if all(there[start] for there in done)]
     if not both:
@@ -128,43 +129,32 @@ def show(programs, study, out, task):
     }
 
 
+def insert(programs, force, out):
+    """Writes the animation of Insert; what the README says about it."""
+    pair = []
+    for group in ("felt", "unfelt"):
+        pair += sorted((force / "insert" / f"aforce,{group}").glob("seed_*.zip"))
+    if len(pair) != 2:
+        sys.exit(f"{force}: a kept policy each of felt and unfelt is wanted, there are {len(pair)}")
+    felt, unfelt = ([row["success"] == "true" for row in evaluate(programs, policy)] for policy in pair)
+    start = next((start for start in range(STARTS) if felt[start] and not unfelt[start]), 0)
+    actions = SECONDS_OF_INSERT * ACTIONS_PER_SECOND
+    words = ["--run", pair[0], "--beside", pair[1], "--episode", start, "--actions", actions, "--every", 2, "--width", 320]
+    call(programs / "replay", *words, "--gif", out / "insert.gif")
+    return INSERT.format(starts=STARTS, felt=sum(felt), unfelt=sum(unfelt), start=start)
+
+
 PLAYED = (
     "Two learned policies play the same task from the same start: AFORCE, where a law adapts the stiffness, and variable, where the "
     "policy commands it. They play mean actions, without the noise of training."
 )
 
-INDEX = """<!doctype html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>Gallery</title>
-<style>
-:root {{ color-scheme: light dark; }}
-body {{ max-width: 900px; margin: 24px auto; padding: 0 16px; font: 16px/1.5 system-ui, sans-serif; }}
-img {{ width: 100%; border-radius: 6px; }}
-section {{ margin-bottom: 28px; }}
-</style>
-</head>
-<body>
-<h1>What was learned</h1>
-<p>{played} Each picture leads to a page that plays it in three dimensions, with all curves.</p>
-{sections}</body>
-</html>
-"""
-SECTION = """<section>
-<h2>{title}</h2>
-<p>{look}</p>
-<a href="{task}.html"><img src="{task}.gif" alt="{title}: AFORCE on the left, variable on the right"></a>
-<p>Three seconds, {pace}. <a href="{task}.html">Open the page.</a></p>
-</section>
-"""
 README = """# Gallery
 
 {played}
 
 Each page is one file that needs no network: download it and open it in a browser. It loops until two seconds after the task is
-done. [index.html](index.html) leads to all.
+done.
 
 Shown are typical runs, those of median energy of ten seeds. J per action with mean actions:
 
@@ -174,22 +164,28 @@ Shown are typical runs, those of median energy of ten seeds. J per action with m
 In training, with noise, variable spends {noise} times AFORCE's energy. That noise is not played here.
 
 {films}
+{insert}
 `make gallery GALLERY=results/gallery` makes this again.
+"""
+
+
+INSERT = """Insert, in real time. Both are AFORCE. Left, the policy feels force and torque; right, it does not. Of the first {starts} starts of the evaluation the left one
+puts the peg into the hole in {felt}, the right one in {unfelt}; shown is start {start}. The arrow is the force on the hand. [What was measured](../insert/README.md).
+
+![Insert](insert.gif)
 """
 
 
 def main():
     if len(sys.argv) != 4:
-        sys.exit("usage: gallery.py PROGRAMS STUDY OUT")
-    programs, study, out = map(Path, sys.argv[1:])
+        sys.exit("usage: gallery.py PROGRAMS RESULTS OUT")
+    programs, results, out = map(Path, sys.argv[1:])
     out.mkdir(parents=True, exist_ok=True)
-    shown = [show(programs, study, out, task) for task in TASKS]
-    sections = "".join(SECTION.format(**one) for one in shown)
-    (out / "index.html").write_text(INDEX.format(played=PLAYED, sections=sections), encoding="utf-8")
+    shown = [show(programs, results / "study", out, task) for task in TASKS]
     rows = "".join("| [{title}]({task}.html) | {energies} |\n".format(**one) for one in shown)
     films = "".join("{title}, {pace}. {look}\n\n![{title}]({task}.gif)\n\n".format(**one) for one in shown)
     noise = ", ".join("{noise} ({title})".format(**one) for one in shown)
-    text = README.format(played=PLAYED, rows=rows, films=films.rstrip("\n") + "\n", noise=noise)
+    text = README.format(played=PLAYED, rows=rows, films=films.rstrip("\n") + "\n", insert=insert(programs, results / "insert" / "force", out), noise=noise)
     (out / "README.md").write_text(text, encoding="utf-8")
     if '-dirty"' in (out / "lift.html").read_text(encoding="utf-8"):
         print(f"{out}: made by programs with changes that no commit has: commit them, and make it again")

@@ -265,7 +265,7 @@ fn committed_tables_and_curves_are_of_the_committed_runs() {
     let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("../results");
     let out = tempfile::tempdir().unwrap();
     // The studies' tables are made first, with what was expected.
-    for name in ["study", "second-study"] {
+    for name in ["study", "second-study", "insert"] {
         let mut study = program("report");
         study.arg(results.join(name)).arg("--out").arg(out.path().join(name));
         let files = WalkDir::new(results.join(name)).max_depth(1).sort_by_file_name().into_iter();

@@ -17,7 +17,7 @@ fn cells(page: &str, label: &str) -> Vec<String> {
 
 /// The numbers of `column` in the rows that read `wanted`, at least one.
 fn numbers(table: &str, wanted: &[(&str, &str)], column: &str) -> Vec<f64> {
-    let table = CsvTable::read(&root().join("results/study").join(table)).unwrap();
+    let table = CsvTable::read(&root().join("results").join(table)).unwrap();
     let at = |name: &str| table.position(name).expect("a column of the table");
     let rows = table.rows.iter().filter(|row| wanted.iter().all(|(name, text)| &row[at(name)] == *text));
     let numbers: Vec<f64> = rows.map(|row| row[at(column)].parse().expect("a number")).collect();
@@ -33,8 +33,9 @@ fn mean(values: &[f64]) -> f64 {
 fn the_readme_tells_the_ratios_of_energy() {
     let page = fs::read_to_string(root().join("README.md")).unwrap();
     for (label, stage) in [("default settings", "untuned"), ("both tuned", "tuned")] {
-        let expected = ["lift", "door", "wipe"]
-            .map(|task| format!("{:.1}", numbers("energy_ratio.csv", &[("task", task), ("stage", stage)], "ratio")[0]));
+        let expected = ["lift", "door", "wipe"].map(|task| {
+            format!("{:.1}", numbers("study/energy_ratio.csv", &[("task", task), ("stage", stage)], "ratio")[0])
+        });
         assert_eq!(cells(&page, &format!("Energy in training, variable ÷ AFORCE, {label}")), expected, "{label}");
     }
 }
@@ -56,10 +57,21 @@ fn the_readme_tells_what_a_real_arm_would_have_allowed() {
         let expected = stages.map(|(experiment, task, groups)| {
             groups.map(|group| {
                 let of_group = [("experiment", experiment), ("task", task), ("group", group)];
-                format!("{:.0} %", 100.0 * mean(&numbers("allowed.csv", &of_group, "allowed")))
+                format!("{:.0} %", 100.0 * mean(&numbers("study/allowed.csv", &of_group, "allowed")))
             })
         });
         let row = format!("Episodes that finish the task before a real Panda would have stopped itself, {label}");
         assert_eq!(cells(&page, &row), expected.map(|pair| pair.join(", ")), "{label}");
     }
+}
+
+#[test]
+fn the_readme_tells_what_it_is_worth_to_feel_force() {
+    let page = fs::read_to_string(root().join("README.md")).unwrap();
+    let [felt, unfelt] = ["felt", "unfelt"].map(|variant| {
+        let of_group = [("variant", variant), ("metric", "end_success")];
+        format!("{:.0} %", 100.0 * numbers("insert/summary.csv", &of_group, "mean")[0])
+    });
+    let sentence = format!("puts a peg into a hole in {felt} of the starts, one that does not in {unfelt}");
+    assert!(page.contains(&sentence), "{sentence}");
 }
