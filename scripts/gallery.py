@@ -145,7 +145,7 @@ def insert(programs, force, out):
 
 
 PLAYED = (
-    "Two learned policies play the same task from the same start: AFORCE, where a law adapts the stiffness, and variable, where the "
+    "In Lift, Door and Wipe two learned policies play from the same start: AFORCE, where a law adapts the stiffness, and variable, where the "
     "policy commands it. They play mean actions, without the noise of training."
 )
 
@@ -156,7 +156,7 @@ README = """# Gallery
 Each page is one file that needs no network: download it and open it in a browser. It loops until two seconds after the task is
 done.
 
-Shown are typical runs, those of median energy of ten seeds. J per action with mean actions:
+Shown in these three are typical runs, those of median energy of ten seeds. J per action with mean actions:
 
 | task | AFORCE: shown, median of ten | variable: shown, median of ten |
 |---|---|---|
@@ -170,7 +170,8 @@ In training, with noise, variable spends {noise} times AFORCE's energy. That noi
 
 
 INSERT = """Insert, in real time. Both are AFORCE. Left, the policy feels force and torque; right, it does not. Of the first {starts} starts of the evaluation the left one
-puts the peg into the hole in {felt}, the right one in {unfelt}; shown is start {start}. The arrow is the force on the hand. [What was measured](../insert/README.md).
+puts the peg into the hole in {felt}, the right one in {unfelt}; shown is start {start}, the first in which the left one does and the right one does not. Both are their runs' best policies,
+which `archive` kept. The arrow is the force on the hand. [What the last policies do](../insert/README.md).
 
 ![Insert](insert.gif)
 """

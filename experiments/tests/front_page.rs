@@ -72,6 +72,6 @@ fn the_readme_tells_what_it_is_worth_to_feel_force() {
         let of_group = [("variant", variant), ("metric", "end_success")];
         format!("{:.0} %", 100.0 * numbers("insert/summary.csv", &of_group, "mean")[0])
     });
-    let sentence = format!("puts a peg into a hole in {felt} of the starts, one that does not in {unfelt}");
+    let sentence = format!("puts a peg into a hole 1 mm wider in {felt} of the starts, one that does not in {unfelt}");
     assert!(page.contains(&sentence), "{sentence}");
 }

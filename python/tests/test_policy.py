@@ -94,7 +94,10 @@ def test_what_is_no_policy_is_answered(tmp_path):
         Policy.load(LIFT).predict(np.zeros(3))
 
     broken = tmp_path / "broken.zip"
-    for data in [b"", LIFT.read_bytes()[:-30], LIFT.read_bytes().replace(b"scaled_observations", b"scaled_observatoins")]:
+    whole = LIFT.read_bytes()
+    middle = len(whole) // 2
+    flipped = whole[:middle] + bytes([whole[middle] ^ 1]) + whole[middle + 1 :]
+    for data in [b"", whole[:-30], flipped]:
         broken.write_bytes(data)
         with pytest.raises(ValueError, match="broken.zip: no zip archive, or a damaged one"):
             Policy.load(broken)
