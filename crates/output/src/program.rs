@@ -116,7 +116,7 @@ pub fn again(program: &str, path: &Path) -> Command {
 const COLUMNS: usize = 80;
 
 /// Says what to do next: a command of this workspace, or of the package that has the programs as subcommands. It can be copied from a
-/// terminal of [`COLUMNS`], whose breaking of lines would come along otherwise.
+/// terminal of 80 columns, whose breaking of lines would come along otherwise.
 pub fn next(program: &str, arguments: &[&str]) {
     let called = if SUBCOMMANDS.load(Ordering::Relaxed) { "-- " } else { "--bin " };
     let ends = if SUBCOMMANDS.load(Ordering::Relaxed) { "" } else { " --" };
