@@ -36,7 +36,7 @@ fn the_shipped_table_has_the_papers_steps_and_units() {
 #[test]
 fn committed_runs_are_those_of_the_shipped_sweeps() {
     let study = ["table-1", "parts", "hidden", "prior", "prior-parts", "tuned", "same-steps", "nudges"];
-    let second = ["learners"].map(|name| format!("second-study/{name}.toml"));
+    let others = ["second-study/learners.toml", "insert/force.toml"].map(String::from);
     let nameless = |mut run: RunConfig| {
         (run.env.space.name, run.variant, run.checkpoint_every) = ("any".into(), String::new(), 1);
         run
@@ -44,7 +44,7 @@ fn committed_runs_are_those_of_the_shipped_sweeps() {
     let shipped: Vec<RunConfig> = study
         .map(|name| format!("study/{name}.toml"))
         .into_iter()
-        .chain(second)
+        .chain(others)
         .flat_map(|name| shipped_sweep(&name).runs)
         .map(nameless)
         .collect();
