@@ -115,8 +115,8 @@ pub fn again(program: &str, path: &Path) -> Command {
 /// Columns of a terminal that is not wide.
 const COLUMNS: usize = 80;
 
-/// Says what to do next: a command of this workspace, or of the package that has the programs as subcommands. It can be copied from a
-/// terminal of 80 columns, whose breaking of lines would come along otherwise.
+/// Says what to do next: a command of this workspace, or of the package that has the programs as subcommands. A command that is longer
+/// than 80 columns goes on in a second line, behind a backslash. Copied from a terminal that wraps it, it would be two commands.
 pub fn next(program: &str, arguments: &[&str]) {
     let called = if SUBCOMMANDS.load(Ordering::Relaxed) { "-- " } else { "--bin " };
     let ends = if SUBCOMMANDS.load(Ordering::Relaxed) { "" } else { " --" };
