@@ -17,26 +17,24 @@ pub(super) struct Classes(HashMap<String, HashMap<Key, String>>);
 /// The class of elements that name none.
 const MAIN: &str = "main";
 
-/// The elements that have defaults here, and the attributes of each.
-const KINDS: [(&str, &[&str]); 3] = [
-    (
-        "joint",
-        &[
-            "type",
-            "axis",
-            "range",
-            "limited",
-            "damping",
-            "frictionloss",
-            "stiffness",
-            "springref",
-            "armature",
-            "solreflimit",
-        ],
-    ),
-    ("geom", &["type", "size", "density", "friction", "rgba", "condim"]),
-    ("mesh", &["scale"]),
+/// What a class says of joints.
+pub(super) const OF_JOINT: [&str; 10] = [
+    "type",
+    "axis",
+    "range",
+    "limited",
+    "damping",
+    "frictionloss",
+    "stiffness",
+    "springref",
+    "armature",
+    "solreflimit",
 ];
+/// What a class says of geoms.
+pub(super) const OF_GEOM: [&str; 6] = ["type", "size", "density", "friction", "rgba", "condim"];
+
+/// The elements that have defaults here, and the attributes of each.
+const KINDS: [(&str, &[&str]); 3] = [("joint", &OF_JOINT), ("geom", &OF_GEOM), ("mesh", &["scale"])];
 
 impl Classes {
     /// Takes in a `default` and those in it; `around`: the class that it lies in.

@@ -3,6 +3,7 @@
 use aforce::{Pose, Vector3};
 
 use super::element::Element;
+use crate::objects::defaults::OF_GEOM;
 use crate::objects::{ReadError, nameless};
 use crate::scene::{Geom, Inertial, Role, Shape, between};
 
@@ -11,28 +12,13 @@ const DENSITY: f64 = 1000.0;
 const FRICTION: f64 = 1.0;
 const GREY: [u8; 3] = [128; 3];
 
-const ATTRIBUTES: [&str; 15] = [
-    "name",
-    "class",
-    "type",
-    "size",
-    "fromto",
-    "mesh",
-    "pos",
-    "quat",
-    "euler",
-    "axisangle",
-    "mass",
-    "density",
-    "friction",
-    "condim",
-    "rgba",
-];
+/// Beside what a class may say of geoms.
+const ATTRIBUTES: [&str; 9] = ["name", "class", "fromto", "mesh", "pos", "quat", "euler", "axisangle", "mass"];
 
 impl Element<'_> {
     /// A geom in its body's frame as it is in the file, and its mass in the geom's frame. `others` are those of its body before it.
     pub fn geom(self, body: &str, others: &[Geom]) -> Result<(Geom, Inertial), ReadError> {
-        self.allow(&ATTRIBUTES)?;
+        self.allow(&[&ATTRIBUTES[..], &OF_GEOM].concat())?;
         let pose = self.file.pose(self.node)?;
         let kind = self.value("type")?.unwrap_or("sphere");
         let ends = self.ends(kind)?;

@@ -3,6 +3,7 @@
 use aforce::Vector3;
 
 use super::element::Element;
+use crate::objects::defaults::OF_JOINT;
 use crate::objects::{ReadError, plain_axis};
 use crate::scene::{Axis, Joint, Stop};
 
@@ -22,22 +23,8 @@ impl Placed {
     }
 }
 
-/// Of a hinge and of a slide.
-const ATTRIBUTES: [&str; 13] = [
-    "name",
-    "class",
-    "type",
-    "pos",
-    "axis",
-    "range",
-    "limited",
-    "damping",
-    "frictionloss",
-    "stiffness",
-    "springref",
-    "armature",
-    "solreflimit",
-];
+/// Of a hinge and of a slide, beside what a class may say of joints.
+const ATTRIBUTES: [&str; 3] = ["name", "class", "pos"];
 
 impl Element<'_> {
     /// The joint of the body called `body`.
@@ -51,7 +38,7 @@ impl Element<'_> {
             self.check_free()?;
             return Ok(Placed::without_axis(Joint::Free));
         }
-        self.allow(&ATTRIBUTES)?;
+        self.allow(&[&ATTRIBUTES[..], &OF_JOINT].concat())?;
         let (joint, unit): (fn(Axis) -> Joint, f64) = match kind {
             "hinge" => (Joint::Hinge, self.file.degree),
             "slide" => (Joint::Slide, 1.0),
