@@ -148,6 +148,27 @@ fn what_a_policy_of_insert_feels_is_all_that_differs() {
     assert_eq!(same, unfelt);
 }
 
+/// Five spaces with the same four draws of both action steps, the first being those of block 1; beside them only the space differs.
+#[test]
+fn every_space_of_insert_gets_the_same_search() {
+    let block_1 = shipped_sweep("insert/force.toml").runs.swap_remove(0);
+    let candidates = shipped_sweep("insert/search.toml").runs;
+    assert_eq!(candidates.len(), 20);
+    for (at, draw) in candidates.chunks(5).enumerate() {
+        let steps = |run: &RunConfig| (run.env.controller.position_step, run.env.controller.rotation_step);
+        let of_block_1 = steps(&draw[0]) == steps(&block_1);
+        assert_eq!(of_block_1, at == 0, "draw {at}");
+        for run in draw {
+            let mut same =
+                RunConfig { seed: 21, steps: block_1.steps, variant: block_1.variant.clone(), ..run.clone() };
+            assert!(run.seed == 451 && steps(run) == steps(&draw[0]), "{}", RunId::of(run));
+            same.env.controller = block_1.env.controller;
+            same.env.space = block_1.env.space.clone();
+            assert_eq!(same, block_1, "{}", RunId::of(run));
+        }
+    }
+}
+
 /// The table's learner, task and length, and in Door of later stages the script's; a search has candidates, and stops earlier.
 #[test]
 fn stages_of_the_study_differ_in_what_they_are_about() {

@@ -116,7 +116,7 @@ pub fn again(program: &str, path: &Path) -> Command {
 const COLUMNS: usize = 80;
 
 /// Says what to do next: a command of this workspace, or of the package that has the programs as subcommands. A command that is longer
-/// than 80 columns goes on in a second line, behind a backslash. Copied from a terminal that wraps it, it would be two commands.
+/// than `COLUMNS` goes on in a second line, behind a backslash. Copied from a terminal that wraps it, it would be two commands.
 pub fn next(program: &str, arguments: &[&str]) {
     let called = if SUBCOMMANDS.load(Ordering::Relaxed) { "-- " } else { "--bin " };
     let ends = if SUBCOMMANDS.load(Ordering::Relaxed) { "" } else { " --" };

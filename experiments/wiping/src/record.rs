@@ -204,7 +204,7 @@ impl Record {
         (self.total.net - self.stored - self.total_losses.joints - self.total_losses.table).abs() / self.total.absolute
     }
 
-    /// Every twentieth sample as CSV.
+    /// One of `SAMPLES_PER_ROW` samples as CSV.
     ///
     /// # Errors
     /// If the disk does not take it.
