@@ -43,6 +43,7 @@ fn what_disturbs_nothing_changes_no_byte() {
         push_n: fixed(0.0),
         push_hz: Some(Draw::Between([0.2, 5.0])),
         torque_delay_s: fixed(0.0),
+        torque_gain: fixed(1.0),
         force_noise_n: fixed(0.0),
         ..Disturbance::default()
     };
@@ -109,6 +110,20 @@ fn torques_come_late() {
     assert!(late[..10].iter().all(|tau| *tau == holding));
     assert_eq!(late[10], now[0], "both are commanded at reset");
     assert!((now[0] - holding).amax() > 0.1);
+}
+
+/// Motors with half of their gain give half of what is commanded beyond gravity compensation.
+#[test]
+fn weak_motors_give_half_of_a_spring() {
+    let given = |torque_gain| {
+        let weak = Disturbance { torque_gain: fixed(torque_gain), ..Disturbance::default() };
+        let mut env = env(TaskName::WIPE, "osc", weak);
+        env.reset(Some(1));
+        let bias = env.measurement().bias;
+        env.step(&vec![0.5; env.action_dim()]).interval.mean_torque() - bias
+    };
+    let (half, whole) = (given(0.5), given(1.0));
+    assert!(whole.amax() > 0.1 && (half - whole * 0.5).amax() < 1e-9, "{half} {whole}");
 }
 
 /// Noise has the deviation asked for, and is in what is measured, not in what is.

@@ -66,6 +66,26 @@ fn the_readme_tells_what_a_real_arm_would_have_allowed() {
 }
 
 #[test]
+fn the_readme_tells_what_a_tuned_constant_does_and_who_opens_doors() {
+    let page = fs::read_to_string(root().join("README.md")).unwrap();
+    let percent = |share: f64| format!("{:.0} %", 100.0 * share);
+    let [lift, wipe] = [("lift", "osc,draw-1"), ("wipe", "osc-force,draw-4")].map(|(task, group)| {
+        let of_group = [("experiment", "tuned"), ("task", task), ("group", group)];
+        percent(mean(&numbers("study/allowed.csv", &of_group, "allowed")))
+    });
+    let [aforce, variable] = ["aforce", "variable"].map(|space| {
+        let of_group = [("experiment", "prior"), ("space", space), ("metric", "sampled_success_by_hand")];
+        percent(numbers("study/summary.csv", &of_group, "mean")[0])
+    });
+    for sentence in [
+        format!("finishes before a stop in {lift} and {wipe} of the episodes"),
+        format!("AFORCE opens {aforce} of the doors at the end of training,\n  variable {variable}"),
+    ] {
+        assert!(page.contains(&sentence), "{sentence}");
+    }
+}
+
+#[test]
 fn the_readme_tells_what_it_is_worth_to_feel_force() {
     let page = fs::read_to_string(root().join("README.md")).unwrap();
     let [felt, unfelt] = ["felt", "unfelt"].map(|variant| {

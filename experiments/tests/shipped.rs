@@ -36,7 +36,7 @@ fn the_shipped_table_has_the_papers_steps_and_units() {
 #[test]
 fn committed_runs_are_those_of_the_shipped_sweeps() {
     let study = ["table-1", "parts", "hidden", "prior", "prior-parts", "tuned", "same-steps", "nudges"];
-    let others = ["second-study/learners.toml", "insert/force.toml"].map(String::from);
+    let others = ["second-study/learners.toml", "insert/force.toml", "insert/spaces.toml"].map(String::from);
     let nameless = |mut run: RunConfig| {
         (run.env.space.name, run.variant, run.checkpoint_every) = ("any".into(), String::new(), 1);
         run
@@ -57,29 +57,33 @@ fn committed_runs_are_those_of_the_shipped_sweeps() {
     }
 }
 
+/// The candidate that a committed search ranked first for the task and space of a run, after so many actions.
+fn winner<'a>(candidates: &'a [RunConfig], search: &str, run: &RunId, after: &str) -> &'a RunConfig {
+    let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("../results").join(search);
+    let table = CsvTable::read(&table).unwrap();
+    let [tasks, spaces, variants, actions, ranks] =
+        ["task", "space", "variant", "actions", "rank"].map(|column| table.column(column).unwrap());
+    let won = |at: &usize| (tasks[*at], spaces[*at], actions[*at], ranks[*at]) == (&run.task, &run.space, after, "1");
+    let variant = variants[(0..tasks.len()).find(won).unwrap()];
+    let is_it = |other: &&RunConfig| {
+        let other = RunId::of(other);
+        (&other.task, &other.space, other.variant.as_str()) == (&run.task, &run.space, variant)
+    };
+    candidates.iter().find(is_it).unwrap()
+}
+
 /// The stage of tuned spaces has what the committed search chose, in runs like those of the stage that was not tuned.
 #[test]
 fn tuned_spaces_are_the_winners_of_the_search() {
-    let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("../results/study/search/search.csv");
-    let table = CsvTable::read(&results).unwrap();
-    let [tasks, spaces, variants, actions, ranks] =
-        ["task", "space", "variant", "actions", "rank"].map(|column| table.column(column).unwrap());
     let candidates = shipped_sweep("study/search.toml").runs;
     let untuned = [shipped_sweep("study/prior.toml").runs, shipped_sweep("study/table-1.toml").runs].concat();
     let tuned = shipped_sweep("study/tuned.toml").runs;
     assert_eq!(tuned.len(), 45);
     for run in &tuned {
         let id = RunId::of(run);
-        let won =
-            |at: &usize| (tasks[*at], spaces[*at], actions[*at], ranks[*at]) == (&id.task, &id.space, "150000", "1");
-        let winner = variants[(0..tasks.len()).find(won).unwrap()];
-        let is_it = |other: &&RunConfig| {
-            let other = RunId::of(other);
-            (&other.task, &other.space, other.variant.as_str()) == (&id.task, &id.space, winner)
-        };
-        let candidate = candidates.iter().find(is_it).unwrap();
+        let candidate = winner(&candidates, "study/search/search.csv", &id, "150000");
         assert_eq!((&run.env, &run.learner), (&candidate.env, &candidate.learner), "{id}");
-        assert_eq!(id.variant, winner);
+        assert_eq!(id.variant, candidate.variant);
         let like = untuned.iter().find(|like| like.env.task == run.env.task).unwrap();
         assert_eq!((run.steps, run.evaluate_every), (like.steps, like.evaluate_every), "{id}");
     }
@@ -137,6 +141,7 @@ fn disturbances_of_every_task_begin_with_none() {
         let cases = disturbances::read(&shipped("disturbances.toml"), task).unwrap();
         assert!(cases.len() > 11 && cases[0].disturbance == Disturbance::default());
     }
+    assert_eq!(disturbances::read(&shipped("insert/disturbances.toml"), TaskName::INSERT).unwrap().len(), 7);
 }
 
 #[test]
@@ -148,13 +153,13 @@ fn what_a_policy_of_insert_feels_is_all_that_differs() {
     assert_eq!(same, unfelt);
 }
 
-/// Five spaces with the same four draws of both action steps, the first being those of block 1; beside them only the space differs.
+/// Four spaces with the same four draws of both action steps, the first being those of block 1; beside them only the space differs.
 #[test]
 fn every_space_of_insert_gets_the_same_search() {
     let block_1 = shipped_sweep("insert/force.toml").runs.swap_remove(0);
     let candidates = shipped_sweep("insert/search.toml").runs;
-    assert_eq!(candidates.len(), 20);
-    for (at, draw) in candidates.chunks(5).enumerate() {
+    assert_eq!(candidates.len(), 16);
+    for (at, draw) in candidates.chunks(4).enumerate() {
         let steps = |run: &RunConfig| (run.env.controller.position_step, run.env.controller.rotation_step);
         let of_block_1 = steps(&draw[0]) == steps(&block_1);
         assert_eq!(of_block_1, at == 0, "draw {at}");
@@ -166,6 +171,32 @@ fn every_space_of_insert_gets_the_same_search() {
             same.env.space = block_1.env.space.clone();
             assert_eq!(same, block_1, "{}", RunId::of(run));
         }
+    }
+}
+
+/// Each of them is then learned with the steps that won, and with all else as in the search. AFORCE has a tolerance in proportion to them.
+#[test]
+fn spaces_of_insert_have_the_steps_that_their_search_chose() {
+    let candidates = shipped_sweep("insert/search.toml").runs;
+    let runs = shipped_sweep("insert/spaces.toml").runs;
+    assert_eq!(runs.len(), 20);
+    for run in &runs {
+        let mut id = RunId::of(run);
+        let scaled = id.space == "aforce-scaled";
+        if scaled {
+            id.space = "aforce".into();
+        }
+        let mut candidate = winner(&candidates, "insert/search.csv", &id, "60000").clone();
+        if scaled {
+            candidate.env.space = run.env.space.clone();
+            let psi = run.env.space.psi().unwrap();
+            let share = |axis: usize, step: f64| psi.gamma[axis] / psi.beta[axis] / step;
+            let steps = &run.env.controller;
+            let shares = [share(0, steps.position_step), share(3, steps.rotation_step)];
+            assert!((shares[0] - 0.75).abs() < 1e-3 && (shares[1] - 0.55).abs() < 1e-3, "{shares:?}");
+        }
+        assert_eq!((&run.env, &run.learner), (&candidate.env, &candidate.learner), "{id}");
+        assert!(id.variant == candidate.variant && (21..=25).contains(&run.seed), "{id}");
     }
 }
 

@@ -63,6 +63,9 @@ pub struct Disturbance {
     /// How late the joint torques act (s), to the next whole control sample.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub torque_delay_s: Option<Draw>,
+    /// Factor on the torque that the motors give beyond gravity and Coriolis compensation: on every stiffness, damping and force at once.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub torque_gain: Option<Draw>,
     /// Standard deviation of the noise of each measured joint angle (rad), drawn for every control sample.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position_noise_rad: Option<Draw>,
@@ -99,7 +102,7 @@ const fn kind(
     Kind { key, neutral, allowed, everywhere, of }
 }
 
-const KINDS: [Kind; 13] = [
+const KINDS: [Kind; 14] = [
     kind("friction", 1.0, [0.0, 10.0], true, |d| d.friction),
     kind("payload_kg", 0.0, [0.0, 5.0], true, |d| d.payload_kg),
     kind("table_height_m", 0.0, [-0.2, 0.2], false, |d| d.table_height_m),
@@ -113,7 +116,11 @@ const KINDS: [Kind; 13] = [
     kind("velocity_noise_rad_per_s", 0.0, [0.0, 1.0], true, |d| d.velocity_noise_rad_per_s),
     kind("force_noise_n", 0.0, [0.0, 100.0], true, |d| d.force_noise_n),
     kind("force_bias_n", 0.0, [0.0, 100.0], true, |d| d.force_bias_n),
+    kind(TORQUE_GAIN, 1.0, [0.1, 2.0], true, |d| d.torque_gain),
 ];
+
+/// The kind that came last.
+const TORQUE_GAIN: &str = "torque_gain";
 
 /// Whether some tasks have a disturbance of this key and others have not.
 pub(crate) fn is_of_some_tasks(key: &str) -> bool {
@@ -199,9 +206,13 @@ impl Disturbance {
     pub(crate) fn draw(&self, seed: u64, task: TaskName) -> Drawn {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(1);
+        // Directions and noise come out of the first stream too: with one number more taken from it they would be others than before this kind.
+        let mut later = ChaCha8Rng::seed_from_u64(seed);
+        later.set_stream(3);
         let values = KINDS.map(|kind| {
             let [low, high] = (kind.of)(self).map_or([kind.neutral; 2], Draw::ends);
-            (kind.key, low + (high - low) * rng.random::<f64>())
+            let stream = if kind.key == TORQUE_GAIN { &mut later } else { &mut rng };
+            (kind.key, low + (high - low) * stream.random::<f64>())
         });
         let mut drawn = Drawn::new(values.into(), rng);
         // From a stream of their own: the others stay what they are.

@@ -23,6 +23,8 @@ pub(crate) struct Drawn {
     phase: f64,
     /// How late torques act (s).
     delay: f64,
+    /// Factor on torques beyond gravity and Coriolis compensation.
+    gain: f64,
     /// Standard deviations of joint angle (rad), joint velocity (rad/s) and force (N).
     noise: [f64; 3],
     /// Error of the force that stays (N, world).
@@ -55,6 +57,7 @@ impl Drawn {
             push_hz: value("push_hz"),
             phase: TAU * rng.random::<f64>(),
             delay: value("torque_delay_s"),
+            gain: value("torque_gain"),
             noise: ["position_noise_rad", "velocity_noise_rad_per_s", "force_noise_n"].map(value),
             late: VecDeque::new(),
             time: 0.0,
@@ -98,13 +101,20 @@ impl Drawn {
         push
     }
 
-    /// The torque (Nm) that acts in this sample if `tau` is commanded.
-    pub fn delayed(&mut self, tau: &JointVector) -> JointVector {
+    /// The torque (Nm) that acts in this sample if `tau` is commanded, of which `bias` compensates gravity and Coriolis forces. The motors
+    /// give `most` at most.
+    pub fn acting(&mut self, tau: &JointVector, bias: &JointVector, most: &JointVector) -> JointVector {
+        // Without a disturbance not even the last bit may differ.
+        let given = if self.gain == 1.0 {
+            *tau
+        } else {
+            (bias + (tau - bias) * self.gain).zip_map(most, |tau, most| tau.clamp(-most, most))
+        };
         if self.late.is_empty() {
-            return *tau;
+            return given;
         }
         let acting = self.late.pop_front().expect("it is not empty");
-        self.late.push_back(*tau);
+        self.late.push_back(given);
         acting
     }
 

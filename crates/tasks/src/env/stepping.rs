@@ -54,7 +54,8 @@ impl Env {
     pub fn advance(&mut self, watch: impl FnOnce(&Sample)) -> bool {
         let running = &mut self.running;
         let commanded = self.controller.update(&self.y);
-        let tau = self.drawn.delayed(&commanded);
+        let most = self.plant.robot.arm.torque_max.into();
+        let tau = self.drawn.acting(&commanded, &self.y.bias, &most);
         let contact = *self.simulation.contact();
         self.simulation.set_push(&self.drawn.push(self.plant.dt));
         let before = self.simulation.joints().1;
