@@ -189,10 +189,8 @@ fn spaces_of_insert_have_the_steps_that_their_search_chose() {
         let mut candidate = winner(&candidates, "insert/search.csv", &id, "60000").clone();
         if scaled {
             candidate.env.space = run.env.space.clone();
-            let psi = run.env.space.psi().unwrap();
-            let share = |axis: usize, step: f64| psi.gamma[axis] / psi.beta[axis] / step;
-            let steps = &run.env.controller;
-            let shares = [share(0, steps.position_step), share(3, steps.rotation_step)];
+            let (tolerance, steps) = (run.env.space.psi().unwrap().tolerance(), &run.env.controller);
+            let shares = [tolerance[0] / steps.position_step, tolerance[3] / steps.rotation_step];
             assert!((shares[0] - 0.75).abs() < 1e-3 && (shares[1] - 0.55).abs() < 1e-3, "{shares:?}");
         }
         assert_eq!((&run.env, &run.learner), (&candidate.env, &candidate.learner), "{id}");
