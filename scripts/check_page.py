@@ -24,7 +24,7 @@ import numpy
 from PIL import Image
 from playwright.sync_api import sync_playwright
 
-ACTIONS = {"lift": 45, "door": 150, "wipe": 80}
+ACTIONS = {"lift": 45, "door": 150, "wipe": 80, "insert": 60}
 WIDTH, HEIGHT = 800, 600
 GALLERY = Path(__file__).parent.parent / "results/gallery"
 # Pixels that differ by more than LEVELS of 255 in a channel, at most (share).

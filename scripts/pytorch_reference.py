@@ -246,7 +246,7 @@ def write_record(file, privileged=0):
 
 
 def time_updates(seconds=10.0):
-    """Times updates at the sizes of the criterion bench `update/desktop, batch 256`, each with a batch drawn from 20,000 transitions."""
+    """Times updates at the sizes of `256x2-batch-256` in crates/sac/benches/update.rs, each with a batch drawn from 20,000 transitions."""
     observations, actions, n = 42, 7, 256
     config = CONFIG | {"hidden": [256, 256], "batch_size": n, "target_period": 1, "target_entropy": -actions}
     widths = {"observation": observations, "action": actions, "next_observation": observations}
@@ -275,7 +275,7 @@ def main():
         write_record("pytorch.safetensors")
         return write_record("pytorch_asymmetric.safetensors", PRIVILEGED)
     time_updates(arguments.seconds)
-    subprocess.run(["cargo", "bench", "-p", "sac", "--bench", "update", "--", "desktop, batch 256"], cwd=ROOT, check=True)
+    subprocess.run(["cargo", "bench", "-p", "sac", "--bench", "update", "--", "12", "256x2-batch-256"], cwd=ROOT, check=True)
     time_updates(arguments.seconds)
 
 

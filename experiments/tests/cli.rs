@@ -147,6 +147,20 @@ fn what_to_do_next_can_be_copied() {
     assert!(folder.path().join("replay.html").is_file());
 }
 
+/// What another library learned has no configuration of this one, and stays where it is.
+#[test]
+fn curves_of_another_learner_are_not_archived() {
+    let folder = tempfile::tempdir().unwrap();
+    let archive = folder.path().join("archive");
+    let curves = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference/sb3");
+    let output = program("archive").arg(curves).arg("--out").arg(&archive).assert().code(1).get_output().stderr.clone();
+    expect(
+        &String::from_utf8(output).unwrap(),
+        &["lift/aforce,sb3/seed_3: curves of another learner", "no run below it that is done"],
+    );
+    assert!(!archive.exists());
+}
+
 /// A policy is kept in one file, which plays as its run does.
 #[test]
 fn a_kept_policy_plays_as_its_run() {

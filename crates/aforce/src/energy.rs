@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::spatial::JointVector;
 
-/// Sums over control samples and joints, with tau the commanded torque (gravity compensation included) and qd the
+/// Sums over control samples and joints, with tau the torque that acts (gravity compensation included) and qd the
 /// joint velocity.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -19,7 +19,8 @@ pub struct EnergyLedger {
     pub net_absolute: f64,
     /// sum tau^T tau dt ((Nm)^2 s): effort, not energy.
     pub squared_torque: f64,
-    /// sum R_i (tau_i/(k_i N_i))^2 dt (J): heat in the windings.
+    /// sum (tau_i / drives_i)^2 dt (J): heat in the windings, with drives = k N / sqrt(R) of torque constant k, gear ratio N and winding
+    /// resistance R.
     pub copper_loss: f64,
 }
 

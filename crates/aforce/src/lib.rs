@@ -24,8 +24,8 @@
 //! of the plant is that it has seven joints; its limits are data ([`Arm`]). An arm that is not simulated is driven through [`host`],
 //! which bounds what the law may do. The control step does not allocate.
 
-#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 // See clippy.toml.
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 // Nothing on the control loop may panic, but for an action of another length than the space's (`Controller::set_goal`; a host refuses
 // it) and for parts that are used by themselves with settings that nobody checked: they say so. Indices are not linted: they run over
 // vectors of fixed length, and the host's fuzz looks after them.

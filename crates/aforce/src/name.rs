@@ -1,6 +1,6 @@
 //! Names that people choose: each becomes a part of a folder's name, a cell of a table and an argument of a command.
 
-/// The longest name (characters): a folder's name has room for three.
+/// The longest name (characters): three of them fit into the 255 bytes of a folder's name.
 pub const LONGEST: usize = 80;
 
 /// Checks a name.

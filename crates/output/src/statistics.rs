@@ -30,6 +30,9 @@ pub fn mean_of<T>(items: &[T], number: impl Fn(&T) -> f64) -> f64 {
 
 /// Standard deviation of the population that `values` are a sample of; NaN of fewer than two.
 pub fn deviation(values: &[f64]) -> f64 {
+    if values.len() < 2 {
+        return f64::NAN;
+    }
     let centre = mean(values);
     (values.iter().map(|v| (v - centre).powi(2)).sum::<f64>() / (values.len() as f64 - 1.0)).sqrt()
 }
@@ -94,7 +97,7 @@ pub fn probability_of_improvement(a: &[f64], b: &[f64]) -> f64 {
     0.5 * doubled_wins as f64 / (a.len() * b.len()) as f64
 }
 
-/// Lowest and highest value.
+/// Lowest and highest value; infinity and minus infinity of nothing.
 pub fn range(values: &[f64]) -> [f64; 2] {
     [values.iter().copied().fold(f64::INFINITY, f64::min), values.iter().copied().fold(f64::NEG_INFINITY, f64::max)]
 }
@@ -240,7 +243,8 @@ mod tests {
     #[test]
     fn too_few_values_are_no_number() {
         assert!(quantile(&[], 0.9).is_nan() && (quantile(&[3.0, 1.0, 2.0], 0.9) - 2.8).abs() < 1e-12);
-        assert!(mean(&[]).is_nan() && deviation(&[1.0]).is_nan() && median(&[]).is_nan());
+        assert!(mean(&[]).is_nan() && median(&[]).is_nan());
+        assert!(deviation(&[]).is_nan() && deviation(&[1.0]).is_nan());
         assert_eq!((median(&[1.0]), iqm(&[1.0]), interval(&[&[1.0]], |s| iqm(&s[0]))), (1.0, 1.0, [1.0, 1.0]));
         assert_eq!(welch_interval(&[1.0], &[1.0, 2.0]), None);
         assert_eq!(welch_interval(&[f64::INFINITY, 1.0], &[1.0, 2.0]), None);

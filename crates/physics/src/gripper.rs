@@ -108,27 +108,27 @@ pub(crate) fn finger_at(distance: f64) -> f64 {
     distance / 2.0 + PAD_FACE
 }
 
-/// The finger servos with their internal command, advanced with every step of the engine.
+/// The finger servos with the opening that they aim at, advanced with every step of the engine.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Gripper {
-    /// -1 closed, +1 open; 0 at the start of an episode.
-    command: f64,
+    /// Where the servos aim: -1 closed, +1 open; 0 at the start of an episode.
+    opening: f64,
 }
 
 impl Gripper {
-    /// Starts an episode: the command is in the middle.
+    /// Starts an episode: the servos aim at the middle.
     pub fn reset(&mut self) {
-        self.command = 0.0;
+        self.opening = 0.0;
     }
 
     /// Starts an episode with the command that keeps the left finger at `coordinate` (m).
     pub(crate) fn keep(&mut self, coordinate: f64) {
-        self.command = 2.0 * coordinate / TRAVEL - 1.0;
+        self.opening = 2.0 * coordinate / TRAVEL - 1.0;
     }
 
     /// Starts an episode with the command that closes.
     pub(crate) fn close(&mut self) {
-        self.command = -1.0;
+        self.opening = -1.0;
     }
 
     /// Servo forces (N) of the left and right finger for one step of `dt` seconds.
@@ -136,8 +136,8 @@ impl Gripper {
     /// coordinates (m; left positive, right negative when open).
     pub fn update(&mut self, action: f64, q: [f64; 2], dt: f64) -> [f64; 2] {
         let direction = f64::from(i8::from(action > 0.0) - i8::from(action < 0.0));
-        self.command = (self.command - COMMAND_RATE * dt * direction).clamp(-1.0, 1.0);
-        let opening = 0.5 * TRAVEL * (1.0 + self.command);
+        self.opening = (self.opening - COMMAND_RATE * dt * direction).clamp(-1.0, 1.0);
+        let opening = 0.5 * TRAVEL * (1.0 + self.opening);
         let servo = |target: f64, q: f64| (SERVO_STIFFNESS * (target - q)).clamp(-MAX_FORCE, MAX_FORCE);
         [servo(opening, q[0]), servo(-opening, q[1])]
     }

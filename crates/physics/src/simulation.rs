@@ -52,7 +52,7 @@ pub struct Push {
 /// Longest step of the engine (s). The joints' end stops and the contacts are too stiff for a longer one: it creates energy.
 const LONGEST_STEP: f64 = 0.002;
 
-/// A joint faster than this (rad/s) is a numerical accident: no robot here may turn a joint faster than 5.3.
+/// A joint faster than this (rad/s) is a numerical accident: more than ten times what a built-in robot allows.
 const MAX_PLAUSIBLE_SPEED: f64 = 100.0;
 
 /// An arm with its tool in a scene.
@@ -223,7 +223,7 @@ impl Simulation {
     /// of `grip` (-1 opens, +1 closes).
     ///
     /// # Errors
-    /// If the state stops being finite or a joint turns at 100 rad/s or faster. The engine may have taken bodies out:
+    /// If the state stops being finite or a joint of the arm turns at 100 rad/s or faster. The engine may have taken bodies out:
     /// build the simulation anew.
     pub fn step(&mut self, tau: &JointVector, grip: f64) -> Result<(), Diverged> {
         for part in 0..self.parts {

@@ -23,7 +23,7 @@ const PASSES: usize = 50;
 pub(crate) struct ArmStops {
     /// Infinite for a joint without such a stop (rad).
     range: [[f64; 2]; 7],
-    /// Diagonal of M^-1 at joint angles zero (1/(kg m2)): what the part 1 - d is a part of.
+    /// Diagonal of M^-1 at joint angles zero (1/(kg m2)): scale of MuJoCo's regularisation (1 - d)/d.
     compliance: JointVector,
     /// s
     time_constant: f64,

@@ -213,6 +213,13 @@ fn what_is_not_read_of_a_urdf_is_refused_by_name() {
         ("<mass value=\"0.5\"/>", "", "<inertial>: no <mass>"),
         ("<material name=\"red\"/>", "<material name=\"blue\"/>", "no colour is called \"blue\""),
         ("friction=\"0.3\"", "friction=\"-0.3\"", "friction=\"-0.3\": at least 0 is wanted"),
+        (
+            "</robot>",
+            "<link name=\"a\"/><link name=\"b\"/>\
+             <joint name=\"to_b\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint>\
+             <joint name=\"to_a\" type=\"fixed\"><parent link=\"b\"/><child link=\"a\"/></joint></robot>",
+            "joints go round in a circle",
+        ),
     ] {
         assert!(URDF.contains(before), "{before}");
         let error = answer("box.urdf", &URDF.replacen(before, after, 1), |file| read_urdf(file, Root::Fixed, 1.0));

@@ -1,4 +1,4 @@
-//! The simulated plant: forces, friction, gripper, limits, restoring.
+//! The simulated plant: forces, gripper, arm.
 
 use aforce::{JointVector, Vector3};
 use approx::assert_relative_eq;

@@ -1,5 +1,5 @@
 //! The wiping tool on the table: forces against statics, Coulomb and MuJoCo, compliance
-//! against robosuite, impacts, restoring in mid-contact.
+//! against robosuite, impacts.
 
 use std::path::Path;
 

@@ -42,8 +42,13 @@ impl Kernels {
     pub(crate) fn insist(self) -> Result<(), Error> {
         match self.choose()? {
             chosen if chosen == self => Ok(()),
-            Kernels::Fast => Err(self.refused("fast, with which this process multiplies already")),
-            Kernels::Portable => Err(self.refused("portable, with which this process multiplies already")),
+            Kernels::Fast => {
+                Err(self
+                    .refused("fast, as this process multiplies with fast kernels already; use a process of its own"))
+            }
+            Kernels::Portable => Err(self.refused(
+                "portable, as this process multiplies with portable kernels already; use a process of its own",
+            )),
         }
     }
 
@@ -119,7 +124,10 @@ mod tests {
         Kernels::Fast.insist().unwrap();
         assert_eq!(Kernels::Portable.choose().unwrap(), Kernels::Fast);
         let error = Kernels::Portable.insist().unwrap_err().to_string();
-        assert_eq!(error, "kernels = portable is out of range: fast, with which this process multiplies already");
+        assert_eq!(
+            error,
+            "kernels = portable is out of range: fast, as this process multiplies with fast kernels already; use a process of its own"
+        );
     }
 
     #[test]

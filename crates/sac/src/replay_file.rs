@@ -52,7 +52,7 @@ impl Head {
     }
 }
 
-/// The content of a whole `replay.bin`, or what is wrong with it.
+/// Checks that this is a whole `replay.bin`, by its magic and its checksum; what is wrong with it.
 fn whole(content: &[u8]) -> Result<(), &'static str> {
     if content.starts_with(OLD_MAGIC) {
         return Err("the replay memory of an earlier version, which this one cannot go on from: begin the run anew");

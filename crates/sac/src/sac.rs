@@ -165,7 +165,7 @@ impl Sac {
         self.learn_from(&[replay])
     }
 
-    /// Learns from a batch of which half is drawn from `replay` and half from `prior`, which somebody else has done (RLPD: Ball et al.,
+    /// Learns from a batch of which half is drawn from `replay` and half from `prior`, transitions that this learner did not collect (RLPD: Ball et al.,
     /// 2023, arXiv 2302.02948).
     ///
     /// # Panics

@@ -12,7 +12,7 @@ use toml::{Table, Value};
 use crate::source::Source;
 use crate::{robots, setup, spaces};
 
-/// What a file of settings is.
+/// What an error says of a file that holds no settings.
 pub const WANTED: &str = "a TOML file is wanted, such as a run's config.toml";
 
 /// The file `path` with this text as a layer: its keys, the action space worked out.

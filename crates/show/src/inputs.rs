@@ -1,4 +1,4 @@
-//! What whoever plays saw, and what it did.
+//! The observation before each action, and the action, as columns of text.
 
 use tasks::Env;
 

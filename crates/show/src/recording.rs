@@ -160,7 +160,7 @@ impl Recording {
     }
 }
 
-/// Where the contact force is drawn: the controlled point (m, world), where it is and not where it is measured.
+/// Where the contact force is drawn: the tool point (m, world), from the true joint angles and not the measured ones.
 pub fn tool(env: &Env) -> Vector3 {
     let simulation = env.simulation();
     simulation.model().kinematics(&simulation.joints().0).tool.translation.vector

@@ -15,7 +15,7 @@ fn step(criterion: &mut Criterion) {
         for space in ["aforce", "variable"] {
             let record = space.parse().expect("an action space");
             let mut env =
-                Env::new(EnvConfig { task, space: record, ..EnvConfig::default() }, 1).expect("defaults are valid");
+                Env::new(EnvConfig { task, space: record, ..EnvConfig::of(task) }, 1).expect("defaults are valid");
             let mut rng = ChaCha8Rng::seed_from_u64(1);
             group.bench_function(format!("{}/{space}", task.as_str()), |bencher| {
                 bencher.iter(|| {

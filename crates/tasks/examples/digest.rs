@@ -23,7 +23,7 @@ fn main() {
             for space in ActionSpace::built_in() {
                 let name = space.to_string();
                 let (digest, diverged) =
-                    digest(EnvConfig { task, space, robot: robot.into(), ..EnvConfig::default() }, actions);
+                    digest(EnvConfig { task, space, robot: robot.into(), ..EnvConfig::of(task) }, actions);
                 let (robot, task) = (robot.as_str(), task.as_str());
                 println!("{robot:<10} {task:<5} {name:<24} {digest:016x} {diverged} diverged");
             }

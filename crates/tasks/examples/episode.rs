@@ -12,7 +12,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err("usage: episode TASK SPACE SEED HORIZON".into());
     };
     let (task, space, horizon) = (task.parse()?, space.parse()?, horizon.parse()?);
-    let mut env = Env::new(EnvConfig { task, space, horizon, ..EnvConfig::default() }, 0)?;
+    let mut env = Env::new(EnvConfig { task, space, horizon, ..EnvConfig::of(task) }, 0)?;
     env.reset(Some(seed.parse()?));
     for line in stdin().lines() {
         let action = line?.split(',').map(str::parse).collect::<Result<Vec<f64>, _>>()?;

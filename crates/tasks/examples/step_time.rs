@@ -16,7 +16,7 @@ fn main() {
     let [task, space, actions] = arguments.as_slice() else { usage() };
     let (Ok(task), Ok(space)) = (task.parse::<TaskName>(), space.parse()) else { usage() };
     let Ok(actions @ 1..) = actions.parse::<u32>() else { usage() };
-    let mut env = Env::new(EnvConfig { task, space, ..EnvConfig::default() }, 1).expect("defaults are valid");
+    let mut env = Env::new(EnvConfig { task, space, ..EnvConfig::of(task) }, 1).expect("defaults are valid");
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let mut run = |actions: u32| {
         for _ in 0..actions {

@@ -57,7 +57,7 @@ pub struct Disturbance {
     /// Amplitude of a force on the tool point that swings along a direction drawn for every episode (N).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub push_n: Option<Draw>,
-    /// Its frequency (Hz).
+    /// Frequency of that force (Hz).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub push_hz: Option<Draw>,
     /// How late the joint torques act (s), to the next whole control sample.
@@ -69,10 +69,10 @@ pub struct Disturbance {
     /// Standard deviation of the noise of each measured joint angle (rad), drawn for every control sample.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position_noise_rad: Option<Draw>,
-    /// Of each measured joint velocity (rad/s).
+    /// Standard deviation of the noise of each measured joint velocity (rad/s).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub velocity_noise_rad_per_s: Option<Draw>,
-    /// Of each component of the measured force (N).
+    /// Standard deviation of the noise of each component of the measured force (N).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub force_noise_n: Option<Draw>,
     /// Size of an error of the measured force that stays (N), along a direction drawn for every episode.
@@ -119,7 +119,7 @@ const KINDS: [Kind; 14] = [
     kind(TORQUE_GAIN, 1.0, [0.1, 2.0], true, |d| d.torque_gain),
 ];
 
-/// The kind that came last.
+/// This kind was added later: it has a random stream of its own.
 const TORQUE_GAIN: &str = "torque_gain";
 
 /// Whether some tasks have a disturbance of this key and others have not.
@@ -206,7 +206,7 @@ impl Disturbance {
     pub(crate) fn draw(&self, seed: u64, task: TaskName) -> Drawn {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(1);
-        // Directions and noise come out of the first stream too: with one number more taken from it they would be others than before this kind.
+        // A stream of its own keeps the directions and the noise of a seed, which the first stream gives, as they were before this kind existed.
         let mut later = ChaCha8Rng::seed_from_u64(seed);
         later.set_stream(3);
         let values = KINDS.map(|kind| {
@@ -215,7 +215,7 @@ impl Disturbance {
             (kind.key, low + (high - low) * stream.random::<f64>())
         });
         let mut drawn = Drawn::new(values.into(), rng);
-        // From a stream of their own: the others stay what they are.
+        // A stream of their own keeps the values above as they are, whatever a task adds.
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(2);
         for own in task.kind().own_disturbances {

@@ -72,7 +72,7 @@ impl Drawn {
         self.fill(holding, dt);
     }
 
-    /// From now on torques act `delay` seconds late. Of a longer way the torque that comes next fills the beginning, or
+    /// From now on torques act `delay` seconds late. If the delay grows, the torque that acts next is repeated, or
     /// `holding` (Nm) if none was under way.
     pub fn set_delay(&mut self, delay: f64, holding: &JointVector, dt: f64) {
         self.delay = delay;
@@ -80,7 +80,7 @@ impl Drawn {
         self.fill(self.late.front().copied().as_ref().unwrap_or(holding), dt);
     }
 
-    /// Makes the way of the torques as long as the delay.
+    /// Makes the queue of torques as long as the delay.
     fn fill(&mut self, oldest: &JointVector, dt: f64) {
         let samples = (self.delay / dt - 1e-9).ceil() as usize;
         self.late.drain(..self.late.len().saturating_sub(samples));
@@ -94,7 +94,7 @@ impl Drawn {
         self.push * libm::sin(self.phase + TAU * self.push_hz * self.time)
     }
 
-    /// The same, of a sample of `dt` seconds that begins.
+    /// The same, of a sample of `dt` seconds that begins; the clock of the push goes on by it.
     pub fn push(&mut self, dt: f64) -> Vector3 {
         let push = self.pushing();
         self.time += dt;

@@ -91,19 +91,9 @@ impl Env {
     /// # Panics
     /// If the task observes more numbers at one time than at another, names the terms of its reward otherwise, or one of them is no
     /// finite number; so for [`Env::reset`] and [`Env::step`].
-    pub fn with_task(task: Box<dyn Task>, config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
-        Env::with_robot(config.robot.robot(), task, config, seed)
-    }
-
-    /// As [`Env::with_task`], with a robot of one's own in place of `config.robot`.
-    ///
-    /// # Errors
-    /// As [`Env::with_task`].
-    ///
-    /// # Panics
-    /// As [`Env::with_task`].
-    pub fn with_robot(robot: Robot, mut task: Box<dyn Task>, config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
+    pub fn with_task(mut task: Box<dyn Task>, config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
         config.validate()?;
+        let robot = config.robot.robot();
         let controller = Controller::new(&config.space, &config.controller, &robot.arm, Vector3::z_axis())?;
         let drawn = config.disturbance.draw(0, config.task);
         let deviation = config.disturbance.highest_table();
@@ -189,8 +179,8 @@ impl Env {
         self.last_action.iter_mut().for_each(|(_, entry)| *entry = 0.0);
         self.observe();
         if let Some(estimator) = &self.estimator {
-            // The first measurement is no estimate.
-            self.sensor.tare_too(&self.y, estimator.bias());
+            // The first reading is exact. Every later one has the estimator's bias, which the tare takes off too.
+            self.sensor.add_to_tare(&self.y, estimator.bias());
         }
         Ok(self.observation())
     }

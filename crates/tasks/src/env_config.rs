@@ -63,7 +63,7 @@ impl EnvConfig {
     pub fn of(task: TaskName) -> Self {
         let mut config = EnvConfig { task, ..EnvConfig::default() };
         task.kind().apply_defaults(&mut config);
-        EnvConfig { task, ..config }
+        EnvConfig { task, ..config } // Defaults may not make another task of it.
     }
 
     /// The task, with its options.
@@ -102,7 +102,7 @@ impl EnvConfig {
         self.protection.validate().map_err(|error| error.below("env"))?;
         self.observation.validate().map_err(|error| error.below("env"))?;
         self.disturbance.validate(self.task).map_err(|error| error.below("env"))?;
-        // A faster one would look like another, or like a constant.
+        // A push above half the control rate aliases: sampled, it looks like a slower one or like a constant force.
         let push_hz = self.disturbance.push_hz.map_or(0.0, |draw| draw.ends()[1]);
         within("env.disturbance.push_hz", push_hz, 0.0..=f64::from(self.controller.control_hz) / 2.0)?;
         self.sensing.validate().map_err(|error| error.below("env"))?;

@@ -43,8 +43,8 @@ impl ForceSensor {
         Self { feel, tare: in_tool_axes(y, &y.wrench) }
     }
 
-    /// So does `bias` (N, Nm; world axes), in which later measurements differ from `y`.
-    pub fn tare_too(&mut self, y: &Measurement, bias: &Wrench) {
+    /// Counts `bias` (N, Nm; world axes) as nothing too: what later readings have and `y` does not.
+    pub fn add_to_tare(&mut self, y: &Measurement, bias: &Wrench) {
         self.tare += in_tool_axes(y, bias);
     }
 

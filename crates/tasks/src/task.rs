@@ -91,8 +91,7 @@ pub(crate) const HELD: f64 = 1.0;
 /// What one action earned.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reward {
-    /// The terms that add up to the reward. In Door and Lift their sum is at most 1; in Wipe an action earns 1.4 for every
-    /// marker, with 500 actions to an episode.
+    /// The terms that add up to the reward, in the task's own scale.
     pub terms: RewardTerms,
     /// Whether the task stands fulfilled now.
     pub success: bool,

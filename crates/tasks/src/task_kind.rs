@@ -95,7 +95,8 @@ impl TaskKind {
 
     /// Whether both are made elsewhere and say the same.
     pub(crate) fn is_like(&self, other: &Self) -> bool {
-        let words = |kind: &Self| (kind.name, kind.purpose, kind.disturbances, kind.own_disturbances);
+        let words =
+            |kind: &Self| (kind.name, kind.purpose, kind.disturbances, kind.own_disturbances, kind.takes_options);
         self.is_made_elsewhere() && other.is_made_elsewhere() && words(self) == words(other)
     }
 

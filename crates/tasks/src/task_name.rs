@@ -34,17 +34,9 @@ pub fn register(kinds: &[TaskKind]) -> Result<(), ConfigError> {
     let mut all = own.clone();
     for kind in kinds {
         let wrong = |reason: String| Err(ConfigError::Contradiction { field: format!("task {:?}", kind.name), reason });
-        check_name(kind)?;
+        check_kind(kind)?;
         if TaskName::BUILT_IN.iter().chain(&all).any(|other| other.as_str() == kind.name) {
             return wrong("the name is registered twice, or is that of a built-in task".into());
-        }
-        if let Some(key) = kind.disturbances.iter().find(|key| !is_of_some_tasks(key)) {
-            return wrong(format!("{key:?} is no disturbance that only some tasks have"));
-        }
-        let mut keys: Vec<&str> = kind.own_disturbances.iter().map(|own| own.key).collect();
-        keys.sort_unstable();
-        if let Some(twice) = keys.windows(2).find(|pair| pair[0] == pair[1]) {
-            return wrong(format!("two of its disturbances are called {:?}", twice[0]));
         }
         // It lives as long as the program.
         all.push(TaskName(Box::leak(Box::new(*kind))));
@@ -53,22 +45,32 @@ pub fn register(kinds: &[TaskKind]) -> Result<(), ConfigError> {
     Ok(())
 }
 
-/// That a name can be that of a folder.
-fn check_name(kind: &TaskKind) -> Result<(), ConfigError> {
+/// That the name can be that of a folder, and that there are disturbances of the names that it has.
+fn check_kind(kind: &TaskKind) -> Result<(), ConfigError> {
     let fits = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
     let wrong = |reason: String| Err(ConfigError::Contradiction { field: format!("task {:?}", kind.name), reason });
     if !kind.name.chars().all(fits) {
         return wrong("a name has lower-case letters, digits and -".into());
     }
-    name::check(kind.name).or_else(wrong)
+    name::check(kind.name).or_else(wrong)?;
+    if let Some(key) = kind.disturbances.iter().find(|key| !is_of_some_tasks(key)) {
+        return wrong(format!("{key:?} is no disturbance that only some tasks have"));
+    }
+    let mut keys: Vec<&str> = kind.own_disturbances.iter().map(|own| own.key).collect();
+    keys.sort_unstable();
+    match keys.windows(2).find(|pair| pair[0] == pair[1]) {
+        Some(twice) => wrong(format!("two of its disturbances are called {:?}", twice[0])),
+        None => Ok(()),
+    }
 }
 
-/// Makes a task known that is written while the program runs, and may be written again: it takes the place of one of its name.
+/// Makes a task known that is written while the program runs, and may be written again: it takes the place of one of its name. One that says
+/// the same but for its defaults stays.
 ///
 /// # Errors
-/// If the name is that of a task that is made here, or cannot be the name of a folder.
+/// If the name is that of a task that is made here, or cannot be the name of a folder; if a disturbance is unknown or there twice.
 pub fn register_anew(kind: TaskKind) -> Result<TaskName, ConfigError> {
-    check_name(&kind)?;
+    check_kind(&kind)?;
     let mut own = OWN.write().expect("no writer panics");
     let mut others = TaskName::BUILT_IN.iter().chain(own.iter());
     if others.any(|other| other.as_str() == kind.name && !other.0.is_made_elsewhere()) {

@@ -39,7 +39,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut experiments: BTreeMap<String, Vec<Record>> = BTreeMap::new();
     for found in find_runs(&arguments.runs)? {
         let record = found.map_err(|(folder, reason)| reason.context(folder.path().display().to_string()))?;
-        if record.done {
+        if record.outside {
+            program::tell(format_args!(
+                "left out: {}: curves of another learner, which stay where they are",
+                record.path.display()
+            ));
+        } else if record.done {
             experiments.entry(record.experiment(&arguments.runs)).or_default().push(record);
         } else {
             program::tell(format_args!("left out: {}: not done", record.path.display()));
@@ -88,7 +93,12 @@ fn keep_policies(all: &[Record], found: &[Record], folder: &Path) -> Result<()> 
         for (record, _) in &runs {
             pack_folder(&place(record))?;
         }
-        let new = |record: &Record| found.iter().find(|new| RunId::of(&new.config) == RunId::of(&record.config));
+        // A run that another program or configuration has trained once more is not the one whose rows are kept.
+        let made_by = |record: &Record| (record.manifest.commit.clone(), record.manifest.config_hash.clone());
+        let is_it = |new: &&Record, record: &Record| {
+            RunId::of(&new.config) == RunId::of(&record.config) && made_by(new) == made_by(record)
+        };
+        let new = |record: &Record| found.iter().find(|new| is_it(new, record));
         let kept = |record: &Record| place(record).is_file();
         let available = runs.iter().filter(|(record, _)| new(record).is_some() || kept(record));
         let nearest = available.min_by(|a, b| (a.1 - median).abs().total_cmp(&(b.1 - median).abs()));

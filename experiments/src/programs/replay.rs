@@ -202,6 +202,10 @@ fn sets_apart(here: &EnvConfig, there: &EnvConfig) -> Option<String> {
         Some("another arm (env.robot)".into())
     } else if here.initial_noise != there.initial_noise {
         Some(format!("env.initial_noise = {}, not {}", there.initial_noise, here.initial_noise))
+    } else if here.options != there.options {
+        Some("other options of the task (env.options)".into())
+    } else if here.disturbance != there.disturbance {
+        Some("another disturbance (env.disturbance)".into())
     } else {
         None
     }

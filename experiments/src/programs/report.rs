@@ -38,7 +38,7 @@ use show::plot;
 /// that people wrote, with figures from the tables. Where the folder has an energy_ratio.toml, energy_ratio.csv and a plot of
 /// it are the ratios of energy that it asks for. Runs are compared within the folder that holds their tasks: an
 /// experiment. A sweep that is still going on is reported as far as it has come. A finished run that cannot be read is left
-/// out and named, and the exit code is 3. So are curves of Stable-Baselines3 read, from a folder TASK/SPACE,LEARNER/seed_N with an
+/// out and named, and the exit code is 3. Curves of Stable-Baselines3 are read as well, from a folder TASK/SPACE,LEARNER/seed_N with an
 /// evaluations.npz and perhaps a monitor.csv.
 #[derive(Parser)]
 #[command(name = "report", version = output::VERSION, after_help = "Example: report runs/table-1")]

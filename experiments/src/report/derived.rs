@@ -1,7 +1,7 @@
 //! Tables made of other tables, for pages: what the rows of a group have on average, and what that is beside a reference.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use anyhow::{Context, Result};
 use output::file;
@@ -63,6 +63,13 @@ pub fn make(path: &Path, out: &Path) -> Result<Vec<PathBuf>> {
     let mut written = vec![];
     for table in &wanted {
         let find = |name: &PathBuf| Some(out.join(name)).filter(|made| made.exists()).unwrap_or(beside.join(name));
+        let stays = table.name.components().all(|part| matches!(part, Component::Normal(_)));
+        if !stays || table.from.contains(&table.name) {
+            return Err(wrong(format!(
+                "{}: a table is made below its own folder, and not in the place of one that it is made of",
+                table.name.display()
+            )));
+        }
         let rows = table.rows(find).with_context(|| format!("{}: {}", path.display(), table.name.display()))?;
         let target = out.join(&table.name);
         file::prepare(&target)?;
@@ -129,7 +136,8 @@ impl Wanted {
                     let over = mean(values) / mean(others);
                     row.extend([over, mean(values) - mean(others), over - 1.0].map(cell));
                     let [other_low, other_high] = range(others);
-                    row.push((low > other_high || high < other_low).to_string());
+                    let apart = (low > other_high || high < other_low).to_string();
+                    row.push(if values.is_empty() || others.is_empty() { String::new() } else { apart });
                 }
                 writer.write_record(&row)?;
             }

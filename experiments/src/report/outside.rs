@@ -65,7 +65,8 @@ fn evaluated(path: &Path) -> Result<(CsvTable, usize)> {
     let (steps, returns, lengths) = (wanted("timesteps")?, wanted("results")?, wanted("ep_lengths")?);
     let successes = array("successes");
     let [evaluations, episodes] = returns.shape[..] else { bail!("results: rows of evaluations are needed") };
-    for (name, shape) in [("timesteps", &steps.shape[..]), ("ep_lengths", &lengths.shape[..1])] {
+    for (name, shape) in [("timesteps", &steps.shape[..]), ("ep_lengths", &lengths.shape[..lengths.shape.len().min(1)])]
+    {
         ensure!(*shape == [evaluations], "{name}: {shape:?} evaluations, but results has {evaluations}");
     }
     for other in [Some(lengths), successes].into_iter().flatten() {

@@ -62,7 +62,7 @@ impl Serialize for RunSummary {
 }
 
 /// All runs below `root`, in folders and in archives, sorted by path and seed, each once however many links lead there; but for those
-/// of a search, which was to choose and is ranked in its search.csv. So are curves of other learners ([`outside`]). One that cannot be read comes as its folder and the reason.
+/// of a search, which was to choose and is ranked in its search.csv. Curves of other learners ([`outside`]) are found too. One that cannot be read comes as its folder and the reason.
 ///
 /// # Errors
 /// If a folder or an archive cannot be read.

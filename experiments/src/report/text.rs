@@ -64,7 +64,8 @@ pub fn fill(path: &Path, filled: &Path, runs: &[RunSummary], comparison: &[Compa
         let [row] = rows.as_slice() else {
             let wanted = wanted.args().map(|name| Ok(format!("{name} {}", wanted.get::<Value>(name)?)));
             let wanted = wanted.collect::<Result<Vec<_>, Error>>()?.join(", ");
-            return Err(problem(anyhow!("{file}: {} rows with {wanted}; a cell is of one", rows.len())));
+            let with = if wanted.is_empty() { String::new() } else { format!(" with {wanted}") };
+            return Err(problem(anyhow!("{file}: {} rows{with}; `cell` needs conditions that leave one", rows.len())));
         };
         let cell = row.get(column).ok_or_else(|| problem(anyhow!("{file}: no column {column}")))?;
         Ok(Value::from(Serde(cell.clone())))
@@ -198,7 +199,7 @@ mod tests {
     fn what_is_not_there_is_named_with_its_line() {
         for (template, hint) in [
             ("a\n{{ runs[''].wipe.osc.final_return | digits(1) }}", "a.md.j2:2"),
-            ("{{ cell('b.csv', 'energy_j') | digits(1) }}", "b.csv: 2 rows with ; a cell is of one"),
+            ("{{ cell('b.csv', 'energy_j') | digits(1) }}", "b.csv: 2 rows; `cell` needs conditions that leave one"),
             ("{{ cell('b.csv', 'energy', space='osc') | digits(1) }}", "b.csv: no column energy"),
             ("{{ 'x' | percent(1) }}", "a number is needed, not string"),
             ("{{ [1, 2] | mean }}", "unknown filter"),

@@ -40,7 +40,7 @@ impl TournamentRow {
             run.columns(Table::Progress)?.points("cpu_s")?.into_iter().map(|(step, s)| (step, s / 60.0)).collect();
         let Some(cpu_min) = summary.cpu_s.map(|s| s / 60.0).filter(|_| !minutes.is_empty()) else { return Ok(None) };
         let returns = run.evaluations("mean")?.mean_by_step("return")?;
-        // The last evaluation that began by then; of a run that had not ended by then.
+        // Mean return of the last evaluation that began within `limit` minutes; none if the run ended before that.
         let at = |limit: f64| {
             let step = minutes.iter().take_while(|(_, time)| *time <= limit).last()?.0;
             let made = returns.iter().take_while(|(evaluated, _)| *evaluated <= step).last();

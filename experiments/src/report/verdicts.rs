@@ -156,8 +156,8 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
         }
         for task in tasks {
             let of_hypothesis = |problem: String| wrong(format!("{name:?}: {problem}"));
-            let sides = sides(hypothesis, task.as_str(), runs, &done).map_err(of_hypothesis)?;
-            rows.push(row(hypothesis, task.as_str(), sides));
+            let (experiment, sides) = sides(hypothesis, task.as_str(), runs, &done).map_err(of_hypothesis)?;
+            rows.push(row(hypothesis, task.as_str(), experiment, sides));
         }
     }
     let name = file.file_stem().unwrap_or_default().to_string_lossy();
@@ -175,13 +175,13 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
     Ok(rows)
 }
 
-/// The values of both sides of a hypothesis on a task, from the runs that are `done`; or why these are not two groups.
+/// Of a hypothesis on a task the experiment and the values of both sides, from the runs that are `done`; or why these are not two groups.
 fn sides(
     hypothesis: &Hypothesis,
     task: &str,
     runs: &[RunSummary],
     done: &[(&RunSummary, &Value)],
-) -> Result<[Side; 2], String> {
+) -> Result<(String, [Side; 2]), String> {
     let metric = hypothesis.metric.as_str();
     let is_meant = |run: &&RunSummary| {
         let named = hypothesis.experiment.as_ref().is_none_or(|named| *named == run.experiment);
@@ -200,7 +200,9 @@ fn sides(
         experiments.insert(run.experiment.as_str());
         presets.insert(run.preset.as_str());
         let id = format!("{} {label} {}", run.task, run.seed);
-        let value = numbers[metric].as_f64().or(worst(metric));
+        // Without its end.csv a run was not played, which is no failure.
+        let played = !metric.starts_with("end_") || !numbers["end_success"].is_null();
+        let value = numbers[metric].as_f64().or(worst(metric).filter(|_| played));
         sides[side].values.push(value.ok_or_else(|| format!("{id} has no {metric}: its tables do not tell it"))?);
         if !seeds.insert((side, run.seed)) {
             return Err(format!("two runs of {id}: name the experiment"));
@@ -211,7 +213,8 @@ fn sides(
             return Err(format!("runs {problem} {}", several.iter().copied().collect::<Vec<_>>().join(" and ")));
         }
     }
-    Ok(sides)
+    let found = experiments.first().map(ToString::to_string);
+    Ok((hypothesis.experiment.clone().or(found).unwrap_or_default(), sides))
 }
 
 /// Corrects the p of one family.
@@ -254,7 +257,7 @@ fn worst(metric: &str) -> Option<f64> {
 
 /// That can be between two means of a metric: a share lies between 0 and 1.
 fn largest_difference(metric: &str) -> f64 {
-    let of_episode = metric.strip_prefix("sampled_").or(metric.strip_prefix("final_"));
+    let of_episode = ["sampled_", "final_", "end_"].iter().find_map(|policy| metric.strip_prefix(policy));
     let is_share = of_episode.is_some_and(|name| {
         let ways = ["", "_any", "_held", "_by_hand", "_without_hand", "_before_stop"];
         name.strip_prefix("success").is_some_and(|way| ways.contains(&way))
@@ -263,14 +266,14 @@ fn largest_difference(metric: &str) -> f64 {
 }
 
 /// All but what depends on the other hypotheses.
-fn row(hypothesis: &Hypothesis, task: &str, sides: [Side; 2]) -> VerdictRow {
+fn row(hypothesis: &Hypothesis, task: &str, experiment: String, sides: [Side; 2]) -> VerdictRow {
     let [a, b] = sides.each_ref().map(|side| side.values.as_slice());
     let finite = |sample: &[f64]| Some(mean(sample)).filter(|mean| mean.is_finite());
     let (mean_a, mean_b) = (finite(a), finite(b));
     let ci = welch_interval(a, b);
     let both = !a.is_empty() && !b.is_empty();
     VerdictRow {
-        experiment: hypothesis.experiment.clone().unwrap_or_default(),
+        experiment,
         task: task.into(),
         hypothesis: hypothesis.name.clone(),
         metric: hypothesis.metric.clone(),

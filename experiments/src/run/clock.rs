@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 pub struct Spent {
     /// By the clock on the wall (s).
     pub wall_s: f64,
-    /// Of the processor (s): other programs at work beside it count little. Runs begun by earlier programs lack the first part.
+    /// Of the processor (s): other programs at work beside it count little. Of a run begun by an earlier program the time before that is missing.
     #[serde(default)]
     pub cpu_s: f64,
 }

@@ -32,9 +32,9 @@ pub(super) fn step_and_store(
     Ok(step)
 }
 
-/// Episodes of the script, from starts of their own; not all if somebody asks to stop. The same each time, so that no checkpoint
+/// Transitions of the script's episodes, from starts of their own; not all if somebody asks to stop. The same each time, so that no checkpoint
 /// needs them.
-pub(super) fn script(config: &RunConfig, stop: &Stop) -> Result<Replay> {
+pub(super) fn prior_data(config: &RunConfig, stop: &Stop) -> Result<Replay> {
     let mut env = Env::new(config.env.clone(), sub_seed(config.seed, "prior", 0))?;
     let mut replay = Replay::new(&config.learner, sizes(&env));
     for _ in 0..config.learner.prior_episodes {

@@ -202,7 +202,7 @@ impl RunFolder {
             return Ok(());
         }
         let reached = last_step(&self.episodes())?;
-        // As the run was begun: it may be taken on with checkpoints at other times.
+        // The interval between checkpoints with which the run was begun counts: it may be resumed with another.
         let begun = RunConfig::resolve(self.config().exists().then_some(self.config()).as_deref(), &[])?;
         let before_the_first = begun.checkpoint_every + u64::from(config.env.horizon);
         ensure!(

@@ -55,7 +55,7 @@ impl Learner {
         record.belongs_to(&RunId::of(config)).with_context(at)?;
         let mut counters: Counters = serde_json::from_value(saved.caller).with_context(at)?;
         if counters.step < config.evaluate_every {
-            // Of the evaluation at the end of a run too short for any other, which a longer run does not have.
+            // A run too short for a regular evaluation makes one at its end. A longer run does not make it, so its return does not count.
             counters.best_return = None;
         }
         env.set_episode_stream(counters.episode_stream.clone());

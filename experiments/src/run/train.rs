@@ -14,7 +14,7 @@ use tasks::{Env, Episode, Outcome};
 use crate::config::{RunConfig, RunId};
 use crate::run::checkpoint_record::CheckpointRecord;
 use crate::run::clock::Clock;
-use crate::run::experience::{script, step_and_store};
+use crate::run::experience::{prior_data, step_and_store};
 use crate::run::folder::{Lock, RunFolder, State};
 use crate::run::learner::{Counters, Learner};
 use crate::run::learner_log::LearnerLog;
@@ -49,7 +49,7 @@ pub struct RunOptions {
 pub enum Ending {
     /// All steps are done.
     Done,
-    /// A signal asked to stop; a checkpoint was written.
+    /// A signal asked to stop; a checkpoint was written, unless the script's episodes were still played.
     Stopped,
 }
 
@@ -175,7 +175,7 @@ impl<'a> Run<'a> {
         } else {
             Learner::new(config, &env)?
         };
-        let prior = (config.learner.prior_episodes > 0).then(|| script(config, stop)).transpose()?;
+        let prior = (config.learner.prior_episodes > 0).then(|| prior_data(config, stop)).transpose()?;
         if prior.is_some() && stop.requested() {
             return Ok(None);
         }
@@ -228,7 +228,7 @@ impl<'a> Run<'a> {
     fn play_episode(&mut self, stop: &Stop, progress: &mut RunProgress) -> Result<Episode> {
         let scaled = self.config.learner.scaled_observations;
         let mut action = vec![0.0f32; self.env.action_dim()];
-        // Of what the critics see, the policy sees so many numbers.
+        // The policy sees only the first numbers of what the critics see.
         let seen = self.sac.sizes().observation;
         let mut told_to_stop = false;
         let mut episode = Episode::default();
@@ -243,7 +243,7 @@ impl<'a> Run<'a> {
             episode.add(step);
             self.learn()?;
             let evaluates = self.counters.step.is_multiple_of(self.config.evaluate_every);
-            // Its time is that of the row.
+            // An evaluation has the time of the row for the same action, so the row is written first.
             if evaluates || self.counters.step.is_multiple_of(LOG_EVERY) {
                 self.write_progress()?;
             }

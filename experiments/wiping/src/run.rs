@@ -3,6 +3,7 @@
 use aforce::wiper::Wiper;
 use aforce::{ActionSpace, ConfigError, Pose};
 use anyhow::Result;
+use physics::robots::RobotChoice;
 use physics::wiping_tool::facing_down;
 use tasks::{Disturbance, Env, EnvConfig, MarkerView, Spot, TaskName, Wipe};
 
@@ -59,7 +60,7 @@ impl Run<'_> {
         let config = EnvConfig {
             task: TaskName::WIPE,
             space: (*space).clone(),
-            robot: setup.robot.into(),
+            robot: RobotChoice::Own(Box::new(setup.arm())),
             horizon: (patience * f64::from(setup.controller.policy_hz)) as u32,
             initial_noise: 0.0,
             disturbance: disturbance.clone(),
@@ -77,7 +78,7 @@ impl Run<'_> {
             start: trial.start,
         };
         let task = Box::new(Wipe::spot(config.horizon, MarkerView::default(), spot));
-        let mut env = Env::with_robot(setup.arm(), task, config, 0)?;
+        let mut env = Env::with_task(task, config, 0)?;
         env.reset(Some(trial.seed));
         Ok(env)
     }

@@ -42,9 +42,10 @@ def with_pixels(description: dict[str, Any], numbers: Box) -> "gym.spaces.Space[
 
 def absolute(config: File | None, settings: dict[str, Any]) -> tuple[str | None, dict[str, Any]]:
     """The same with the paths of files as they are from everywhere: a copy may be made elsewhere."""
-    space = settings.get("space")
-    if isinstance(space, os.PathLike) or isinstance(space, str) and space.endswith(".toml"):
-        settings = {**settings, "space": os.path.abspath(space)}
+    for key, endings in (("space", (".toml",)), ("robot", (".toml", ".urdf"))):
+        file = settings.get(key)
+        if isinstance(file, os.PathLike) or isinstance(file, str) and file.endswith(endings):
+            settings = {**settings, key: os.path.abspath(file)}
     return None if config is None else os.path.abspath(config), settings
 
 
@@ -76,7 +77,7 @@ def checked_options(options: dict[str, Any] | None) -> None:
 
 
 class Env(gym.Env[Observation, Floats], EzPickle):
-    """A robot, a task and an action space; made by `gymnasium.make("aforce/Lift-v0", ...)`, `Door-v0` or `Wipe-v0`, and of a task of
+    """A robot, a task and an action space; made by `gymnasium.make("aforce/Lift-v0", ...)`, `Door-v0`, `Wipe-v0` or `Insert-v0`, and of a task of
     one's own by `aforce.Env(task=Drawer, ...)` or `gymnasium.make("aforce/Task-v0", task=Drawer, ...)`.
 
     task         a class below `aforce.Task`, or a function without arguments that makes such an object

@@ -23,7 +23,7 @@ class Task:
         prediction   from which distance shapes become a contact; a few times the clearance of a narrow hole
     tool         "gripper" or "wiping-tool"
     gripper      whether the last entry of an action moves the fingers
-    name         in descriptions and pages; the class's name in lower case if it is None
+    name         in descriptions and pages; the class's name in kebab-case if it is None
     achievement  what success is: a verb and its object
     defaults     settings that differ from those of other tasks, as keywords of an environment: {"horizon": 300}
     scaling      of names of the observation, a pair: typical value, typical deviation; (0, 1) of the others

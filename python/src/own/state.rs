@@ -74,7 +74,7 @@ struct Snapshot {
 /// force, torque  what the environment exerts on the hand, filtered (N, Nm); shapes (3,)
 /// contact_force  largest sustained force on the whole arm, now (N)
 /// fingers        distance of the finger pads (m); None for a tool without
-/// penalty        of this action's force above the limit, 0 where there is none; in `reward` alone
+/// penalty        of this action's force above the limit, 0 where there is none; in `reward` and `success`
 #[pyclass(frozen, module = "aforce")]
 pub struct State(Snapshot);
 

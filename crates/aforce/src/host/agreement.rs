@@ -6,12 +6,13 @@
 
 use crate::arm::Arm;
 use crate::host::interface::{ArmState, CompensatedBy};
-use crate::host::status::{AXES, Fault};
+use crate::host::status::Fault;
+use crate::law::gains::AXES;
 use crate::spatial::{
     Jacobian, JointMatrix, JointVector, Measurement, Pose, Vector6, asymmetry, linear, rotational, stack,
 };
 
-/// Least inertia of a joint while those before it are held (kg m^2). The last links of an arm have some 1e-3.
+/// Least inertia of a joint while the joints before it are free and those after it are held (kg m^2). The last links of an arm have some 1e-3.
 const INERTIA: f64 = 1e-5;
 /// Largest difference of the length of a joint's axis from one.
 const AXIS: f64 = 1e-2;
@@ -25,11 +26,11 @@ const REST: f64 = 0.2;
 const RESTING: f64 = 0.05;
 /// Times over which motion is added up (s): one finds what begins now, the other what creeps.
 const WINDOWS: [f64; 2] = [0.02, 0.2];
-/// Difference of motion and speed that is always allowed: of a joint (rad), of the tool (m, rad).
+/// Difference between measured motion and integrated speed that is always allowed: of a joint (rad), of the tool (m, rad).
 const JOINT_MOTION: f64 = 1e-3;
 const TOOL_MOTION: [f64; 2] = [2e-4, 1e-3];
-/// And so much of the way that was moved.
-const SHARE: f64 = 0.25;
+/// What is allowed in addition, as a share of the way that was moved.
+const MOTION_SHARE: f64 = 0.25;
 /// Change of an entry of the Jacobian while no joint moves (m, 1).
 const JACOBIAN_JUMP: f64 = 0.02;
 /// Change of a gravity torque while no joint moves, as a share of the largest torque: a load of 3 kg may be told while it is held.
@@ -114,13 +115,13 @@ impl Window {
         let time = self.time;
         for joint in 0..7 {
             let (moved, told) = (self.moved[joint], self.told[joint]);
-            if (moved - told).abs() > scale * (JOINT_MOTION + SHARE * self.way[joint]) {
+            if (moved - told).abs() > scale * (JOINT_MOTION + MOTION_SHARE * self.way[joint]) {
                 return Err(Fault::JointMotion { joint: joint + 1, moved, told, time });
             }
         }
         for (axis, name) in AXES.into_iter().enumerate() {
             let (moved, told, part) = (self.tool_moved[axis], self.tool_told[axis], axis / 3);
-            if (moved - told).abs() > scale * (TOOL_MOTION[part] + SHARE * self.tool_way[part]) {
+            if (moved - told).abs() > scale * (TOOL_MOTION[part] + MOTION_SHARE * self.tool_way[part]) {
                 return Err(Fault::ToolMotion { axis: name, moved, told, time });
             }
         }

@@ -109,7 +109,7 @@ impl Bounds {
         let costs = [spring(up), work(&feedforward), work(&force)];
         let share = self.tank.share(&costs);
         self.tank.pay(&costs, share);
-        // A spring that softens gives back what was paid for it; what moved the set-point was not paid from here.
+        // A spring that softens gives back what was paid for it; energy that a moving set-point put into the spring was not taken from the tank.
         self.paid += share * costs[0].max(0.0);
         let back = (-spring(down)).clamp(0.0, self.paid);
         self.paid -= back;

@@ -30,7 +30,7 @@ pub struct HostLimits {
     pub workspace_margin: f64,
     /// A joint nearer than this to an end of its range is pushed back (rad).
     pub joint_margin: f64,
-    /// With this stiffness (Nm/rad).
+    /// Stiffness that pushes it back (Nm/rad).
     pub joint_stiffness: [f64; 7],
     /// Distance into lost contact over which F_cmd fades to nothing (m).
     pub contact_loss: f64,
@@ -40,13 +40,13 @@ pub struct HostLimits {
     pub disagreement_max: f64,
     /// What the active parts may put into the arm.
     pub tank: TankConfig,
-    /// What it does when the law does not act.
+    /// How the arm holds its posture when the law does not act.
     pub hold: HoldConfig,
 }
 
 impl Default for HostLimits {
-    /// Wrench and its rate are those of MIOS (github rr-aa-cl/mios), a published framework for this arm; what the environment may exert is
-    /// half of its. The workspace is in front of and above a base that stands on a table.
+    /// Wrench and its rate are those of MIOS (github rr-aa-cl/mios), a published framework for the Panda. What the environment may exert is
+    /// half of the force that MIOS allows, and less than half of its moment. The workspace is in front of and above a base that stands on a table.
     fn default() -> Self {
         Self {
             period_max: 0.020,

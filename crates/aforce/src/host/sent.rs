@@ -16,7 +16,7 @@ const ROUNDING: f64 = 1e-3;
 pub(crate) struct Sent {
     torques: [JointVector; REMEMBERED],
     next: usize,
-    /// Since the arm told of a torque that it was sent (s).
+    /// Time since the arm last reported a torque that it had been sent (s).
     strange: f64,
 }
 
@@ -34,7 +34,7 @@ impl Sent {
     /// The torque from which rates count, if `told` lies among what was sent.
     ///
     /// # Errors
-    /// If it has not for too long: the field is not filled, or holds another torque.
+    /// If the arm has reported another torque for too long: the field is not filled, or holds something else.
     pub(crate) fn taken(&mut self, told: &JointVector, dt: f64) -> Result<Option<JointVector>, Fault> {
         for joint in 0..7 {
             let of = |f: fn(f64, f64) -> f64, from: f64| self.torques.iter().map(|sent| sent[joint]).fold(from, f);

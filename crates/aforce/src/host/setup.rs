@@ -88,7 +88,8 @@ impl HostSetup {
     pub fn from_toml(text: &str) -> Result<Self, SetupError> {
         let mut file: Table = record::parse(text)?;
         let mut gentle: Table = record::parse(GENTLE)?;
-        let space = match file.remove("space").or_else(|| gentle.remove("space")) {
+        let default = gentle.remove("space");
+        let space = match file.remove("space").or(default) {
             Some(Value::String(name)) => name.parse()?,
             Some(Value::Table(record)) => {
                 let name = record.get("name").and_then(Value::as_str).unwrap_or("space").to_owned();
@@ -105,7 +106,6 @@ impl HostSetup {
         named(&mut file, "arm", &arms, "panda, fr3")?;
         let interfaces = [("franka", ArmInterface::FRANKA), ("plain", ArmInterface::PLAIN)];
         named(&mut file, "interface", &interfaces, "franka, plain")?;
-        gentle.remove("space");
         record::overlay(&mut gentle, file);
         let file = gentle;
         let Rest { contact_axis, arm, interface, limits, controller } =

@@ -4,9 +4,6 @@ use std::ffi::CStr;
 
 use crate::spatial::JointVector;
 
-/// Axes of a motion: linear, then rotational.
-pub(crate) const AXES: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
-
 /// What one cycle gives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Command {
@@ -77,7 +74,7 @@ impl Limited {
 /// Why the law gave up. Joints count from 1.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Fault {
-    /// A field of the state that no arm has.
+    /// A field of the state holds a value that no arm can have.
     #[error("{field} of the arm's state is not finite, or beyond anything an arm has")]
     Unreadable {
         /// Its name.
@@ -158,7 +155,7 @@ pub enum Fault {
         /// Allowed (Nm).
         max: f64,
     },
-    /// M is no matrix of masses: an entry is not its mirror image. Some libraries fill one triangle.
+    /// The mass matrix is not symmetric: an entry is not its mirror image. Some libraries fill one triangle.
     #[error("the mass matrix has {lower:.4} in row {row}, column {column}, and {upper:.4} in its mirror image")]
     MassAsymmetric {
         /// 2 to 7.

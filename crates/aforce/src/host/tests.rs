@@ -115,7 +115,7 @@ impl Plant {
         command.status
     }
 
-    /// A millisecond's cycles under one action after the other.
+    /// Runs `cycles` cycles of a millisecond, the same action every 50.
     fn act(&mut self, action: &[f64], cycles: usize) -> Status {
         let mut status = Status::Stopped;
         for cycle in 0..cycles {

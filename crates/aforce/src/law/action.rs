@@ -26,10 +26,7 @@ pub(crate) struct Decoded<'a> {
 pub(crate) fn decode<'a>(space: &ActionSpace, config: &ControllerConfig, action: &'a [f64]) -> Decoded<'a> {
     assert_eq!(action.len(), space.dim(), "length of an action of `{space}`");
     let (stiffness, rest) = action.split_at(space.commanded_stiffness());
-    let (pose_and_force, psi) = {
-        let psi = rest.len() - 6 - usize::from(space.force);
-        (&rest[psi..], &rest[..psi])
-    };
+    let (psi, pose_and_force) = rest.split_at(rest.len() - 6 - usize::from(space.force));
     let range = match &space.stiffness {
         Stiffness::Commanded(range) => Some(range),
         _ => None,

@@ -8,7 +8,7 @@ use crate::law::operational_space::OperationalSpace;
 use crate::law::psi::Psi;
 use crate::spatial::{Measurement, Vector6};
 
-/// Between a law's slow and its fast motions (s).
+/// Step h of the map (1 + h A) / (1 - h A) (s): between the slowest and the fastest time constants of the loop.
 const TIME_STEP: f64 = 0.05;
 /// What has not died out after 2 to the power of this many steps does not.
 const SQUARINGS: usize = 30;
@@ -16,12 +16,18 @@ const SQUARINGS: usize = 30;
 const HALVINGS: usize = 40;
 
 /// Refuses a law under which small oscillations of the arm at `y` grow, unless that is asked for. An axis by itself may be stable where
-/// the arm, which couples them, is not.
+/// the arm, which couples them, is not. A psi that the policy commands is tried at every corner of its ranges.
 ///
 /// # Errors
 /// With the field (below the space) and the limits of this arm.
 pub fn stable_on(space: &ActionSpace, y: &Measurement) -> Result<(), ConfigError> {
-    let Some((arm, psi)) = LoopOnArm::new(space, y).zip(space.psi()) else { return Ok(()) };
+    let Some(psi) = space.psi() else { return Ok(()) };
+    let corners = space.commanded_psi.as_ref().map(|commanded| commanded.corners(psi));
+    corners.into_iter().flatten().chain([*psi]).try_for_each(|psi| stable_with(space, &psi, y))
+}
+
+fn stable_with(space: &ActionSpace, psi: &Psi, y: &Measurement) -> Result<(), ConfigError> {
+    let Some(arm) = LoopOnArm::with(space, psi, y) else { return Ok(()) };
     if psi.allow_unstable || arm.is_stable(psi.alpha.vector()) {
         return Ok(());
     }
@@ -29,7 +35,7 @@ pub fn stable_on(space: &ActionSpace, y: &Measurement) -> Result<(), ConfigError
     Err(ConfigError::Contradiction {
         field: "stiffness.adaptive.alpha".into(),
         reason: format!(
-            "unstable on this arm at its start: each with the other as it is, the limits there are {translation:.0} and {rotation:.1} \
+            "unstable on this arm in its present posture: each with the other as it is, the limits there are {translation:.0} and {rotation:.1} \
              {}; lower it, raise k_min, or set allow_unstable = true",
             space.unit.alpha_name()
         ),
@@ -38,12 +44,13 @@ pub fn stable_on(space: &ActionSpace, y: &Measurement) -> Result<(), ConfigError
 
 /// The loop of a law on an arm in one posture, at its lowest stiffness and without motion of the redundant joint.
 ///
-/// With e the error, W = J M^-1 J^T and F the feed-forward wrench: e'' = -W U (D e' + K e + F), F' = alpha (e + s delta e') - mu F. U is the
+/// With e the error, W = J M^-1 J^T and F what F_ff is in the space's unit: e'' = -W U (D e' + K e + F), F' = alpha (e + s delta e') - mu F. U is the
 /// identity, or for stiffness in 1/s^2 what [`OperationalSpace::shape`] makes of an acceleration.
 #[derive(Debug, Clone)]
 pub struct LoopOnArm<'a> {
     psi: &'a Psi,
-    mobility: SMatrix<f64, 6, 6>,
+    /// W U.
+    acceleration_per_force: SMatrix<f64, 6, 6>,
     damping: Vector6,
 }
 
@@ -51,15 +58,20 @@ impl<'a> LoopOnArm<'a> {
     /// The loop of `space` with the arm at `y`; `None` if its stiffness does not adapt, or the mass matrix is none.
     #[must_use]
     pub fn new(space: &'a ActionSpace, y: &Measurement) -> Option<Self> {
-        let (psi, arm) = (space.psi()?, OperationalSpace::new(&y.mass, &y.jacobian)?);
+        Self::with(space, space.psi()?, y)
+    }
+
+    /// As [`LoopOnArm::new`], with other parameters of the law than those of `space`.
+    fn with(space: &ActionSpace, psi: &'a Psi, y: &Measurement) -> Option<Self> {
+        let arm = OperationalSpace::new(&y.mass, &y.jacobian)?;
         let mass = Cholesky::new(y.mass)?;
         let to_wrench = SMatrix::from_columns(&std::array::from_fn::<_, 6, _>(|axis| {
             space.unit.to_wrench(&Vector6::from_fn(|i, _| f64::from(u8::from(i == axis))), &arm)
         }));
-        let mobility = y.jacobian * mass.solve(&y.jacobian.transpose()) * to_wrench;
+        let acceleration_per_force = y.jacobian * mass.solve(&y.jacobian.transpose()) * to_wrench;
         let inertia = space.unit.inertia(&arm.diagonal());
         let damping = space.damping.of(psi.k_min.vector(), &inertia, &space.damping_ratio);
-        Some(LoopOnArm { psi, mobility, damping })
+        Some(LoopOnArm { psi, acceleration_per_force, damping })
     }
 
     /// Whether small oscillations die out with the feed-forward gains `alpha` in place of the law's own.
@@ -70,9 +82,9 @@ impl<'a> LoopOnArm<'a> {
         let (stiffness, damping) = (diagonal(k_min.vector()), diagonal(&self.damping));
         let mut system = SMatrix::<f64, 18, 18>::zeros();
         system.fixed_view_mut::<6, 6>(0, 6).fill_with_identity();
-        system.fixed_view_mut::<6, 6>(6, 0).copy_from(&(-self.mobility * stiffness));
-        system.fixed_view_mut::<6, 6>(6, 6).copy_from(&(-self.mobility * damping));
-        system.fixed_view_mut::<6, 6>(6, 12).copy_from(&-self.mobility);
+        system.fixed_view_mut::<6, 6>(6, 0).copy_from(&(-self.acceleration_per_force * stiffness));
+        system.fixed_view_mut::<6, 6>(6, 6).copy_from(&(-self.acceleration_per_force * damping));
+        system.fixed_view_mut::<6, 6>(6, 12).copy_from(&-self.acceleration_per_force);
         system.fixed_view_mut::<6, 6>(12, 0).copy_from(&diagonal(alpha));
         let ahead = alpha.component_mul(delta.vector()) * delta_sign.factor();
         system.fixed_view_mut::<6, 6>(12, 6).copy_from(&diagonal(&ahead));
@@ -159,7 +171,7 @@ mod tests {
             let eps = e + s_delta.component_mul(&e_dot);
             f += (alpha.component_mul(&eps) - psi.mu.vector().component_mul(&f)) * dt;
             let pull = arm.damping.component_mul(&e_dot) + psi.k_min.vector().component_mul(&e) + f;
-            e_dot -= arm.mobility * pull * dt;
+            e_dot -= arm.acceleration_per_force * pull * dt;
             e += e_dot * dt;
             let half = step / 200_000;
             largest[half] = largest[half].max(e.amax());

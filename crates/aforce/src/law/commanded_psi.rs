@@ -156,14 +156,18 @@ impl CommandedPsi {
                 return Err(ConfigError::Contradiction { field, reason: reason.into() });
             }
         }
-        for corner in 0..1usize << self.dim() {
+        self.corners(psi).try_for_each(|corner| check(&corner))
+    }
+
+    /// `psi` with every entry of an action at one end of its range or the other.
+    pub(crate) fn corners<'a>(&'a self, psi: &'a Psi) -> impl Iterator<Item = Psi> + 'a {
+        (0..1usize << self.dim()).map(|corner| {
             let entries: Vec<f64> = (0..self.dim()).map(|i| if corner >> i & 1 == 1 { 1.0 } else { -1.0 }).collect();
             let mut psi = *psi;
             self.apply(&entries, &mut psi);
             // K(0) is the record's; at run time K is brought between the bounds.
             psi.k_0 = psi.k_min;
-            check(&psi)?;
-        }
-        Ok(())
+            psi
+        })
     }
 }

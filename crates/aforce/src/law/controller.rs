@@ -126,7 +126,8 @@ impl Controller {
 
     /// Other numbers of the stiffness while the law runs, of the kind that the space has: fixed, commanded or adaptive. They hold through
     /// a reset. A fixed K acts from the next sample on, and a range from the next action on. An adaptive K goes from where it is to
-    /// new bounds at its largest rate, and F_ff goes on from where it is.
+    /// new bounds at its largest rate, and F_ff goes on from where it is. Where the policy commands psi, its next choice replaces what it
+    /// commands of these numbers.
     ///
     /// # Errors
     /// If they are of another kind, or the space is not allowed with them. Nothing has changed then.

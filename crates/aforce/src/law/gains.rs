@@ -10,7 +10,7 @@ use crate::spatial::Vector6;
 /// Largest stiffness of an axis, whatever its unit: thirty times what cobots offer (3000 N/m).
 pub(crate) const MAX_STIFFNESS: f64 = 1e5;
 
-/// Names of the axes in configuration errors and column names: three translations, three rotations.
+/// Names of the axes in messages and column names: three translations, three rotations.
 pub(crate) const AXES: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
 
 /// One number per axis, world axes, linear first. In a file it is a scalar (all axes alike), a pair (the translational

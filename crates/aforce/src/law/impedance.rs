@@ -16,7 +16,7 @@ pub struct Impedance {
 
 /// F_ff + K e and D e_dot (N, Nm; world axes), with the unit and the damping of `space`.
 ///
-/// Of K and F_ff along the contact axis its engagement is taken away, and damping there grows to at least the force axis' own.
+/// Along the contact axis K and F_ff act in the share 1 - engagement only, and damping there grows to at least the force axis' own.
 ///
 /// What is given up is the acceleration along the axis, before it is shaped. The arm's inertia couples the axes: the
 /// wrench along n that remains cancels what an acceleration across n would add to the contact force, and it vanishes

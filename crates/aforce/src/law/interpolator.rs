@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::arm::CartesianLimits;
-use crate::error::{ConfigError, positive, within};
+use crate::error::{ConfigError, within};
 use crate::law::jerk_limited::JerkLimited;
 use crate::law::linear_ramp::LinearRamp;
 use crate::spatial::{Pose, Twist};
@@ -32,8 +32,7 @@ impl Interpolation {
             Self::Linear { ramp_ratio } => ("interpolation.linear.ramp_ratio", ramp_ratio),
             Self::JerkLimited { dynamics } => ("interpolation.jerk-limited.dynamics", dynamics),
         };
-        positive(field, share)?;
-        within(field, share, 0.0..=1.0)
+        within(field, share, f64::MIN_POSITIVE..=1.0)
     }
 }
 

@@ -155,7 +155,7 @@ fn angular_rates(phi: &Vector3, rate: &Vector3, acceleration: &Vector3) -> (Vect
             (3.0 * sin - 2.0 * t - t * cos) / (t2 * t2 * t),
         )
     };
-    let turning = phi.dot(rate); // t dt/dtime
+    let turning = phi.dot(rate); // t dt/dtime, t being the angle |phi|
     let cross = phi.cross(rate);
     let double = phi.cross(&cross);
     let omega = rate + a * cross + b * double;

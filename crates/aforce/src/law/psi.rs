@@ -79,10 +79,14 @@ impl Psi {
         self.gamma.map(|axis, gamma| if self.beta[axis] == 0.0 { f64::INFINITY } else { gamma / self.beta[axis] })
     }
 
-    /// Time in which K falls from its upper to its lower bound when there is no error (s).
+    /// Time in which K falls from its upper to its lower bound when there is no error (s); infinite where gamma is 0.
     #[must_use]
     pub fn relaxation_time(&self) -> Gains {
-        self.gamma.map(|axis, gamma| (self.k_max[axis] - self.k_min[axis]) / gamma)
+        self.gamma.map(
+            |axis, gamma| {
+                if gamma == 0.0 { f64::INFINITY } else { (self.k_max[axis] - self.k_min[axis]) / gamma }
+            },
+        )
     }
 
     /// Time in which K rises from its lower to its upper bound under a lasting `error` (m, rad) along or about `axis` (s);

@@ -8,7 +8,7 @@ use crate::law::operational_space::OperationalSpace;
 use crate::law::psi::Psi;
 use crate::spatial::{Vector6, Wrench};
 
-/// What a stiffness number means: 150 1/s^2 are 2 to 6 kN/m along the axes of this arm, not 150 N/m.
+/// What a stiffness number means: 150 1/s^2 are 2 to 6 kN/m along the axes of a Panda at its home pose, not 150 N/m.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum StiffnessUnit {
     /// N/m and Nm/rad: a spring, as in the paper. No inertia shaping.

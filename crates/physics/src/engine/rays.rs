@@ -1,5 +1,5 @@
 //! Where a ray meets one shape. The engine's geometry library knows it exactly of boxes, balls and capsules; of cylinders and hulls it
-//! searches for it, which was 70 % of the time of a picture. Both are what planes and a tube leave of space, so a ray is in them between
+//! searches for it, which was 70 % of the time of a picture. Both are intersections of half-spaces and an endless cylinder, so a ray is inside them between
 //! two distances.
 
 use rapier3d_f64::geometry::Collider;

@@ -65,7 +65,7 @@ impl Surfaces<'_> {
         Some((distance, coordinates(target.normal(&ray, REACH)?), *color))
     }
 
-    /// Its distance alone.
+    /// Distance (m) to the nearest surface along the ray, as in `cast`.
     pub fn distance(&self, origin: &Vector3, direction: &Vector3) -> Option<f64> {
         self.nearest(&Ray::new(vector(origin), vector(direction))).map(|(_, distance)| distance)
     }

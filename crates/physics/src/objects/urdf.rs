@@ -83,12 +83,34 @@ impl<'d> File<'_, 'd> {
         let mut roots =
             called(robot, "link").filter_map(|node| node.attribute("name")).filter(|name| !moved.contains(name));
         match (roots.next(), roots.next()) {
-            (Some(first), None) => Ok(first),
+            (Some(first), None) => match called(robot, "link").find(|link| !self.hangs_on(first, *link)) {
+                Some(link) => {
+                    Err(source.wrong(link, format!("it does not hang on {first:?}: joints go round in a circle")))
+                }
+                None => Ok(first),
+            },
             (Some(first), Some(second)) => {
                 Err(source.wrong(robot, format!("links {first:?} and {second:?} hang together by no joint")))
             }
             (None, _) => Err(source.wrong(robot, "no link is without a joint above it; the joints are a tree")),
         }
+    }
+
+    /// Whether a way up the joints, of which each link has at most one above it, ends at the link `first`.
+    fn hangs_on(&self, first: &str, link: Node) -> bool {
+        let above = |link: &str| {
+            let ends = self.joints.iter().filter_map(|&joint| self.ends(joint).ok());
+            ends.into_iter().find(|[_, child]| *child == link).map(|[parent, _]| parent)
+        };
+        let mut at = link.attribute("name");
+        for _ in 0..=self.joints.len() {
+            match at {
+                Some(name) if name == first => return true,
+                Some(name) => at = above(name),
+                None => return false,
+            }
+        }
+        false
     }
 
     /// Names of the links above and below a joint.

@@ -31,8 +31,9 @@ const LINK_FRAMES: [([f64; 3], [f64; 4]); JOINTS] = {
     ]
 };
 
-/// All but these: links 1 and 2 meet what lies beyond the elbow, and link 5 the hand. In 3000 random postures the meshes of
-/// robosuite, where all but neighbours may meet, overlap in no other pair. Links 1 and 2 cannot reach a fixture.
+/// Pairs of links that never touch. Left out of the list, so that they may: links 1 and 2 with what lies beyond the elbow, and link 5 with
+/// the hand. In 3000 random postures the meshes of robosuite, where all but neighbours may meet, overlap in no other pair. Links 1 and 2 cannot
+/// reach a fixture.
 const NEVER_TOUCH: [[u8; 2]; 16] = [
     [0, 1],
     [0, 2],

@@ -10,8 +10,8 @@ impl Simulation {
     /// Starts an episode: arm at rest at `q`, gripper half open, no load, no push, no reading of a contact. A seventh angle of an arm
     /// of six joints is not looked at.
     ///
-    /// Free bodies stay where they are: [`place`](Self::place) them. The engine keeps the contacts that it has found, with the
-    /// forces that its solver starts from: to the bit an episode repeats in a new simulation.
+    /// Free bodies stay where they are: [`place`](Self::place) them. The engine keeps its contacts and the impulses that
+    /// its solver starts from, so only a new simulation repeats an episode to the last bit.
     pub fn reset(&mut self, q: &JointVector) {
         let joints = self.model.joints();
         for (i, &q) in q.iter().enumerate().take(joints) {

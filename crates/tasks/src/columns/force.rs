@@ -8,8 +8,8 @@ pub(super) const COLUMNS: &[Column] = &[
     Column::new(
         "penalty",
         "reward",
-        "sum over actions of 0.05 F where the largest sustained force F of an action exceeds 60 N, recorded in every task; F is that of the \
-         whole arm, with `env.force_penalty.of = \"hand\"` that beyond the wrist",
+        "sum over actions of `env.force_penalty.weight` times F (0.05 by default) where the largest sustained force F of an action exceeds \
+         `env.force_penalty.limit` (60 N), recorded in every task; F is that of the whole arm, with `env.force_penalty.of = \"hand\"` that beyond the wrist",
         |e| Cell::Real(e.sum(|s| s.penalty)),
     )
     .printed("penalty")
@@ -23,7 +23,7 @@ pub(super) const COLUMNS: &[Column] = &[
         number("penalty_median", Baseline, Median),
         number("penalty_q90", Baseline, Quantile90),
     ]),
-    Column::new("penalised_steps", "", "actions in which F exceeds the limit (60 N), penalised or not", |e| {
+    Column::new("penalised_steps", "", "actions in which F exceeds `env.force_penalty.limit`, also where the task takes nothing off", |e| {
         Cell::Count(e.steps.iter().filter(|s| s.over_limit).count() as u64)
     })
     .printed("penalised actions")
@@ -34,7 +34,7 @@ pub(super) const COLUMNS: &[Column] = &[
         number("penalised_episode_share", Baseline, ShareAbove0),
         number("penalised_action_share", Baseline, PerAction),
     ]),
-    Column::new("excess_impulse_ns", "N s", "integral of F above 60 N", |e| Cell::Real(e.sum(|s| s.interval.excess_impulse)))
+    Column::new("excess_impulse_ns", "N s", "integral of F above `env.force_penalty.limit`", |e| Cell::Real(e.sum(|s| s.interval.excess_impulse)))
         .printed("excess impulse, N s")
         .scalar("contact/excess_impulse_ns")
         .of_runs(&[summarised("excess_impulse_per_episode_ns", Training, Mean)]),

@@ -143,8 +143,8 @@ fn whoever_watches_sees_every_control_sample() {
 /// In the air nothing presses: what an arm estimates there is bias and noise, the same again from the same seed.
 #[test]
 fn an_estimated_wrench_has_bias_and_noise() {
-    let forces = |source, seed| {
-        let sensing = Sensing { source, ..Sensing::default() };
+    let forces = |source, bias, seed| {
+        let sensing = Sensing { source, bias, ..Sensing::default() };
         let mut env = Env::new(EnvConfig { sensing, ..EnvConfig::default() }, 1).unwrap();
         env.reset(Some(seed));
         let still = vec![0.0; env.action_dim()];
@@ -154,9 +154,14 @@ fn an_estimated_wrench_has_bias_and_noise() {
         }
         forces.split_off(1) // The first is that of the reset.
     };
-    assert!(forces(WrenchSource::Exact, 3).iter().all(|&force| force == 0.0));
-    let estimated = forces(WrenchSource::Estimated, 3);
-    assert!(estimated == forces(WrenchSource::Estimated, 3) && estimated != forces(WrenchSource::Estimated, 4));
+    let default = Sensing::default().bias;
+    assert!(forces(WrenchSource::Exact, default, 3).iter().all(|&force| force == 0.0));
+    let estimated = forces(WrenchSource::Estimated, default, 3);
+    assert!(estimated == forces(WrenchSource::Estimated, default, 3));
+    // Noise is drawn alike with and without a bias, so the bias is all that differs, and it stays.
+    let unbiased = forces(WrenchSource::Estimated, [0.0; 2], 3);
+    let bias: Vec<f64> = estimated.iter().zip(&unbiased).map(|(with, without)| with - without).collect();
+    assert!(bias[0].abs() > 1e-3 && bias.iter().all(|value| (value - bias[0]).abs() < 1e-9), "{bias:?}");
     // From one sample to the next only the noise changes, 0.3 N.
     let steps: Vec<f64> = estimated.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let noise = (steps.iter().map(|step| step * step).sum::<f64>() / (2 * steps.len()) as f64).sqrt();

@@ -53,12 +53,13 @@ const START_TURN: f64 = std::f64::consts::FRAC_PI_4;
 const BELIEF: f64 = 0.001;
 /// The force that is allowed is drawn from this range (N).
 const ALLOWED_FORCE: std::ops::RangeInclusive<f64> = 5.0..=10.0;
-/// Taken off per newton beyond it.
+/// Price of a newton beyond the allowed force.
 const FORCE_PRICE: f64 = 0.2;
-/// The peg's end is within this of the hole's axis (m)
+/// A peg is inserted or engaged with its end within this distance of the hole's axis (m).
 const CENTRED: f64 = 0.0025;
-/// and less than this share of the hole's depth above its base: in, or engaged.
+/// It is inserted with its end less than this share of the hole's depth above the base.
 const IN: f64 = 0.04;
+/// It is engaged with its end less than this share of the hole's depth above the base.
 const ENGAGED: f64 = 0.9;
 /// A torque about the peg's end that a policy shall notice (Nm): 5 N at half of the peg's width are 0.02 Nm.
 const MUCH_TORQUE: f64 = 0.05;

@@ -9,12 +9,15 @@ use crate::task::Waypoint;
 const HOVER: f64 = 0.005;
 /// Height above the rim as it was felt, from one tap to the next (m).
 const HOP: f64 = 0.001;
-/// So near to its place the peg goes down (m, rad), or after so many actions.
+/// The peg goes down once it is within this distance of its place (m) ...
 const PLACED: f64 = 7e-4;
+/// ... and within this angle of upright (rad), ...
 const UPRIGHT: f64 = 0.03;
+/// ... or after so many actions.
 const LONGEST_MOVE: u32 = 60;
-/// Force with which it presses (N), and from which it is in contact.
+/// Force with which the script presses (N).
 const PRESS: f64 = 8.0;
+/// Force from which the peg is in contact (N).
 const CONTACT: f64 = 1.5;
 /// How far each action moves the goal down for each newton that is missing (m/N), and at most (m); how fast it may sink above the rim and in
 /// the hole (m/s).
@@ -25,18 +28,19 @@ const SINKING: [f64; 2] = [0.01, 0.02];
 const SPACING: f64 = 1.65e-3;
 /// Points after which it begins anew from the middle.
 const POINTS: u32 = 30;
-/// So far below the highest place where it pressed the peg's end is in the hole (m).
+/// The peg's end is in the hole once it is this far below the highest place where it pressed (m).
 const DROP: f64 = 3.5e-4;
 /// The goal is so many times further than the way that is left: a spring with a soft end and the joints' friction are in between.
 const BEYOND: f64 = 2.5;
-/// Share of what is left that each action adds to the goal besides, once less than this is left (m): friction would hold the hand back
-/// for good.
+/// Share of the way that is left which each action adds to an integrator: without it friction would hold the hand back for good.
 const INTEGRATION: f64 = 0.2;
+/// The integrator runs once less than this is left (m).
 const NEAR: f64 = 0.003;
 /// Slower than this the hand rests (m/s).
 const AT_REST: f64 = 0.03;
-/// Largest of these sums (m, rad).
+/// Largest integral along each axis, and largest depth of the goal below the peg's end (m).
 const MOST: f64 = 0.04;
+/// Largest integral about each axis (rad).
 const MOST_LEANING: f64 = 0.02;
 /// How far the goal goes in the direction in which a wall pushes (m/N), and at most (m).
 const YIELD: f64 = 5e-4;

@@ -4,7 +4,7 @@ use aforce::Vector3;
 use physics::scenes::wipe::{TABLE_CENTRE, TABLE_HEIGHT};
 use serde::{Deserialize, Serialize};
 
-use super::markers::{self, Markers};
+use super::markers::Markers;
 use crate::observer::Observer;
 
 /// A place in the middle of the table top (m, world).
@@ -40,7 +40,7 @@ impl MarkerView {
         }
         let (centroid, radius) =
             markers.centroid_and_radius().map_or((Vector3::zeros(), 0.0), |(c, radius)| (believed(c), radius));
-        out.put("proportion_wiped", markers.wiped_count() as f64 / markers::COUNT as f64, "1", 0.5, 2.0);
+        out.put("proportion_wiped", markers.wiped_share(), "1", 0.5, 2.0);
         out.put("wipe_radius", radius, "m", 0.1, 10.0);
         out.position("wipe_centroid", centroid, MIDDLE, 5.0);
         out.position("gripper_to_wipe_centroid", centroid - tool, [0.0; 3], 5.0);

@@ -7,7 +7,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use anyhow::Result;
 use fs_err::File;
 
-/// An event file that grows; every record reaches the disk as it is written.
+/// An event file that grows; every record is handed to the system as it is written.
 pub struct EventFile(File);
 
 // Field numbers and wire types of the messages `Event`, `SessionLog`, `Summary` and `Summary.Value`.

@@ -75,7 +75,7 @@ impl Drop for Robot {
     }
 }
 
-/// A free port's robot and a folder for logs; the lock is held as long as the robot lives.
+/// A robot in software on the fixed port, and the lock that keeps other tests off it as long as the robot lives.
 macro_rules! robot_or_skip {
     ($($fault:literal),*) => {{
         let lock = crate::harness::PORT.lock().unwrap_or_else(|poisoned| poisoned.into_inner());

@@ -2,8 +2,7 @@
 
 use super::*;
 
-/// The environment takes energy out of the arm wherever K grows at one end of a motion and falls at the other. The tank
-/// pays until it is empty, and no longer.
+/// A hand holds the tool aside. K grows against it, and the tank pays for the growth until it is empty.
 #[test]
 fn the_tank_bounds_what_growing_stiffness_pays() {
     let paid = |initial: f64| {

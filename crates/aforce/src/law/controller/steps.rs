@@ -24,7 +24,7 @@ impl Controller {
             RateRule::Standstill => y.twist,
         };
         let adapts = self.adaptation.is_some();
-        // Before Lambda: a branch behind it makes the compiler copy it once more.
+        // Computed before Lambda: with a branch after it the compiler copies the `OperationalSpace` once more.
         let excess = if adapts { y.jacobian * self.limiter.excess() } else { Vector6::zeros() };
         let joints = all_finite(&y.q) && all_finite(&y.qd) && all_finite(&y.bias);
         // A space without force reads no wrench.

@@ -294,7 +294,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
     #[test]
     fn limits_hold_under_random_goals(
-        which in 0..20usize,
+        which in 0..ActionSpace::built_in().len(),
         jerk_limited: bool,
         continued: bool,
         entries in prop::collection::vec(prop::array::uniform13(-1.5..1.5f64), 12),
