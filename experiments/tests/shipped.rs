@@ -175,7 +175,7 @@ fn spaces_of_insert_have_the_steps_that_their_search_chose() {
         if scaled {
             id.space = "aforce".into();
         }
-        let mut candidate = winner(&candidates, "insert/search.csv", &id, "60000").clone();
+        let mut candidate = winner(&candidates, "insert/search/search.csv", &id, "60000").clone();
         if scaled {
             candidate.env.space = run.env.space.clone();
             let (tolerance, steps) = (run.env.space.psi().unwrap().tolerance(), &run.env.controller);

@@ -130,13 +130,11 @@ mod tests {
         );
     }
 
+    /// On a processor that is not Intel's the name says nothing of AVX2, though the kernels use it.
     #[test]
     fn the_kernel_has_the_name_that_mkl_gives_it() {
         Kernels::Fast.insist().unwrap();
         let name = kernel();
         assert!(name.starts_with("MKL 20") && name.contains("Intel(R)"), "{name}");
-        if is_x86_feature_detected!("avx2") {
-            assert!(name.contains("Advanced Vector Extensions"), "{name}");
-        }
     }
 }
