@@ -122,6 +122,9 @@ mod tests {
         let Stiffness::Adaptive(psi) = &mut space.stiffness else { panic!() };
         psi.alpha = Gains::all(1e5);
         let refused = stable(&space, &host).unwrap_err();
-        assert!(refused.starts_with("space.stiffness.adaptive.alpha: unstable on this arm in its present posture"), "{refused}");
+        assert!(
+            refused.starts_with("space.stiffness.adaptive.alpha: unstable on this arm in its present posture"),
+            "{refused}"
+        );
     }
 }
