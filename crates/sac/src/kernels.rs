@@ -136,5 +136,9 @@ mod tests {
         Kernels::Fast.insist().unwrap();
         let name = kernel();
         assert!(name.starts_with("MKL 20") && name.contains("Intel(R)"), "{name}");
+        let is_intel = fs_err::read_to_string("/proc/cpuinfo").unwrap().contains("GenuineIntel");
+        if is_intel && is_x86_feature_detected!("avx2") {
+            assert!(name.contains("Advanced Vector Extensions"), "{name}");
+        }
     }
 }

@@ -99,8 +99,8 @@ impl<'d> File<'_, 'd> {
     /// Whether a way up the joints, of which each link has at most one above it, ends at the link `first`.
     fn hangs_on(&self, first: &str, link: Node) -> bool {
         let above = |link: &str| {
-            let ends = self.joints.iter().filter_map(|&joint| self.ends(joint).ok());
-            ends.into_iter().find(|[_, child]| *child == link).map(|[parent, _]| parent)
+            let mut ends = self.joints.iter().filter_map(|&joint| self.ends(joint).ok());
+            ends.find(|[_, child]| *child == link).map(|[parent, _]| parent)
         };
         let mut at = link.attribute("name");
         for _ in 0..=self.joints.len() {

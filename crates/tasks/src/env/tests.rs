@@ -158,6 +158,7 @@ fn an_estimated_wrench_has_bias_and_noise() {
     assert!(forces(WrenchSource::Exact, default, 3).iter().all(|&force| force == 0.0));
     let estimated = forces(WrenchSource::Estimated, default, 3);
     assert!(estimated == forces(WrenchSource::Estimated, default, 3));
+    assert!(estimated != forces(WrenchSource::Estimated, default, 4));
     // Noise is drawn alike with and without a bias, so the bias is all that differs, and it stays.
     let unbiased = forces(WrenchSource::Estimated, [0.0; 2], 3);
     let bias: Vec<f64> = estimated.iter().zip(&unbiased).map(|(with, without)| with - without).collect();
