@@ -183,6 +183,10 @@ mod tests {
         let wanted = "from = ['a.csv']\nby = ['space']\nof = ['done']\nlast = 2\nonly = { space = 'low' }";
         let text = made(wanted, &[("a.csv", TABLE)]).unwrap();
         assert_eq!(text.lines().nth(1), Some("low,done,2,0.5,0.7071067811865476,0,1,0.5"));
+        // A group without a number is no number away from another.
+        let wanted = "from = ['a.csv']\nby = ['space']\nof = ['energy_j']\nreference = { space = 'aforce' }";
+        let text = made(wanted, &[("a.csv", "space,energy_j\nlow,\naforce,1\n")]).unwrap();
+        assert_eq!(text.lines().nth(1), Some("low,energy_j,0,,,,,,,,,"));
     }
 
     #[test]
@@ -193,6 +197,7 @@ mod tests {
             ("from = ['a.csv']\nby = ['task']\nof = ['space']", "a.csv, row 1: space is \"low\", not a number"),
             ("from = ['a.csv']\nby = ['space']\nof = []\nreference = { space = 'osc' }", "no row with osc"),
             ("form = ['a.csv']", "form"),
+            ("from = ['made.csv']\nby = []\nof = []", "made.csv: a table is made below its own folder"),
         ] {
             let told = format!("{:#}", made(wanted, &[("a.csv", TABLE)]).unwrap_err());
             assert!(told.contains(reason), "{told}");

@@ -86,6 +86,9 @@ fn a_run_counts_once_it_is_done() {
     all[4].experiment = "parts".into();
     let error = judged(&hypothesis("sampled_return", "above", "osc", ""), &all).unwrap_err().to_string();
     assert!(error.contains("runs of experiments  and parts"), "{error}");
+    all.iter_mut().for_each(|run| run.experiment = "parts".into());
+    let row = judged(&hypothesis("sampled_return", "above", "osc", ""), &all).unwrap().remove(0);
+    assert_eq!(row.experiment, "parts", "that of its runs, where none is named");
 }
 
 #[test]
@@ -117,6 +120,16 @@ fn who_never_came_there_has_the_worst_of_it() {
     assert_eq!((row.verdict, row.above), ("the other way round", Some(1.0)), "it never stood fulfilled");
     let error = judged("cpu_s", &all).unwrap_err().to_string();
     assert!(error.contains("lift aforce 11 has no cpu_s"), "{error}");
+
+    // A run whose last policy was not played has neither succeeded nor failed.
+    let time = "end_time_to_success_s";
+    all.iter_mut().for_each(|run| set(run, "end_success", Cell::Real(0.0)));
+    all[5..].iter_mut().for_each(|run| set(run, time, Cell::Real(9.0)));
+    all[..5].iter_mut().for_each(|run| set(run, time, Cell::Empty));
+    assert_eq!(judged(time, &all).unwrap()[0].verdict, "the other way round");
+    all[..5].iter_mut().for_each(|run| set(run, "end_success", Cell::Empty));
+    let error = judged(time, &all).unwrap_err().to_string();
+    assert!(error.contains("lift aforce 11 has no end_time_to_success_s"), "{error}");
 }
 
 #[test]
