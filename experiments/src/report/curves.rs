@@ -205,20 +205,33 @@ fn in_thousands(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     points
 }
 
-/// One curve for the curves of several seeds.
+/// One curve for the curves of several seeds, at the steps of the first as far as all have come. Learners that come from elsewhere may
+/// have been evaluated at other steps: their curves are read on the straight lines between these.
 fn over_seeds(label: &str, seeds: &[Vec<(f64, f64)>]) -> Series {
     if let [seed] = seeds {
         return Series::new(label, seed.clone());
     }
-    let common = seeds.iter().map(Vec::len).min().unwrap_or(0);
-    let at = |i: usize| (seeds[0][i].0, seeds.iter().map(|seed| seed[i].1).collect::<Vec<_>>());
-    let points = (0..common).map(at).map(|(x, values)| (x, iqm(&values))).collect();
-    let band = (0..common).map(at).map(|(x, values)| {
+    let steps = seeds.iter().take(1).flatten().map(|&(x, _)| x);
+    let all_at = |x: f64| Some((x, seeds.iter().map(|seed| value_at(seed, x)).collect::<Option<Vec<f64>>>()?));
+    let common: Vec<(f64, Vec<f64>)> = steps.filter_map(all_at).collect();
+    let points = common.iter().map(|(x, values)| (*x, iqm(values))).collect();
+    let band = common.iter().map(|(x, values)| {
         let enough = values.len() >= FEWEST_FOR_INTERVAL;
-        let [low, high] = if enough { iqm_interval(&values) } else { range(&values) };
-        (x, low, high)
+        let [low, high] = if enough { iqm_interval(values) } else { range(values) };
+        (*x, low, high)
     });
     Series { band: band.collect(), ..Series::new(label, points) }
+}
+
+/// What a curve is at `x`, on the straight line between two of its points; `None` before its first and after its last.
+fn value_at(curve: &[(f64, f64)], x: f64) -> Option<f64> {
+    let next = curve.partition_point(|&(at, _)| at < x);
+    let &(right, b) = curve.get(next)?;
+    if right == x {
+        return Some(b);
+    }
+    let (left, a) = curve[next.checked_sub(1)?];
+    Some(a + (b - a) * (x - left) / (right - left))
 }
 
 fn panel([title, unit, column]: [&str; 3], series: Vec<Series>) -> Panel {
@@ -245,6 +258,13 @@ mod tests {
         assert_eq!(series.points, [(10.0, 2.0), (20.0, 5.0)]);
         assert_eq!(series.band, [(10.0, 1.0, 3.0), (20.0, 5.0, 5.0)]);
         assert_eq!(over_seeds("aforce", &seeds[1..]), Series::new("aforce", seeds[1].clone()));
+    }
+
+    #[test]
+    fn curves_with_other_steps_are_read_between_their_points() {
+        let seeds =
+            vec![vec![(1.0, 0.0), (10.0, 1.0), (20.0, 5.0), (30.0, 6.0)], vec![(5.0, 0.0), (15.0, 3.0), (25.0, 5.0)]];
+        assert_eq!(over_seeds("aforce", &seeds).points, [(10.0, 1.25), (20.0, 4.5)]);
     }
 
     #[test]
