@@ -1,5 +1,6 @@
 //! Every tenth cycle as CSV: the columns of the wiping experiment, and what only a host has.
 
+use std::cell::Cell;
 use std::path::Path;
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::JoinHandle;
@@ -118,6 +119,8 @@ impl Row {
 /// Writes rows in a thread of its own: the disk is not the control loop's concern.
 pub struct Log {
     rows: SyncSender<Row>,
+    /// How many rows found no room to wait.
+    lost: Cell<u64>,
     writer: JoinHandle<Result<()>>,
 }
 
@@ -141,18 +144,24 @@ impl Log {
             }
             Ok(())
         });
-        Ok(Self { rows, writer })
+        Ok(Self { rows, lost: Cell::new(0), writer })
     }
 
     /// A row, unless the disk is too slow to take it.
     pub fn add(&self, row: Row) {
-        let _ = self.rows.try_send(row);
+        if self.rows.try_send(row).is_err() {
+            self.lost.set(self.lost.get() + 1);
+        }
     }
 
-    /// Waits until all is written.
-    pub fn finish(self) -> Result<()> {
+    /// Waits until all is written. Returns how many rows are missing, as the disk was too slow to take them.
+    ///
+    /// # Errors
+    /// If a row could not be written.
+    pub fn finish(self) -> Result<u64> {
         drop(self.rows);
-        self.writer.join().map_err(|_| anyhow!("the log's thread has died"))?.context("the log")
+        self.writer.join().map_err(|_| anyhow!("the log's thread has died"))?.context("the log")?;
+        Ok(self.lost.get())
     }
 }
 

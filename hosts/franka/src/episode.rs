@@ -309,7 +309,7 @@ mod tests {
         }
         assert_eq!(testing::allocations() - before, 0);
         assert!(answers > 0);
-        log.finish().unwrap();
+        assert_eq!(log.finish().unwrap(), 0);
     }
 
     #[test]

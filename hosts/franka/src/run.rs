@@ -38,7 +38,11 @@ pub fn run(args: &Args) -> Result<()> {
     // Threads and processes that begin after the robot is connected would have its thread's priority.
     let log = args.log.as_deref().map(Log::create).transpose()?;
     let outcome = with_robot(args, &setup, &own, host, &stop, log.as_ref());
-    outcome.and(log.map_or(Ok(()), Log::finish))
+    let lost = log.map_or(Ok(0), Log::finish);
+    if let Ok(rows @ 1..) = lost {
+        eprintln!("note: the log lacks {rows} rows, which the disk was too slow to take");
+    }
+    outcome.and(lost.map(drop))
 }
 
 fn with_robot(
