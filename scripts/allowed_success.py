@@ -24,6 +24,8 @@ import sys
 import zipfile
 from pathlib import Path
 
+from whole_file import whole_file
+
 REASONS = ("joint-speed", "hand-force", "link-force", "self-contact")
 
 
@@ -94,7 +96,7 @@ def main():
             print(f"\r{done} of {len(runs)} runs", end="", flush=True)
     print()
     rows = [summary(run, table, arguments.episodes, arguments.root) for run, table in zip(runs, tables)]
-    with open(arguments.out, "w", encoding="utf-8", newline="") as file:
+    with whole_file(arguments.out) as file:
         writer = csv.DictWriter(file, rows[0].keys(), lineterminator="\n")
         writer.writeheader()
         writer.writerows({key: round(cell, 4) if isinstance(cell, float) else cell for key, cell in row.items()} for row in rows)

@@ -13,6 +13,8 @@ import os
 import subprocess
 from pathlib import Path
 
+from whole_file import whole_file
+
 ROOT = Path(__file__).resolve().parent.parent
 CARGO = os.environ.get("CARGO", "cargo")
 
@@ -25,7 +27,7 @@ def main():
     commit = run("git", "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*").strip()
     told = json.loads(run(CARGO, "llvm-cov", "-p", "aforce", "--release", "--json", "--summary-only"))
     source = ROOT / "crates/aforce/src"
-    with open(ROOT / "results/coverage.csv", "w", newline="") as file:
+    with whole_file(ROOT / "results/coverage.csv") as file:
         table = csv.writer(file, lineterminator="\n")
         table.writerow(["file", "lines", "lines_run", "regions", "regions_run", "commit"])
         for entry in told["data"][0]["files"]:

@@ -137,7 +137,9 @@ def insert(programs, force, out):
     if len(pair) != 2:
         sys.exit(f"{force}: a kept policy each of felt and unfelt is wanted, there are {len(pair)}")
     felt, unfelt = ([row["success"] == "true" for row in evaluate(programs, policy)] for policy in pair)
-    start = next((start for start in range(STARTS) if felt[start] and not unfelt[start]), 0)
+    start = next((start for start in range(STARTS) if felt[start] and not unfelt[start]), None)
+    if start is None:
+        sys.exit(f"{force}: in none of {STARTS} starts does `felt` insert and `unfelt` not")
     actions = SECONDS_OF_INSERT * ACTIONS_PER_SECOND
     words = ["--run", pair[0], "--beside", pair[1], "--episode", start, "--actions", actions, "--every", 2, "--width", 320]
     call(programs / "replay", *words, "--gif", out / "insert.gif")

@@ -14,6 +14,8 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from whole_file import whole_file
+
 ROOT = Path(__file__).resolve().parent.parent
 OUT = ROOT / "crates" / "physics" / "reference" / "contact_card.csv"
 HOME = np.array([0.0, np.pi / 16, 0.0, -5 * np.pi / 6, 0.0, np.pi - 0.2, np.pi / 4])
@@ -163,7 +165,7 @@ def main():
         command = ["cargo", "run", "--release", "--quiet", "-p", "physics", "--example", "contact_card", "--", "--mjcf", folder]
         subprocess.run(command, cwd=ROOT, check=True)
         soft, stiff = (list(card(Path(folder), time_constant)) for time_constant in (0.02, 2 * DT))
-    with OUT.open("w") as file:
+    with whole_file(OUT) as file:
         file.write(f"# MuJoCo {mujoco.__version__}, numpy {np.__version__}; made by scripts/mujoco_contact_card.py\n")
         file.write("case;quantity;mujoco;mujoco_stiff\n")
         for (case, quantity, a), (_, _, b) in zip(soft, stiff):

@@ -15,6 +15,8 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from whole_file import whole_file
+
 ROOT = Path(__file__).resolve().parent.parent
 OUT = ROOT / "crates" / "physics" / "reference" / "wiping.csv"
 HOME = np.array([0.0, np.pi / 16, 0.0, -5 * np.pi / 6, 0.0, np.pi - 0.2, np.pi / 4])
@@ -79,7 +81,7 @@ def main():
         subprocess.run(command, cwd=ROOT, check=True)
         xml = Path(folder) / "wipe_robosuite.xml"
         rows = [[force, *press(xml, force)] for force in [5.0, 15.0, 30.0]]
-    with open(OUT, "w", newline="\n") as file:
+    with whole_file(OUT) as file:
         file.write(f"# MuJoCo {mujoco.__version__}, numpy {np.__version__}; made by scripts/mujoco_wipe_reference.py\n")
         file.write("pressed,rest_x,rest_y,rest_z,slide_x,slide_y,slide_z\n")
         for pressed, rest, slide in rows:

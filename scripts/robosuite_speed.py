@@ -21,6 +21,7 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import numpy as np
 import robosuite
 from our_speed import compare, ours
+from whole_file import whole_file
 
 
 def make(task, ignore_done=False, **settings):
@@ -73,7 +74,7 @@ def main():
     if "wipe" in tasks:
         rows.append(compare("wipe, pressing", name, lambda: theirs_pressing(arguments.steps), lambda: ours("wipe", "pressing")))
     if arguments.csv:
-        with open(arguments.csv, "w", newline="") as file:
+        with whole_file(arguments.csv) as file:
             table = csv.DictWriter(file, rows[0])
             table.writeheader()
             table.writerows(rows)

@@ -29,6 +29,7 @@ import stable_baselines3
 import torch
 from our_speed import ROOT
 from stable_baselines3.common.logger import Logger
+from whole_file import whole_file
 
 OBSERVATIONS, ACTIONS, BATCH, UPDATES = 42, 7, 128, 100
 SIZES = {"128x2": [128, 128], "256x2": [256, 256]}
@@ -117,7 +118,7 @@ def main():
         ours = least[size, "ours"]
         print(f"{size:<6} {who:<36} {value:8.3f} ms  {value / ours:5.2f} of ours")
     if arguments.csv:
-        with open(arguments.csv, "w", newline="") as file:
+        with whole_file(arguments.csv) as file:
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(COLUMNS)
             for (size, who), value in table:

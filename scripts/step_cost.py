@@ -18,6 +18,7 @@ import time
 import mujoco
 from mujoco_speed import Replay
 from our_speed import ROOT
+from whole_file import whole_file
 
 
 def ours(task, actions):
@@ -49,7 +50,7 @@ def main():
         rows.append({"task": task, "step_us": f"{mine:.1f}", "mj_step_us": f"{bare:.1f}", "share_of_mj_step": f"{bare / mine:.2f}", "rounds": arguments.rounds, "mujoco": mujoco.__version__})
         print(f"{task:>5}: ours {mine:.0f}, MuJoCo {bare:.0f}: {bare / mine:.2f} of its speed", flush=True)
     if arguments.csv:
-        with open(arguments.csv, "w", newline="") as file:
+        with whole_file(arguments.csv) as file:
             table = csv.DictWriter(file, rows[0])
             table.writeheader()
             table.writerows(rows)
