@@ -3,8 +3,9 @@
 
     python3 scripts/zoo.py [--check]
 
-`return` is that of the evaluation by which the policy was kept, mean actions, of the commit that trained it. `sha256` is that of the network's
-weights, `checkpoints/best/actor.safetensors` in the file. `--check` only says whether the index is true.
+`checkpoint` is the run's `best` policy or its `last`. `return` is that of the evaluation by which it is the best, mean actions, of the commit
+that trained it; the last has none. `sha256` is that of the network's weights, `checkpoints/CHECKPOINT/actor.safetensors` in the file. `--check` only
+says whether the index is true.
 """
 
 import argparse
@@ -20,17 +21,18 @@ RESULTS = ROOT / "results"
 
 def entry(path):
     with zipfile.ZipFile(path) as kept:
-        weights, state, manifest = (
-            kept.read(name) for name in ("checkpoints/best/actor.safetensors", "checkpoints/best/state.json", "manifest.json")
-        )
+        [checkpoint] = {name.split("/")[1] for name in kept.namelist() if name.startswith("checkpoints/")}
+        names = f"checkpoints/{checkpoint}/actor.safetensors", f"checkpoints/{checkpoint}/state.json", "manifest.json"
+        weights, state, manifest = map(kept.read, names)
     made_for = json.loads(state)["caller"]
     file = path.relative_to(RESULTS)
     return {
         "run": str(file.with_suffix("")),
         "task": made_for["task"],
         "space": made_for["space"],
+        "checkpoint": checkpoint,
         "step": made_for["step"],
-        "return": round(made_for["evaluation_return"], 1),
+        "return": round(made_for["evaluation_return"], 1) if checkpoint == "best" else None,
         "file": str(file),
         "sha256": hashlib.sha256(weights).hexdigest(),
         "commit": json.loads(manifest)["commit"],

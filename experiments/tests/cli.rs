@@ -185,7 +185,25 @@ fn a_kept_policy_plays_as_its_run() {
     let mut replay = program("replay");
     replay.args(["--actions", "3", "--run"]).arg(&run).arg("--beside").arg(&kept);
     replay.arg("--html").arg(folder.path().join("page.html")).assert().success();
-    expect(&error(program("evaluate").args(["--checkpoint", "last", "--run"]).arg(&kept), 1), &["no last checkpoint"]);
+    let asked = |which: &str, run: &Path| {
+        let mut command = program("evaluate");
+        command.args(["--episodes", "1", "--checkpoint", which, "--run"]).arg(run);
+        command
+    };
+    expect(&error(&mut asked("last", &kept), 1), &["--checkpoint last", "keeps the other one"]);
+    // The last one is kept on demand, and is what plays without being asked for.
+    let ends = folder.path().join("ends");
+    program("archive").arg(&runs).args(["--checkpoint", "last", "--out"]).arg(&ends).assert().success();
+    let end = ends.join("lift/aforce/seed_7.zip");
+    let told = |command: &mut assert_cmd::Command| {
+        String::from_utf8(command.assert().success().get_output().stdout.clone()).unwrap()
+    };
+    let is_number = |line: &&str| line.starts_with("  ") && !line.contains("--run");
+    let numbers = |text: String| text.lines().filter(is_number).map(String::from).collect::<Vec<_>>();
+    let of_end = told(program("evaluate").args(["--episodes", "1", "--run"]).arg(&end));
+    assert!(of_end.contains("last, after 2000 of 2000 actions"), "{of_end}");
+    assert_eq!(numbers(of_end), numbers(told(&mut asked("last", &run))));
+    expect(&error(&mut asked("best", &end), 1), &["--checkpoint best", "keeps the other one"]);
     let described = |config: &Path| {
         let output = program("train").arg("--describe").arg("--config").arg(config).assert().success();
         output.get_output().stdout.clone()

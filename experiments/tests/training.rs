@@ -15,7 +15,8 @@ use experiments::run::csv_writer::CsvWriter;
 use experiments::run::folder::RunFolder;
 use experiments::run::rollout::evaluate;
 use experiments::run::seeds::{sub_seed, training_evaluation_seed};
-use experiments::run::source::{Player, SourceArgs, Which};
+use experiments::run::source::{Player, SourceArgs};
+use experiments::run::which::Which;
 use tasks::{Env, Outcome};
 
 fn scaled(env: &Env) -> Vec<f32> {
@@ -83,7 +84,7 @@ fn the_best_checkpoint_plays_its_evaluation_again() {
     assert!((note["evaluation_return"].as_f64().unwrap() / best - 1.0).abs() < 1e-6);
 
     let env = EnvArgs::default();
-    let checkpoint = Which::Best;
+    let checkpoint = Some(Which::Best);
     let source = SourceArgs { run: Some(run.clone()), checkpoint, sample: false, expert: false, random: false, env };
     let Player { config, mut env, mut policy, step, .. } = source.open().unwrap();
     let again = folder.path().join("again.csv");

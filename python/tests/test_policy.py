@@ -71,6 +71,17 @@ def test_a_run_folder_and_its_archive_are_the_same_policy(tmp_path):
         Policy.load(LIFT, "last")
 
 
+def test_a_file_may_hold_the_last_policy_of_its_run(tmp_path):
+    last = tmp_path / "seed_1.zip"
+    with zipfile.ZipFile(LIFT) as best, zipfile.ZipFile(last, "w") as kept:
+        for name in best.namelist():
+            kept.writestr(name.replace("/best/", "/last/"), best.read(name))
+    observation = np.linspace(-1, 1, 42)
+    assert np.array_equal(Policy.load(last).predict(observation)[0], Policy.load(LIFT).predict(observation)[0])
+    with pytest.raises(FileNotFoundError, match="checkpoints/best.*no such checkpoint"):
+        Policy.load(last, "best")
+
+
 def test_it_is_called_as_stable_baselines3_calls_a_model():
     policy, observations = Policy.load(LIFT), np.zeros((2, 42), np.float32)
     actions, state = policy.predict(observations, state=None, episode_start=np.ones(2, bool), deterministic=True)

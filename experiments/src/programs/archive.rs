@@ -10,6 +10,7 @@ use crate::report::record::Record;
 use crate::report::summary::{RunSummary, find_runs};
 use crate::run::folder::RunFolder;
 use crate::run::kept;
+use crate::run::which::Which;
 use anyhow::{Result, ensure};
 use clap::Parser;
 use output::program;
@@ -29,6 +30,9 @@ pub struct Arguments {
     /// Where the archive lies or is to lie
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Which checkpoint of a run is kept. Where evaluations have few episodes, the best of them may be luck
+    #[arg(long, default_value = "best")]
+    checkpoint: Which,
 }
 
 /// Runs the program; its exit code.
@@ -64,7 +68,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         };
         all.sort_by_key(order);
         archive::write(&all, &folder)?;
-        keep_policies(&all, &new, &folder)?;
+        keep_policies(&all, &new, arguments.checkpoint, &folder)?;
         let (all, there) = (all.len(), there.len());
         program::result(format_args!(
             "{}: {all} runs, {} of them new, {there} known before",
@@ -76,7 +80,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
 }
 
 /// Of every group the policy of the run nearest to the median, among the runs `found` now and the one kept before.
-fn keep_policies(all: &[Record], found: &[Record], folder: &Path) -> Result<()> {
+fn keep_policies(all: &[Record], found: &[Record], which: Which, folder: &Path) -> Result<()> {
     let mut groups: BTreeMap<(String, String), Vec<(&Record, f64)>> = BTreeMap::new();
     for record in all {
         let id = RunId::of(&record.config);
@@ -104,7 +108,7 @@ fn keep_policies(all: &[Record], found: &[Record], folder: &Path) -> Result<()> 
         let nearest = available.min_by(|a, b| (a.1 - median).abs().total_cmp(&(b.1 - median).abs()));
         let Some((record, _)) = nearest else { continue };
         if let Some(new) = new(record).filter(|_| !kept(record)) {
-            archive::keep_policy(new, &place(record))?;
+            archive::keep_policy(new, which, &place(record))?;
         }
         for (other, _) in runs.iter().filter(|(other, _)| other.config.seed != record.config.seed) {
             if kept(other) {
@@ -119,7 +123,7 @@ fn keep_policies(all: &[Record], found: &[Record], folder: &Path) -> Result<()> 
 fn pack_folder(place: &Path) -> Result<()> {
     let folder = RunFolder::at(&place.with_extension(""));
     if folder.best().is_dir() && !folder.episodes().exists() {
-        kept::pack(folder.path(), place)?;
+        kept::pack(folder.path(), Which::Best, place)?;
         fs_err::remove_dir_all(folder.path())?;
     }
     Ok(())

@@ -82,7 +82,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         program::written(&[path]);
     }
     if let Some(run) = &arguments.source.run {
-        program::next("replay", &["--run", &run.to_string_lossy(), "--html", "replay.html"]);
+        let run = run.to_string_lossy();
+        let which = arguments.source.checkpoint.map(|which| ["--checkpoint", which.name()]);
+        let words = [&["--run", &run][..], which.as_ref().map_or(&[], |words| words), &["--html", "replay.html"]];
+        program::next("replay", &words.concat());
     }
     let undisturbed = if arguments.disturb.is_some() { "undisturbed episodes" } else { "episodes" };
     program::result(format_args!("{} {undisturbed}", in_words(&outcomes)));
@@ -94,14 +97,9 @@ fn introduce(arguments: &Arguments, player: &Player, episodes: usize) {
     let (source, config) = (&arguments.source, &player.config);
     let env = &config.env;
     program::say(format_args!("{:<12}{}", "policy", source.describe()));
-    if source.run.is_some() {
-        program::say(format_args!(
-            "{:<12}{}, after {} of {} actions",
-            "checkpoint",
-            source.checkpoint.name(),
-            player.step,
-            config.steps
-        ));
+    if let Some(checkpoint) = player.checkpoint {
+        let (name, step) = (checkpoint.name(), player.step);
+        program::say(format_args!("{:<12}{name}, after {step} of {} actions", "checkpoint", config.steps));
     }
     program::say(format_args!("{:<12}{} with {}, {}", "set-up", env.task.as_str(), env.space, setup::in_words(env)));
     if let Some(changed) = &player.changed {

@@ -8,7 +8,8 @@ use std::process::ExitCode;
 
 use self::pictures::Pictures;
 use crate::run::seeds::{episode_seed, evaluation_seed};
-use crate::run::source::{Player, SourceArgs, Which};
+use crate::run::source::{Player, SourceArgs};
+use crate::run::which::Which;
 use anyhow::Result;
 use clap::Parser;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -108,12 +109,13 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
             Ok(())
         })
     });
-    let beside = beside.transpose()?;
+    let beside = beside.transpose()?.map(|(playback, _)| playback);
     if arguments.sheet.is_some() {
         // A sheet ends with the task, and when that is shows only once the episode was played.
-        pictures.sheet_end = sheet::last_action(&play(arguments, &arguments.source, |_, _, _| Ok(()))?);
+        pictures.sheet_end = sheet::last_action(&play(arguments, &arguments.source, |_, _, _| Ok(()))?.0);
     }
-    let playback = play(arguments, &arguments.source, |env, step, playback| pictures.add(env, step, playback))?;
+    let (playback, checkpoint) =
+        play(arguments, &arguments.source, |env, step, playback| pictures.add(env, step, playback))?;
     pictures.finish(&playback)?;
     if let Some(stem) = arguments.plot_stem() {
         plot::write_with_png(&playback.title, &playback.traces.panels(), &stem)?;
@@ -123,7 +125,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     let episodes: Vec<Playback> = iter::once(playback).chain(beside).collect();
     if let Some(path) = &arguments.html {
-        let notes: Vec<String> = iter::once(played(&arguments.source)).chain(arguments.note.clone()).collect();
+        let notes: Vec<String> =
+            iter::once(played(&arguments.source, checkpoint)).chain(arguments.note.clone()).collect();
         page::write(path, &episodes, &notes)?;
     }
     program::written(&written);
@@ -218,16 +221,16 @@ fn tell(playback: &Playback) {
 }
 
 /// Who chooses the actions, in a sentence.
-fn played(source: &SourceArgs) -> String {
-    let which = match source.checkpoint {
+fn played(source: &SourceArgs, checkpoint: Option<Which>) -> String {
+    let which = checkpoint.map(|which| match which {
         Which::Best => "kept from the best evaluation of its training",
         Which::Last => "as its training left it",
-    };
-    match source.run {
-        Some(_) if source.sample => {
+    });
+    match which {
+        Some(which) if source.sample => {
             format!("Played: actions sampled from the policy {which}, with the noise that it explores with.")
         }
-        Some(_) => format!(
+        Some(which) => format!(
             "Played: mean actions of the policy {which}, without the noise that it explores with while it learns."
         ),
         None if source.expert => "Played: the task's script, which learned nothing.".into(),
@@ -241,16 +244,17 @@ fn without_picture_extension(path: &Path) -> PathBuf {
     if is_picture { path.with_extension("") } else { path.into() }
 }
 
-/// Plays the episode of `source`.
+/// Plays the episode of `source`. Which checkpoint of its run played, if it is one.
 fn play(
     arguments: &Arguments,
     source: &SourceArgs,
     on_step: impl FnMut(&Env, &Step, &Playback) -> Result<()>,
-) -> Result<Playback> {
-    let Player { mut env, mut policy, .. } = source.open()?;
+) -> Result<(Playback, Option<Which>)> {
+    let Player { mut env, mut policy, checkpoint, .. } = source.open()?;
     let seed = arguments.episode_seed.unwrap_or_else(|| evaluation_seed(arguments.episode));
     let actions = arguments.actions.unwrap_or(env.config().horizon);
-    Playback::play(&mut env, |env| policy.act(env), seed, actions, &source.describe(), on_step)
+    let playback = Playback::play(&mut env, |env| policy.act(env), seed, actions, &source.describe(), on_step)?;
+    Ok((playback, checkpoint))
 }
 
 #[cfg(test)]

@@ -18,6 +18,7 @@ use crate::run::csv_table::CsvTable;
 use crate::run::csv_writer::rounded;
 use crate::run::kept;
 use crate::run::manifest::Manifest;
+use crate::run::which::Which;
 
 /// The list of runs; a folder with this file is an archive.
 const RUNS: &str = "runs.jsonl.zst";
@@ -143,14 +144,15 @@ pub fn write(records: &[Record], folder: &Path) -> Result<()> {
     pack(&folder.join(RUNS), &list)
 }
 
-/// Keeps the policy of a run that stands for its group in the file `place`. The run lies in a folder, or in another archive that kept its policy.
+/// Keeps the policy of a run that stands for its group in the file `place`. The run lies in a folder, or in another archive that kept a policy
+/// of it, which is then kept here too.
 ///
 /// # Errors
 /// If the run has no such policy, or the disk does not take it.
-pub fn keep_policy(record: &Record, place: &Path) -> Result<()> {
+pub fn keep_policy(record: &Record, which: Which, place: &Path) -> Result<()> {
     fs_err::create_dir_all(place.parent().unwrap_or(Path::new("")))?;
     if record.path.is_dir() {
-        kept::pack(&record.path, place)
+        kept::pack(&record.path, which, place)
     } else {
         file::replace(place, &fs_err::read(file::with_suffix(&record.path, ".zip"))?)
     }

@@ -12,6 +12,7 @@ use crate::report::record::Record;
 use crate::report::summary::{RunSummary, label};
 use crate::report::table::Table;
 use crate::run::disturbances::UNDISTURBED;
+use crate::run::which::Which;
 
 /// A row of `robustness.csv`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -22,11 +23,14 @@ pub struct DisturbedRow {
     pub space: String,
     pub variant: String,
     pub preset: String,
+    pub checkpoint: &'static str,
     pub disturbance: String,
     pub n_seeds: usize,
     pub episodes: usize,
     pub success: f64,
     pub success_undisturbed: f64,
+    pub success_change_low: Option<f64>,
+    pub success_change_high: Option<f64>,
     pub return_mean: f64,
     pub return_undisturbed: f64,
     pub relative_loss: Option<f64>,
@@ -63,14 +67,23 @@ impl Means {
 /// The rows of a group, of those of its runs for which `evaluate --disturb` left a table; `runs` are those of `rows`.
 ///
 /// # Errors
-/// If a table cannot be read, has no undisturbed episodes or is of another policy than the run's best.
+/// If a table cannot be read, has no undisturbed episodes or is of another policy than the run's best or last, or if those of the group are not
+/// all of one kind.
 pub fn disturbed(group: &Group, runs: &[Record], rows: &[RunSummary]) -> Result<Vec<DisturbedRow>> {
     // By disturbance, in the order of the first table: undisturbed and disturbed means of every run.
     let mut cases: Vec<(String, Vec<[Means; 2]>)> = vec![];
+    // Whether each run so far was played with its best policy, and with its last.
+    let mut all = [true; 2];
     for (run, _) in runs.iter().zip(rows).filter(|(_, row)| group.has(row)) {
         let Some(played) = run.csv(Table::Disturbed)?.map(Columns::of).transpose()? else { continue };
-        is_of_its_policy(run, &played)?;
         let (tables, path) = (played.by_text("disturbance")?, run.place(Table::Disturbed));
+        let of = of_its_policies(run, &played)?;
+        all = [all[0] && of[0], all[1] && of[1]];
+        ensure!(
+            all.contains(&true),
+            "{}: of its group some runs played their best policy, others their last",
+            path.display()
+        );
         let of = |name: &str| tables.iter().find(|(case, _)| case == name).map(|(_, table)| Means::of(table));
         let undisturbed = of(UNDISTURBED).with_context(|| format!("{}: no undisturbed episodes", path.display()))??;
         for (name, table) in tables.iter().filter(|(name, _)| name != UNDISTURBED) {
@@ -84,6 +97,8 @@ pub fn disturbed(group: &Group, runs: &[Record], rows: &[RunSummary]) -> Result<
     let row = |(disturbance, pairs): (String, Vec<[Means; 2]>)| {
         let over_runs = |of: fn(&Means) -> f64| [0, 1].map(|at| mean_of(&pairs, |pair| of(&pair[at])));
         let [success_undisturbed, success] = over_runs(|m| m.success);
+        let changes: Vec<f64> = pairs.iter().map(|[without, with]| with.success - without.success).collect();
+        let change = student_interval(&changes);
         let totals = over_runs(|m| m.total);
         // Paired: the runs, and in each the starts, are the same. Of the means, as one run may have earned nothing.
         let loss = |[without, with]: [f64; 2]| (without > 0.0).then_some(1.0 - with / without);
@@ -103,11 +118,14 @@ pub fn disturbed(group: &Group, runs: &[Record], rows: &[RunSummary]) -> Result<
             space: group.space.into(),
             variant: group.variant.into(),
             preset: group.preset.into(),
+            checkpoint: if all[0] { Which::Best } else { Which::Last }.name(),
             disturbance,
             n_seeds: pairs.len(),
             episodes: pairs.iter().map(|[_, with]| with.episodes).sum(),
             success,
             success_undisturbed,
+            success_change_low: change.map(|ends| ends[0]),
+            success_change_high: change.map(|ends| ends[1]),
             return_mean: totals[1],
             return_undisturbed: totals[0],
             relative_loss,
@@ -145,8 +163,9 @@ pub fn heat_map(rows: &[DisturbedRow]) -> HeatMap {
     HeatMap { title: "Return lost, in per cent of the undisturbed return".into(), columns, rows }
 }
 
-/// A run that was taken on may have got a better policy than that which was disturbed. All are to be of one kind: the best.
-fn is_of_its_policy(run: &Record, played: &Columns) -> Result<()> {
+/// Whether a table is of the run's best policy, and whether it is of its last: one of them it has to be. A run that was taken on may have got
+/// others than those which were disturbed.
+fn of_its_policies(run: &Record, played: &Columns) -> Result<[bool; 2]> {
     let path = run.place(Table::Disturbed);
     let policies = played.by_text("policy")?;
     ensure!(
@@ -157,20 +176,22 @@ fn is_of_its_policy(run: &Record, played: &Columns) -> Result<()> {
     let played = played.values("step")?;
     let evaluations = run.evaluations("mean")?.mean_by_step("return")?;
     let better = |best: (f64, f64), next: (f64, f64)| if next.1 > best.1 { next } else { best };
-    let best = evaluations.into_iter().reduce(better).map_or(f64::NAN, |evaluation| evaluation.0);
+    let best = evaluations.iter().copied().reduce(better).map_or(f64::NAN, |evaluation| evaluation.0);
+    let last = evaluations.last().map_or(f64::NAN, |evaluation| evaluation.0);
+    let of = [best, last].map(|of| played.iter().all(|&step| step == of));
     ensure!(
-        played.iter().all(|&step| step == best),
-        "{}: not of the best policy, which is of action {best}: evaluate --disturb again, without --checkpoint last",
+        of.contains(&true),
+        "{}: neither of the best policy, which is of action {best}, nor of the last, of action {last}: evaluate --disturb again",
         path.display()
     );
-    Ok(())
+    Ok(of)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::report::groups::groups;
-    use crate::report::summary::tests::run;
+    use crate::report::summary::tests::{rewrite, run};
     use crate::run::folder::RunFolder;
 
     #[test]
@@ -201,6 +222,9 @@ mod tests {
         let [row] = found.as_slice() else { panic!("one disturbance: {found:?}") };
         assert_eq!((row.disturbance.as_str(), row.n_seeds, row.episodes), ("push", 2, 3));
         assert_eq!((row.success, row.success_undisturbed), (0.75, 1.0));
+        // Half of one run's episodes and none of the other's: -0.25, a standard error of 0.25, one degree of freedom.
+        let change = [row.success_change_low, row.success_change_high].map(Option::unwrap);
+        assert!(change.iter().zip([-1.0, 1.0]).all(|(end, side)| (end + 0.25 - side * 12.7062 * 0.25).abs() < 1e-4));
         // 500 without, 350 with; forces 0 and 10, 0 and 30.
         assert!((row.relative_loss.unwrap() - 0.3).abs() < 1e-12);
         // Losses of 50 and 100 where 0.3 of 100 and 400 would be 30 and 120: 20 and -20, a standard error of 20, one degree of freedom.
@@ -214,14 +238,27 @@ mod tests {
         let shares: Vec<_> = map.rows.iter().map(|row| (row.label.as_str(), row.shares.clone())).collect();
         assert_eq!(map.columns, ["push", "late"]);
         assert_eq!(shares, [("osc", vec![row.relative_loss, None]), ("low", vec![None, row.relative_loss])]);
+        assert_eq!(row.checkpoint, "best");
         for (row, problem) in [
             ("push,mean,6,80000", "disturbed.csv: no undisturbed episodes"),
-            ("none,mean,6,70000", "not of the best policy, which is of action 80000"),
+            ("none,mean,6,70000", "neither of the best policy, which is of action 80000"),
             ("none,sampled,6,80000", "are to be of mean actions"),
         ] {
             fs_err::write(folders[0].disturbed(), format!("{header}\n{row},true,1,1,1\n")).unwrap();
             let told = format!("{:#}", disturbed(&groups[0], &runs, &rows).unwrap_err());
             assert!(told.contains(problem), "{told}");
         }
+        // The first run's best is now earlier than its last. The second's best is its last, so that it goes with both.
+        rewrite(&folders[0].eval(), "return", |row, old| if row < 3 { "1e3".into() } else { old.into() });
+        let of_step = |folder: &RunFolder, step: u32| {
+            let row = |what: &str| format!("{what},mean,6,{step},true,1,1,1\n");
+            fs_err::write(folder.disturbed(), format!("{header}\n{}{}", row("none"), row("push"))).unwrap();
+            disturbed(&groups[0], &runs, &rows).map(|found| found[0].checkpoint)
+        };
+        assert_eq!(of_step(&folders[0], 80_000).unwrap(), "last");
+        assert_eq!(of_step(&folders[0], 10_000).unwrap(), "best");
+        rewrite(&folders[1].eval(), "return", |row, old| if row < 3 { "1e3".into() } else { old.into() });
+        let told = of_step(&folders[1], 80_000).unwrap_err().to_string();
+        assert!(told.contains("some runs played their best policy, others their last"), "{told}");
     }
 }

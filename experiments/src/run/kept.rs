@@ -8,50 +8,61 @@ use output::file;
 use zip::write::FileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
-/// What lies in it, under the names that it has in the folder.
-const FILES: [&str; 4] =
-    ["config.toml", "manifest.json", "checkpoints/best/state.json", "checkpoints/best/actor.safetensors"];
-/// What archivers may list beside it.
-const FOLDERS: [&str; 2] = ["checkpoints/", "checkpoints/best/"];
+use crate::run::which::Which;
+
 /// Longest of the files when it is unpacked (bytes).
 const LONGEST: u64 = 256 << 20;
+
+/// Folder of a checkpoint, as archivers list it.
+fn folder_of(which: Which) -> String {
+    format!("checkpoints/{}/", which.name())
+}
+
+/// What lies in the archive, under the names that it has in the run's folder.
+fn files(which: Which) -> [String; 4] {
+    let folder = folder_of(which);
+    ["config.toml".into(), "manifest.json".into(), folder.clone() + "state.json", folder + "actor.safetensors"]
+}
 
 /// Whether this is the name of a kept policy.
 pub fn is_kept(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending == "zip") && !path.is_dir()
 }
 
-/// Keeps the best policy of the run in `folder` as `archive`, in place of one that is there. The same run gives the same bytes: no file
+/// Keeps a policy of the run in `folder` as `archive`, in place of one that is there. The same run gives the same bytes: no file
 /// has a time.
 ///
 /// # Errors
 /// If the run has no such policy, or the disk does not take it.
-pub fn pack(folder: &Path, archive: &Path) -> Result<()> {
+pub fn pack(folder: &Path, which: Which, archive: &Path) -> Result<()> {
     let mut zip = ZipWriter::new(Cursor::new(vec![]));
-    for name in FILES {
+    for name in files(which) {
         let small = FileOptions::default().compression_method(CompressionMethod::Deflated).compression_level(Some(9));
-        zip.start_file(name, small.last_modified_time(DateTime::default()))?;
+        zip.start_file(&name, small.last_modified_time(DateTime::default()))?;
         zip.write_all(&fs_err::read(folder.join(name))?)?;
     }
     file::replace(archive, zip.finish()?.get_ref())
 }
 
-/// Writes the files of an archive to the folder `to`.
+/// Writes the files of an archive to the folder `to`. Returns which checkpoint it holds.
 ///
 /// # Errors
 /// If it is damaged, or has other files.
-pub fn unpack(zip: fs_err::File, to: &Path) -> Result<()> {
+pub fn unpack(zip: fs_err::File, to: &Path) -> Result<Which> {
     let mut zip = ZipArchive::new(zip)?;
-    let mut missing = FILES.to_vec();
+    let has = |which| zip.file_names().any(|name| name.starts_with(&folder_of(which)));
+    let which = if has(Which::Last) && !has(Which::Best) { Which::Last } else { Which::Best };
+    let (wanted, folders) = (files(which), ["checkpoints/".into(), folder_of(which)]);
+    let mut missing = wanted.to_vec();
     for at in 0..zip.len() {
         let mut file = zip.by_index(at)?;
         let name = file.name().to_string();
-        if FOLDERS.contains(&name.as_str()) {
+        if folders.contains(&name) {
             continue;
         }
         // No other name is written to: not one with `..` in it either.
         let Some(place) = missing.iter().position(|wanted| *wanted == name) else {
-            bail!("has {name:?}; wanted are {}, each once", FILES.join(", "))
+            bail!("has {name:?}; wanted are {}, each once", wanted.join(", "))
         };
         let path = to.join(missing.swap_remove(place));
         let mut bytes = vec![];
@@ -61,5 +72,5 @@ pub fn unpack(zip: fs_err::File, to: &Path) -> Result<()> {
         fs_err::write(path, bytes)?;
     }
     ensure!(missing.is_empty(), "has no {}", missing.join(", no "));
-    Ok(())
+    Ok(which)
 }

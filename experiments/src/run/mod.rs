@@ -23,3 +23,4 @@ pub mod stop;
 mod tables;
 pub mod tensorboard;
 pub mod train;
+pub mod which;

@@ -7,6 +7,7 @@ use tempfile::TempDir;
 
 use crate::run::folder::RunFolder;
 use crate::run::kept;
+use crate::run::which::Which;
 
 /// A run that can be played.
 pub struct Playable {
@@ -14,6 +15,8 @@ pub struct Playable {
     pub folder: RunFolder,
     /// Its configuration: a file, or an archive that has it.
     pub config: PathBuf,
+    /// Of a kept policy: which of its run's checkpoints it is.
+    pub kept: Option<Which>,
     /// Of a kept policy the archive, and where it is unpacked until this is dropped.
     unpacked: Option<(PathBuf, TempDir)>,
 }
@@ -26,13 +29,14 @@ impl Playable {
     pub fn open(path: &Path) -> Result<Self> {
         if !kept::is_kept(path) {
             let folder = RunFolder::open(path)?;
-            return Ok(Playable { config: folder.config(), folder, unpacked: None });
+            return Ok(Playable { config: folder.config(), folder, kept: None, unpacked: None });
         }
         let zip = fs_err::File::open(path)?;
         let to = tempfile::tempdir()?;
-        kept::unpack(zip, to.path())
+        let which = kept::unpack(zip, to.path())
             .with_context(|| format!("{}: not a policy that `archive` kept", path.display()))?;
-        Ok(Playable { folder: RunFolder::at(to.path()), config: path.into(), unpacked: Some((path.into(), to)) })
+        let folder = RunFolder::at(to.path());
+        Ok(Playable { folder, config: path.into(), kept: Some(which), unpacked: Some((path.into(), to)) })
     }
 
     /// An error that may name the folder to which an archive was unpacked, of which the user knows nothing.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use clap::{ArgGroup, Args, ValueEnum};
+use clap::{ArgGroup, Args};
 use output::program::bad;
 use sac::{Act, Actor, Checkpoint};
 use settings::spaces;
@@ -16,6 +16,7 @@ use crate::run::folder::RunFolder;
 use crate::run::kept;
 use crate::run::playable::Playable;
 use crate::run::rollout::Policy;
+use crate::run::which::Which;
 
 /// Whose episodes are played.
 #[derive(Debug, Clone, Args)]
@@ -25,9 +26,9 @@ pub struct SourceArgs {
     /// Folder of a run whose trained policy plays, or the .zip in which `archive` kept it
     #[arg(long, value_name = "DIR|FILE.zip", group = "who")]
     pub run: Option<PathBuf>,
-    /// Which of the run's checkpoints
-    #[arg(long, default_value = "best", conflicts_with_all = ["expert", "random"])]
-    pub checkpoint: Which,
+    /// Which of the run's checkpoints [default: best, or the one that a .zip has]
+    #[arg(long, conflicts_with_all = ["expert", "random"])]
+    pub checkpoint: Option<Which>,
     /// Sample from the policy instead of taking its mean action
     #[arg(long, conflicts_with_all = ["expert", "random"])]
     pub sample: bool,
@@ -42,25 +43,6 @@ pub struct SourceArgs {
     pub env: EnvArgs,
 }
 
-/// The two checkpoints of a run.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum Which {
-    /// Of the best evaluation
-    Best,
-    /// The last one
-    Last,
-}
-
-impl Which {
-    /// Its folder.
-    pub fn name(self) -> &'static str {
-        match self {
-            Which::Best => "best",
-            Which::Last => "last",
-        }
-    }
-}
-
 /// Who plays, and where.
 pub struct Player {
     /// Environment and learner.
@@ -69,6 +51,8 @@ pub struct Player {
     pub env: Env,
     /// Who chooses the actions.
     pub policy: Policy,
+    /// Which checkpoint of a run it is.
+    pub checkpoint: Option<Which>,
     /// Training actions that the policy has seen.
     pub step: u64,
     /// The first setting that is not as it was in training, in words.
@@ -124,22 +108,26 @@ impl SourceArgs {
             let config = self.env.resolve()?;
             let env = Env::new(config.env.clone(), 0)?;
             let policy = if self.expert { Policy::Expert } else { Policy::random(config.seed) };
-            return Ok(Player { config, env, policy, step: 0, changed: None });
+            return Ok(Player { config, env, policy, checkpoint: None, step: 0, changed: None });
         };
         let run = Playable::open(path)?;
         let config = on_top_of(&run.config, &self.env)?;
-        let checkpoint = match self.checkpoint {
+        let which = self.checkpoint.or(run.kept).unwrap_or(Which::Best);
+        let checkpoint = match which {
             Which::Best => run.folder.best(),
             Which::Last => run.folder.checkpoint(),
         };
         let at = path.display();
-        match self.checkpoint {
+        match which {
+            _ if run.kept.is_some_and(|kept| kept != which) => {
+                bail!("{at}: --checkpoint {}: it keeps the other one", which.name())
+            }
             Which::Best if !Checkpoint::exists(&checkpoint) => bail!(
                 "{at}: no best checkpoint: a run under way has one from its first evaluation on (before: --checkpoint last), \
                  and of the runs in results/ those that results/README.md lists"
             ),
             Which::Last if !Checkpoint::exists(&checkpoint) => {
-                bail!("{at}: no last checkpoint, which finished runs in results/ do not keep: try --checkpoint best")
+                bail!("{at}: no last checkpoint: a run has one from its first save on")
             }
             _ => {}
         }
@@ -147,7 +135,7 @@ impl SourceArgs {
         let (actor, record) =
             Actor::load(&checkpoint, env.observation_components().len(), env.action_dim(), config.seed)
                 .map_err(|error| run.named(error.into()))?;
-        let at = || path.join("checkpoints").join(self.checkpoint.name()).display().to_string();
+        let at = || path.join("checkpoints").join(which.name()).display().to_string();
         let record: CheckpointRecord = serde_json::from_value(record)
             .with_context(|| format!("{}: does not say what it was trained for", at()))?;
         record.belongs_to(&RunId::of(&config)).with_context(at)?;
@@ -157,7 +145,7 @@ impl SourceArgs {
             scaled: config.learner.scaled_observations,
         };
         let changed = RunConfig::resolve(Some(&run.config), &[])?.difference(&config);
-        Ok(Player { config, env, policy, step: record.step, changed })
+        Ok(Player { config, env, policy, checkpoint: Some(which), step: record.step, changed })
     }
 }
 

@@ -38,14 +38,17 @@ class Policy:
         self.task, self.space, self.step, self.scaled, self.config = task, space, step, scaled, config
 
     @classmethod
-    def load(cls, run: File, checkpoint: str = "best") -> "Policy":
-        """The policy of a run folder: of its best evaluation, or its last. Or of the .zip in which `archive` kept the best."""
+    def load(cls, run: File, checkpoint: str | None = None) -> "Policy":
+        """The policy of a run folder: of its "best" evaluation, unless its "last" one is asked for. Or of the .zip in which `archive` kept
+        one of the two."""
         run = Path(run)
         if run.suffix != ".zip":
-            return cls._read(run, checkpoint, run / "config.toml")
+            return cls._read(run, checkpoint or "best", run / "config.toml")
         try:
             with zipfile.ZipFile(run) as kept:
-                return cls._read(zipfile.Path(kept), checkpoint, run)
+                files = zipfile.Path(kept)
+                there = "last" if (files / "checkpoints" / "last").is_dir() else "best"
+                return cls._read(files, checkpoint or there, run)
         except (zipfile.BadZipFile, zlib.error) as error:
             raise ValueError(f"{run}: no zip archive, or a damaged one: {error}") from None
 

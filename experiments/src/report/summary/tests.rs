@@ -111,7 +111,7 @@ fn a_run_is_summed_up() {
 }
 
 /// The cells of a column anew, by the row's number from 1 on and what was there.
-fn rewrite(table: &Path, column: &str, cell: impl Fn(usize, &str) -> String) {
+pub fn rewrite(table: &Path, column: &str, cell: impl Fn(usize, &str) -> String) {
     let CsvTable { headers, rows, .. } = CsvTable::read(table).unwrap();
     let at = headers.iter().position(|name| name == column).unwrap();
     let mut writer = csv::Writer::from_path(table).unwrap();
