@@ -24,6 +24,7 @@ from robosuite_meter import Meter
 
 # Of `env.controller` in a run's configuration, what robosuite sets itself.
 RATES = ("policy_hz", "control_hz")
+TASKS = ("lift", "door", "wipe")
 
 
 class Here:
@@ -98,6 +99,8 @@ def play(policy, simulator, start, actions):
 
 def complaint(policy):
     """Why robosuite cannot show a policy what it was trained with; None if it can."""
+    if policy.task not in TASKS:
+        return f"the task is {policy.task}; wanted are {', '.join(TASKS)}, which robosuite has too"
     env = policy.make().unwrapped.describe()["env"]
     if env["disturbance"]:
         return f"env.disturbance = {env['disturbance']}: robosuite has no disturbances"
@@ -110,20 +113,21 @@ def complaint(policy):
     return None
 
 
-def rows(run, starts, actions):
-    policy = aforce.Policy.load(run)
+def rows(run, checkpoint, starts, actions):
+    policy = aforce.Policy.load(run, checkpoint)
     experiment, task, label, seed = run.resolve().with_suffix("").parts[-4:]
     space, _, variant = label.partition(",")
     for simulator in (Robosuite(policy), Here(policy)):
         for start in starts:
             who = {"experiment": experiment, "task": task, "space": space, "variant": variant, "seed": seed.removeprefix("seed_")}
-            what = {"checkpoint": "best", "step": policy.step, "simulator": simulator.name, "start": start}
+            what = {"checkpoint": policy.checkpoint, "step": policy.step, "simulator": simulator.name, "start": start}
             yield who | what | play(policy, simulator, start, actions)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("runs", type=Path, nargs="+", metavar="RUN", help="a run folder, or the .zip of a policy that is kept in results")
+    parser.add_argument("--checkpoint", choices=("best", "last"), help="of a run folder: best, unless given; a .zip has one")
     parser.add_argument("--episodes", type=int, default=2, help="of each policy in each simulator")
     parser.add_argument("--start", type=int, default=50_000, help="seed of the first episode's start, from which others count on")
     parser.add_argument("--actions", type=int, default=HORIZON, help=f"in an episode, {HORIZON} at most")
@@ -137,7 +141,7 @@ def main():
         parser.error(f"{arguments.out} exists: it is not overwritten")
     for run in arguments.runs:
         try:
-            reason = complaint(aforce.Policy.load(run))
+            reason = complaint(aforce.Policy.load(run, arguments.checkpoint))
         except (OSError, ValueError) as error:
             reason = error
         if reason:
@@ -146,7 +150,7 @@ def main():
     with arguments.out.open("x", newline="") as file:
         writer = None
         for run in arguments.runs:
-            for row in rows(run, starts, arguments.actions):
+            for row in rows(run, arguments.checkpoint, starts, arguments.actions):
                 writer = writer or csv.DictWriter(file, row, lineterminator="\n")
                 if file.tell() == 0:
                     writer.writeheader()

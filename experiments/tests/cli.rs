@@ -211,6 +211,12 @@ fn a_kept_policy_plays_as_its_run() {
     assert_eq!(described(&run.join("config.toml")), described(&kept));
 
     assert!(archive(&archived, &copied) == bytes, "from one archive to another");
+    let mut last = program("archive");
+    last.args(["--checkpoint", "last"]).arg(&archived).arg("--out").arg(folder.path().join("no"));
+    expect(&error(&mut last, 1), &["seed_7.zip", "--checkpoint last", "keeps the other one"]);
+    // In place of the best one, if the run is there; who asks for none finds the last one as it was.
+    program("archive").arg(&runs).args(["--checkpoint", "last", "--out"]).arg(&copied).assert().success();
+    assert!(archive(&runs, &copied) == std::fs::read(&end).unwrap());
     // Earlier programs kept a folder.
     let old = archived.join("lift/aforce/seed_7");
     ZipArchive::new(Cursor::new(&bytes)).unwrap().extract(&old).unwrap();

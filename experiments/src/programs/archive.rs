@@ -30,9 +30,10 @@ pub struct Arguments {
     /// Where the archive lies or is to lie
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Which checkpoint of a run is kept. Where evaluations have few episodes, the best of them may be luck
-    #[arg(long, default_value = "best")]
-    checkpoint: Which,
+    /// Which checkpoint of a run is kept, also in place of the other one: best, unless given. Where evaluations have few episodes, the best of
+    /// them may be luck
+    #[arg(long)]
+    checkpoint: Option<Which>,
 }
 
 /// Runs the program; its exit code.
@@ -80,7 +81,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
 }
 
 /// Of every group the policy of the run nearest to the median, among the runs `found` now and the one kept before.
-fn keep_policies(all: &[Record], found: &[Record], which: Which, folder: &Path) -> Result<()> {
+fn keep_policies(all: &[Record], found: &[Record], which: Option<Which>, folder: &Path) -> Result<()> {
     let mut groups: BTreeMap<(String, String), Vec<(&Record, f64)>> = BTreeMap::new();
     for record in all {
         let id = RunId::of(&record.config);
@@ -107,7 +108,9 @@ fn keep_policies(all: &[Record], found: &[Record], which: Which, folder: &Path) 
         let available = runs.iter().filter(|(record, _)| new(record).is_some() || kept(record));
         let nearest = available.min_by(|a, b| (a.1 - median).abs().total_cmp(&(b.1 - median).abs()));
         let Some((record, _)) = nearest else { continue };
-        if let Some(new) = new(record).filter(|_| !kept(record)) {
+        if let Some(new) = new(record)
+            && (!kept(record) || which.is_some_and(|which| !kept::holds(&place(record), which)))
+        {
             archive::keep_policy(new, which, &place(record))?;
         }
         for (other, _) in runs.iter().filter(|(other, _)| other.config.seed != record.config.seed) {

@@ -144,18 +144,22 @@ pub fn write(records: &[Record], folder: &Path) -> Result<()> {
     pack(&folder.join(RUNS), &list)
 }
 
-/// Keeps the policy of a run that stands for its group in the file `place`. The run lies in a folder, or in another archive that kept a policy
-/// of it, which is then kept here too.
+/// Keeps the policy of a run that stands for its group in the file `place`: the best one, unless `which` is given. The run lies in a folder, or
+/// in another archive that kept a policy of it, which is then kept here too.
 ///
 /// # Errors
 /// If the run has no such policy, or the disk does not take it.
-pub fn keep_policy(record: &Record, which: Which, place: &Path) -> Result<()> {
+pub fn keep_policy(record: &Record, which: Option<Which>, place: &Path) -> Result<()> {
     fs_err::create_dir_all(place.parent().unwrap_or(Path::new("")))?;
     if record.path.is_dir() {
-        kept::pack(&record.path, which, place)
-    } else {
-        file::replace(place, &fs_err::read(file::with_suffix(&record.path, ".zip"))?)
+        return kept::pack(&record.path, which.unwrap_or(Which::Best), place);
     }
+    let there = file::with_suffix(&record.path, ".zip");
+    let policy = fs_err::read(&there)?;
+    if let Some(which) = which {
+        ensure!(kept::holds(&there, which), "{}: --checkpoint {}: it keeps the other one", there.display(), which.name());
+    }
+    file::replace(place, &policy)
 }
 
 /// With the columns that tell the run, after `schema`, and fractions of so many `digits`.

@@ -44,14 +44,25 @@ pub fn pack(folder: &Path, which: Which, archive: &Path) -> Result<()> {
     file::replace(archive, zip.finish()?.get_ref())
 }
 
+/// Whether `archive` is one of that checkpoint; a damaged one is of none.
+pub fn holds(archive: &Path, which: Which) -> bool {
+    let zip = fs_err::File::open(archive).ok().and_then(|file| ZipArchive::new(file).ok());
+    zip.is_some_and(|zip| held(&zip) == which)
+}
+
+/// Which checkpoint is in an archive.
+fn held(zip: &ZipArchive<fs_err::File>) -> Which {
+    let has = |which| zip.file_names().any(|name| name.starts_with(&folder_of(which)));
+    if has(Which::Last) && !has(Which::Best) { Which::Last } else { Which::Best }
+}
+
 /// Writes the files of an archive to the folder `to`. Returns which checkpoint it holds.
 ///
 /// # Errors
 /// If it is damaged, or has other files.
 pub fn unpack(zip: fs_err::File, to: &Path) -> Result<Which> {
     let mut zip = ZipArchive::new(zip)?;
-    let has = |which| zip.file_names().any(|name| name.starts_with(&folder_of(which)));
-    let which = if has(Which::Last) && !has(Which::Best) { Which::Last } else { Which::Best };
+    let which = held(&zip);
     let (wanted, folders) = (files(which), ["checkpoints/".into(), folder_of(which)]);
     let mut missing = wanted.to_vec();
     for at in 0..zip.len() {

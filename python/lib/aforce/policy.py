@@ -19,6 +19,7 @@ class Policy:
     """A trained policy: `Policy.load("runs/mine/lift/aforce/seed_1")`.
 
     task, space, step  what it was trained for, and after how many actions it was kept
+    checkpoint         "best" or "last": which of its run's policies it is
     scaled             whether it expects scaled observations
     config             path of its run's config.toml, or of the .zip that has it
     """
@@ -31,11 +32,13 @@ class Policy:
         task: str,
         space: str,
         step: int,
+        checkpoint: str,
         scaled: bool,
         config: Path,
     ) -> None:
         self._layers, self._log_std_range = layers, log_std_range
-        self.task, self.space, self.step, self.scaled, self.config = task, space, step, scaled, config
+        self.task, self.space, self.step, self.checkpoint = task, space, step, checkpoint
+        self.scaled, self.config = scaled, config
 
     @classmethod
     def load(cls, run: File, checkpoint: str | None = None) -> "Policy":
@@ -81,6 +84,7 @@ class Policy:
             task=made_for["task"],
             space=made_for["space"],
             step=made_for["step"],
+            checkpoint=checkpoint,
             scaled=learner["scaled_observations"],
             config=config,
         )

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Which lines of the law and of a host's checks the tests of the crate `aforce` run: results/coverage.csv.
 
-    python3 scripts/coverage.py
+    python3 scripts/law_coverage.py
 
 Needs `cargo install cargo-llvm-cov` and `rustup component add llvm-tools`. A region is a piece of code without a branch, as LLVM counts them:
 each side of a branch is one. Unit tests are among the lines. Tests of other packages run more; they are not counted.
