@@ -55,7 +55,9 @@ def standard(package):
 
 
 def main():
-    (target,) = sys.argv[1:]
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    target = sys.argv[1]
     users = {}
     lines = ["What is linked into this package, and under which licence.", ""]
     for package in linked():

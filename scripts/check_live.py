@@ -29,6 +29,7 @@ from pathlib import Path
 
 from PIL import Image
 from playwright.sync_api import sync_playwright
+from whole_file import whole_file
 
 SIZES = [(1280, 800), (390, 844)]
 # Each task, and a space in which its script does it.
@@ -283,7 +284,7 @@ def measure(browser, address, file):
         rows.append([task, *(f"{v:.2f}" for v in paces + shares)])
         print(dict(zip(names, rows[-1])))
         live.close()
-    with open(file, "w", newline="") as out:
+    with whole_file(file) as out:
         writer = csv.writer(out, lineterminator="\n")
         writer.writerow(names)
         writer.writerows(rows)

@@ -165,6 +165,8 @@ def check_gallery(browser, path):
 
 
 def main():
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
     program = sys.argv[1]
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         browser = playwright.chromium.launch(
@@ -174,8 +176,8 @@ def main():
         for task in ACTIONS:
             check_task(program, browser, Path(folder), task)
         check_controls(program, browser, Path(folder))
-        for task in ACTIONS:
-            check_gallery(browser, GALLERY / f"{task}.html")
+        for page in sorted(GALLERY.glob("*.html")):
+            check_gallery(browser, page)
 
 
 main()

@@ -117,6 +117,8 @@ def layout(names, episodes):
 
 
 def main():
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
     page, recording = sys.argv[1:]
     episodes = read(page)
     names = [f"{index + 1}: {episode['title']}" for index, episode in enumerate(episodes)]

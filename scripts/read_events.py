@@ -11,6 +11,8 @@ import sys
 
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
+if len(sys.argv) != 2:
+    sys.exit(__doc__)
 events = EventAccumulator(sys.argv[1], size_guidance={"tensors": 0, "scalars": 0})
 events.Reload()
 tags = events.Tags()["scalars"]

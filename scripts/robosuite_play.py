@@ -21,6 +21,7 @@ import aforce
 import aforce.robosuite
 import numpy as np
 from robosuite_meter import Meter
+from whole_file import whole_file
 
 # Of `env.controller` in a run's configuration, what robosuite sets itself.
 RATES = ("policy_hz", "control_hz")
@@ -147,7 +148,7 @@ def main():
         if reason:
             parser.error(f"{run}: {reason}")
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    with arguments.out.open("x", newline="") as file:
+    with whole_file(arguments.out) as file:
         writer = None
         for run in arguments.runs:
             for row in rows(run, arguments.checkpoint, starts, arguments.actions):
@@ -155,7 +156,6 @@ def main():
                 if file.tell() == 0:
                     writer.writeheader()
                 writer.writerow(row)
-            file.flush()
 
 
 if __name__ == "__main__":

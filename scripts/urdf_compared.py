@@ -15,6 +15,7 @@ MuJoCo 3.2.7 is too old: it turns the frames of inertia of a UR10e wrongly, and 
 """
 
 import csv
+import importlib.metadata
 import io
 import re
 import subprocess
@@ -243,6 +244,8 @@ def compare(text, base, tool):
 
 
 def main():
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
     if len(sys.argv) > 2:
         file, tool, base = [*sys.argv[1:], ""][:3]
         row, good = compare(Path(file).read_text(), base, tool)
@@ -251,7 +254,7 @@ def main():
         return not good
     clones, bad = Path(sys.argv[1]), []
     text = io.StringIO()
-    versions = f"pinocchio {pinocchio.__version__}, mujoco {mujoco.__version__}, xacro 2.1.1"
+    versions = f"pinocchio {pinocchio.__version__}, mujoco {mujoco.__version__}, xacro {importlib.metadata.version('xacro')}"
     text.write(f"# {versions}; made by scripts/urdf_compared.py\n")
     rows = csv.DictWriter(text, COLUMNS, lineterminator="\n")
     rows.writeheader()

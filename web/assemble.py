@@ -7,11 +7,14 @@ Look and viewer are the replay page's: its style, and of its script what draws t
 """
 
 import gzip
+import json
+import re
 import sys
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 REPLAY = HERE.parent / "crates/show/assets/replay.html"
+PALETTE = HERE.parent / "crates/show/src/palette.rs"
 LARGEST = 5_000_000
 
 
@@ -27,6 +30,14 @@ def between(text, first, last):
     return text[once(text, first) : once(text, last)]
 
 
+def colors():
+    """Of each action space."""
+    found = dict(re.findall(r'\("([a-z0-9-]+)", "(#[0-9a-f]{6})"\)', PALETTE.read_text()))
+    if "aforce" not in found:
+        sys.exit(f"{PALETTE}: no colours of action spaces")
+    return json.dumps(found)
+
+
 def main():
     if len(sys.argv) != 3:
         sys.exit(__doc__)
@@ -36,7 +47,7 @@ def main():
         "style": between(replay, ":root {\n  color-scheme", "</style>"),
         "viewer": between(replay, "// ---- Vectors and matrices", "// ---- Curves"),
         "before": between(replay, "const byId", "// Base64 of little-endian f32.") + (HERE / "page/before.js").read_text(),
-        "after": (HERE / "page/after.js").read_text(),
+        "after": (HERE / "page/after.js").read_text().replace("const COLORS = {};", f"const COLORS = {colors()};"),
     }
     # A machine that draws slowly draws fewer points; see `detail` in after.js. All draw fewer corners than a page of recorded episodes.
     for found, wanted in [

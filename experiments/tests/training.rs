@@ -303,6 +303,28 @@ fn a_run_killed_before_its_first_checkpoint_begins_anew() {
     assert_same(&run, &run_folder(&whole), &["episodes.csv", "eval.csv", last]);
 }
 
+/// A slow run saves itself by the clock: few actions in its tables do not mean that it had no checkpoint.
+#[test]
+fn a_slow_run_without_its_checkpoint_is_not_begun_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    train(folder.path()).assert().success();
+    let run = run_folder(folder.path());
+    std::fs::remove_file(run.join("DONE")).unwrap();
+    std::fs::remove_dir_all(run.join("checkpoints")).unwrap();
+    let [episodes, progress] = ["episodes.csv", "progress.csv"].map(|name| run.join(name));
+    let text = std::fs::read_to_string(&episodes).unwrap();
+    std::fs::write(&episodes, text.lines().take(4).collect::<Vec<_>>().join("\n") + "\n").unwrap();
+    let header = std::fs::read_to_string(&progress).unwrap().lines().next().unwrap().to_string();
+    let cell = |name: &str| match name {
+        "step" => "300",
+        "wall_s" => "900",
+        _ => "",
+    };
+    std::fs::write(&progress, format!("{header}\n{}\n", header.split(',').map(cell).collect::<Vec<_>>().join(",")))
+        .unwrap();
+    expect(&error(train(folder.path()).arg("--resume"), 1), &["checkpoints/last", "300 actions"]);
+}
+
 /// A run whose learner breaks says so, and where.
 #[test]
 fn a_failed_run_says_so_in_its_manifest() {

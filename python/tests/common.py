@@ -11,7 +11,7 @@ import numpy as np
 import aforce  # noqa: F401, registers the environments
 
 ROOT = Path(__file__).resolve().parents[2]
-TASKS = ("Lift", "Door", "Wipe")
+TASKS = ("Lift", "Door", "Wipe", "Insert")
 
 
 def make(task="Lift", /, **keywords):

@@ -9,6 +9,8 @@ import pytest
 from common import make
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
+import aforce
+
 
 def vector(count=3, task="Lift", **keywords):
     return gym.make_vec(f"aforce/{task}-v0", num_envs=count, **keywords)
@@ -122,3 +124,13 @@ def test_the_action_of_an_environment_that_begins_does_not_count():
     envs.step(np.zeros((3, 7)))
     _, rewards, *_ = envs.step(np.full((3, 7), np.nan))
     assert rewards.tolist() == [0, 0, 0]
+
+
+def test_it_is_made_of_a_single_environments_spec():
+    single = gym.make("aforce/Lift-v0", horizon=20)
+    vectors = gym.make_vec(single.spec, num_envs=2), gym.make_vec(single.spec, num_envs=2, vectorization_mode="sync")
+    a, b = (envs.reset(seed=1)[0] for envs in vectors)
+    assert np.array_equal(a, b)
+    for keyword, value in [("max_episode_steps", 21), ("threads", 0), ("threads", 1.5), ("num_envs", 0)]:
+        with pytest.raises(ValueError, match=f"{keyword} = {value} is not allowed"):
+            aforce.VectorEnv("lift", **{"num_envs": 2, "horizon": 20} | {keyword: value})

@@ -115,7 +115,7 @@ function showChoices() {
   byId("first").textContent = setup.player === "hold"
     ? "Pull the hand sideways with the mouse and feel the answer. Then switch the space from high to aforce, and pull again."
     : "Try first: choose the player \"nobody\" and the space high, pull the hand sideways with the mouse, then switch to aforce.";
-  document.body.style.setProperty("--run0", COLORS[setup.space.replace(/-force$/, "")] ?? "#5b6470");
+  document.body.style.setProperty("--run0", COLORS[setup.space] ?? "#5b6470");
   const panel = byId("sliders");
   panel.replaceChildren();
   for (const [name, label, unit, factor, low, high, step] of SLIDERS)
@@ -131,8 +131,8 @@ function showChoices() {
   }
 }
 
-const COLORS = { aforce: "#0072b2", variable: "#d55e00", osc: "#009e73", low: "#cc79a7", mid: "#b07aa1", high: "#8b4513",
-  "aforce-psi": "#332288", "aforce-shaped": "#4477aa", "robosuite-variable": "#aa3322", "robosuite-osc": "#117733" };
+// Of each action space, as in every figure: assemble.py takes them from crates/show/src/palette.rs.
+const COLORS = {};
 
 // Numbers that change while the episode runs: those of the space, and the delay. Any other setting begins it again.
 function tune(wanted) {

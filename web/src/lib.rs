@@ -1,7 +1,8 @@
-//! Environment, law and kept policies behind three functions, for a page in a browser.
+//! Environment, law and kept policies behind four functions, for a page in a browser.
 //!
-//! The page writes a question in JSON where [`room`] says, calls [`ask`] with its length, and reads the answer, of the length that came
-//! back, where [`answer`] says. No tool stands between: the functions take and give numbers alone, and import nothing.
+//! The page asks [`room`] for as many bytes as its question in JSON has, and writes it there. [`ask`] answers and returns the answer's length;
+//! [`answer`] says where it lies. After a trap [`last_words`] tells what the program said. No tool stands between: the functions take and give
+//! numbers alone, and import nothing.
 
 pub mod bits;
 #[cfg(any(test, not(target_env = "gnu")))]

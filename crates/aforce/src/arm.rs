@@ -127,12 +127,13 @@ impl Arm {
             within(&format!("range (joint {}, lower end)", joint + 1), low, -100.0..=100.0)?;
             within(&format!("range (joint {}, upper end)", joint + 1), high, low..=100.0)?;
         }
-        for (name, values) in
-            [("speed_max", self.speed_max), ("torque_max", self.torque_max), ("torque_rate_max", self.torque_rate_max)]
-        {
+        for (name, values) in [("speed_max", self.speed_max), ("torque_max", self.torque_max)] {
             for (joint, value) in values.into_iter().enumerate() {
                 positive(&format!("{name} (joint {})", joint + 1), value)?;
             }
+        }
+        for (joint, value) in self.torque_rate_max.into_iter().enumerate() {
+            within(&format!("torque_rate_max (joint {})", joint + 1), value, f64::MIN_POSITIVE..=f64::INFINITY)?;
         }
         for (joint, value) in self.rotor_inertia.into_iter().enumerate() {
             not_negative(&format!("rotor_inertia (joint {})", joint + 1), value)?;

@@ -93,7 +93,7 @@ pub(crate) fn positive(field: &str, value: f64) -> Result<(), ConfigError> {
     if value > 0.0 && value.is_finite() {
         return Ok(());
     }
-    Err(out_of_range(field, value, "above 0".to_owned()))
+    Err(out_of_range(field, value, finite(value, "above 0")))
 }
 
 /// `value` must be finite and not negative.
@@ -101,7 +101,12 @@ pub(crate) fn not_negative(field: &str, value: f64) -> Result<(), ConfigError> {
     if value >= 0.0 && value.is_finite() {
         return Ok(());
     }
-    Err(out_of_range(field, value, "0 or above".to_owned()))
+    Err(out_of_range(field, value, finite(value, "0 or above")))
+}
+
+/// What is `allowed` in place of `value`, which may be within it but for being infinite.
+fn finite(value: f64, allowed: &str) -> String {
+    if value == f64::INFINITY { format!("{allowed}, and finite") } else { allowed.to_owned() }
 }
 
 fn out_of_range(field: &str, value: f64, allowed: String) -> ConfigError {

@@ -13,6 +13,9 @@ use serde::Serialize;
 use tempfile::NamedTempFile;
 
 /// Writes a file; whoever looks meanwhile sees the old one, and so does who looks after a power loss.
+///
+/// # Errors
+/// If `path` is a folder or no file, its folder is missing, or the disk does not take it.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
     let mut file = unfinished(path)?;
     file.write_all(bytes).with_context(|| path.display().to_string())?;
@@ -20,6 +23,9 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
 }
 
 /// Gives a file its name, in place of the one that has it, once the disk has its bytes.
+///
+/// # Errors
+/// As [`replace`].
 pub fn finish(file: NamedTempFile, path: &Path) -> Result<()> {
     let path = &behind_links(path)?;
     file.as_file().sync_all().with_context(|| path.display().to_string())?;
@@ -28,6 +34,9 @@ pub fn finish(file: NamedTempFile, path: &Path) -> Result<()> {
 }
 
 /// Gives a file its name, which no other may have, once the disk has its bytes.
+///
+/// # Errors
+/// If there is a file of this name, which stays as it is, or the disk does not take it.
 pub fn finish_new(file: NamedTempFile, path: &Path) -> Result<()> {
     file.as_file().sync_all().with_context(|| path.display().to_string())?;
     file.persist_noclobber(path).with_context(|| format!("{}: nothing was overwritten", path.display()))?;
@@ -44,8 +53,27 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Writes a CSV table, its header from the names of the rows' fields; what is no finite number leaves its cell empty.
+/// Writes a CSV table, its header from the names of the rows' fields; what is no finite number leaves its cell empty. Without rows the file is
+/// empty too.
+///
+/// # Errors
+/// As [`replace`], or if a row is not one of numbers and words.
 pub fn write_table(path: &Path, rows: &[impl Serialize]) -> Result<()> {
+    replace(path, &table(rows)?)
+}
+
+/// As [`write_table`], but of a name that no other file may have.
+///
+/// # Errors
+/// As [`write_table`], or if there is a file of this name, which stays as it is.
+pub fn write_new_table(path: &Path, rows: &[impl Serialize]) -> Result<()> {
+    let mut file = unfinished(path)?;
+    file.write_all(&table(rows)?).with_context(|| path.display().to_string())?;
+    finish_new(file, path)
+}
+
+/// The text of a CSV table.
+fn table(rows: &[impl Serialize]) -> Result<Vec<u8>> {
     let mut table = csv::Writer::from_writer(vec![]);
     for row in rows {
         table.serialize(row)?;
@@ -56,10 +84,13 @@ pub fn write_table(path: &Path, rows: &[impl Serialize]) -> Result<()> {
         table
             .write_record(record?.iter().map(|cell| if matches!(cell, "NaN" | "inf" | "-inf") { "" } else { cell }))?;
     }
-    replace(path, &table.into_inner()?)
+    Ok(table.into_inner()?)
 }
 
 /// Makes the folder of a file that is to come; fails now if the file could not be written then.
+///
+/// # Errors
+/// As [`replace`], or if the folder cannot be made.
 pub fn prepare(path: &Path) -> Result<()> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder)?;
@@ -68,6 +99,9 @@ pub fn prepare(path: &Path) -> Result<()> {
 }
 
 /// A file that is to have this name once it is complete: beside it, with a name of its own, gone when it is dropped.
+///
+/// # Errors
+/// As [`replace`].
 pub fn unfinished(path: &Path) -> Result<NamedTempFile> {
     let path = &behind_links(path)?;
     let name = path.file_name().with_context(|| format!("{} is a folder", path.display()))?;
@@ -79,6 +113,9 @@ pub fn unfinished(path: &Path) -> Result<NamedTempFile> {
 }
 
 /// The one spelling of where a file lies or is to lie, in a folder that is there.
+///
+/// # Errors
+/// If that is a folder, no file, or in a folder that is missing.
 pub fn place(path: &Path) -> Result<PathBuf> {
     let path = behind_links(path)?;
     let name = path.file_name().with_context(|| format!("{} is a folder", path.display()))?;

@@ -57,8 +57,8 @@ pub fn iqm_interval(values: &[f64]) -> [f64; 2] {
     stratified_iqm_interval(&[values])
 }
 
-/// The interquartile mean of the values of all `groups`, and its interval, where each group is redrawn by itself: of runs of several
-/// tasks, the aggregate of Agarwal et al. 2021.
+/// The interval of the interquartile mean of the values of all `groups`, where each group is redrawn by itself: of runs of several tasks, the
+/// aggregate of Agarwal et al. 2021.
 pub fn stratified_iqm_interval(groups: &[&[f64]]) -> [f64; 2] {
     // A sample redrawn from sorted values is sorted once it is known how often each was drawn.
     let all: Vec<f64> = groups.concat();

@@ -56,11 +56,21 @@ impl Scene {
             }
             body.check().map_err(wrong)?;
             if joint.is_some() {
-                let is_arm = body.geoms.iter().any(|geom| geom.role.is_on_arm());
+                let is_arm = self.is_arm_joint(index);
                 if is_arm && object_moves {
                     return Err(wrong("an arm's joints have to stand before those of all objects".into()));
                 }
                 object_moves |= !is_arm && body.geoms.iter().any(|geom| geom.role == Role::Object);
+                let is_link = (1..=7).any(|number| body.name == format!("link{number}"));
+                let stop = match &body.joint {
+                    Joint::Hinge(axis) | Joint::Slide(axis) => Some(axis.stop),
+                    Joint::Free | Joint::Fixed => None,
+                };
+                if stop == Some(Stop::Constraint) && !is_link {
+                    return Err(wrong(
+                        "its end stop is a constraint, which the arm's links alone may have; take a spring".into(),
+                    ));
+                }
             }
             self.check_matter(index).map_err(wrong)?;
         }

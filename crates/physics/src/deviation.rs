@@ -56,7 +56,7 @@ impl Change {
             }
             Change::JointFriction(name) => scene.axis_mut(name).friction *= value,
             Change::JointDamping(name) => scene.axis_mut(name).damping *= value,
-            Change::JointSpring(name) => scene.axis_mut(name).spring += value,
+            Change::JointSpring(name) => scene.axis_mut(name).add_spring(value),
         }
     }
 }
@@ -105,17 +105,30 @@ impl Deviation {
                 Joint::Hinge(axis) if axis.name == "hinge" => {
                     axis.damping *= self.hinge_damping;
                     axis.friction *= self.hinge_damping;
-                    // Two springs are one, at rest where their efforts cancel.
-                    let spring = axis.spring + self.hinge_spring;
-                    if spring > 0.0 {
-                        axis.rest *= axis.spring / spring;
-                    }
-                    axis.spring = spring;
+                    axis.add_spring(self.hinge_spring);
                 }
                 _ => {}
             }
         }
         self.own.iter().for_each(|(change, value)| change.apply(*value, &mut scene));
         scene
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robots::RobotName;
+    use crate::scenes::door;
+
+    /// The added spring alone would rest at zero: the two together rest where their efforts cancel.
+    #[test]
+    fn a_spring_is_added_at_rest_at_zero() {
+        let (mut scene, _) = door::scene(&RobotName::Robosuite.robot(), &door::root(door::MIDDLE));
+        let hinge = scene.axis_mut("hinge");
+        (hinge.spring, hinge.rest) = (10.0, 0.3);
+        Change::JointSpring("hinge").apply(10.0, &mut scene);
+        let hinge = scene.axis_mut("hinge");
+        assert_eq!((hinge.spring, hinge.rest), (20.0, 0.15));
     }
 }

@@ -175,7 +175,7 @@ impl Engine {
         let handle = self.world.insert_multibody_joint(anchor, child, joint).expect("scenes are trees");
         self.bodies[index] = Some(child);
         let direction = axis.direction.into_inner();
-        let is_arm = body.geoms.iter().any(|geom| geom.role.is_on_arm());
+        let is_arm = scene.is_arm_joint(index);
         self.joints.push(EngineJoint { handle, child, parent, coordinate, direction, is_arm });
         self.axes.push(axis.clone());
     }
@@ -190,8 +190,12 @@ impl Engine {
             let (multibody, _) = multibody_joints.get_mut(joint.handle).expect("inserted above");
             multibody.forward_kinematics(bodies, true);
             multibody.update_rigid_bodies(bodies, true);
-            // The arm meets itself, as its roles say; a door does not meet its handle.
-            multibody.set_self_contacts_enabled(joint.is_arm);
+            multibody.set_self_contacts_enabled(false);
+        }
+        // The arm meets itself, as its roles say; a door does not meet its handle. A joint without a shape may be the arm's last.
+        for joint in self.joints.iter().filter(|joint| joint.is_arm) {
+            let (multibody, _) = multibody_joints.get_mut(joint.handle).expect("inserted above");
+            multibody.set_self_contacts_enabled(true);
         }
         // Dry friction comes with the efforts.
         for (joint, axis) in self.joints.iter().zip(&self.axes) {

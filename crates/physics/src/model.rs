@@ -50,9 +50,15 @@ impl Model {
     /// changes the inertia of link 7 by at most 0.6 %.
     ///
     /// # Panics
-    /// If the scene has no bodies link1 to link7, `tool` is not on the arm, or one of links 1 to 6 has no axis.
+    /// If the scene has no bodies link1 to link7, `tool` is not on the arm, one of links 1 to 6 has no hinge, or link 7 has neither a hinge
+    /// nor a fixed joint.
     pub fn new(scene: &Scene, tool: usize, offset: [f64; 3]) -> Self {
         let links: [usize; 7] = std::array::from_fn(|i| scene.body(&format!("link{}", i + 1)));
+        for (number, &link) in (1..).zip(&links) {
+            let joint = &scene.bodies[link].joint;
+            let fits = matches!(joint, Joint::Hinge(_)) || number == 7 && matches!(joint, Joint::Fixed);
+            assert!(fits, "link{number} has {joint:?}; a hinge is wanted, and link 7 may be fixed");
+        }
         let mut inertials = [Inertial::NONE; 7];
         for (index, body) in scene.bodies.iter().enumerate() {
             if let Some((link, pose)) = carrier(scene, index, &links) {

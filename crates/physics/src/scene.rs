@@ -217,6 +217,15 @@ impl Axis {
     pub fn spring_effort(&self, q: f64) -> f64 {
         -self.spring * (q - self.rest)
     }
+
+    /// Adds a spring of this `stiffness` (Nm/rad or N/m), at rest at zero. Two springs are one, at rest where their efforts cancel.
+    pub(crate) fn add_spring(&mut self, stiffness: f64) {
+        let spring = self.spring + stiffness;
+        if spring > 0.0 {
+            self.rest *= self.spring / spring;
+        }
+        self.spring = spring;
+    }
 }
 
 impl Scene {
@@ -291,6 +300,17 @@ impl Scene {
             (Joint::Fixed, None) => (None, body.pose),
             _ => (Some(index), Pose::identity()),
         }
+    }
+
+    /// Whether the moving body `index`, or what is welded to it, has a shape of the arm or its tool.
+    pub(crate) fn is_arm_joint(&self, index: usize) -> bool {
+        let welded = |&(i, _): &(usize, &Body)| self.moving_root(i).0 == Some(index);
+        self.bodies
+            .iter()
+            .enumerate()
+            .filter(welded)
+            .flat_map(|(_, body)| &body.geoms)
+            .any(|geom| geom.role.is_on_arm())
     }
 
     /// Mass properties of the moving body `index` with everything welded to it.

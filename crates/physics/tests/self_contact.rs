@@ -4,6 +4,7 @@ use aforce::{JointVector, Vector3};
 use physics::robots::RobotName;
 use physics::robots::panda::HOME;
 use physics::scenes::lift::Lift;
+use physics::scenes::wipe::{TABLE_FRICTION, TABLE_HEIGHT, Wipe};
 use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
 fn simulation() -> Simulation {
@@ -50,6 +51,21 @@ fn the_arm_does_not_pass_through_itself() {
         assert!(contact.touching_itself && contact.arm_touches() && contact.arm_force() > 100.0);
         assert!(deepest < 1e-3 && short > 0.1, "{deepest} m deep, {short} rad short");
     }
+}
+
+/// A last link without a shape of its own, with a tool without joints on it, does not make the links pass through each other.
+#[test]
+fn an_arm_whose_last_link_has_no_shape_meets_itself_too() {
+    let mut robot = RobotName::Robosuite.robot();
+    robot.links[6].geoms.clear();
+    let plant = Plant { robot, dt: 0.002, config: SimulationConfig::default(), deviation: Deviation::default() };
+    let (mut simulation, _) = Wipe::simulate(&plant, TABLE_HEIGHT, TABLE_FRICTION);
+    simulation.reset(&HOME.into());
+    let touches = (0..2000).any(|_| {
+        drive(&mut simulation, &OVERLAPPING[2].into());
+        simulation.contact().touching_itself
+    });
+    assert!(touches);
 }
 
 /// On its way to where nothing is in the way it does not meet itself.

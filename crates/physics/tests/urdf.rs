@@ -1,5 +1,5 @@
-//! The FR3 written as a URDF, with joints about any axis, reads back as the FR3. `scripts/urdf_mujoco.py` holds the same way
-//! against MuJoCo: it loads the URDF itself and the MJCF that is exported of what was read.
+//! The FR3 written as a URDF, with joints about any axis, reads back as the FR3. `scripts/urdf_compared.py` holds what is read
+//! against Pinocchio and MuJoCo, which read the same file.
 
 use std::fmt::Write;
 

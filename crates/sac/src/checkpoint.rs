@@ -80,7 +80,7 @@ impl Checkpoint {
     /// leaves the old or the new one, whole.
     ///
     /// To go on with the same bits, save between episodes: after the last step of one and before [`Sac::begin_episode`] of the next. Pink
-    /// noise of a running episode is not kept. A policy to be played can be saved at any time.
+    /// noise and a nudge of a running episode are not kept. A policy to be played can be saved at any time.
     ///
     /// # Errors
     ///
@@ -122,7 +122,7 @@ impl Checkpoint {
     /// # Errors
     ///
     /// [`Error::Io`] or [`Error::Checkpoint`], in one line that names the file and says what is wrong: missing, damaged, made for
-    /// other sizes, or with other settings.
+    /// other sizes, or with other settings. [`Error::Config`] if this process or processor cannot have the kernels that `config` asks for.
     pub fn load(folder: &Path, config: &Config, sizes: impl Into<Sizes>) -> Result<Self, Error> {
         let sizes = sizes.into();
         whole(folder, |folder| Self::read(folder, config, sizes))

@@ -47,7 +47,7 @@ pub struct Config {
     #[serde(default)]
     pub pink_noise: f64,
     /// Share of the episodes, each drawn at its start, in which now and then one entry of a sampled action keeps an end of its range for
-    /// two seconds, and the policy commands the others.
+    /// 40 actions (two seconds at 20 Hz), and the policy commands the others.
     #[serde(default)]
     pub nudges: f64,
     /// Weight of the entropy at the start, in units of reward.

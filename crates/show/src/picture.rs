@@ -10,6 +10,9 @@ use physics::camera::Image;
 use tempfile::NamedTempFile;
 
 /// Writes the picture as an 8-bit RGB PNG.
+///
+/// # Errors
+/// If the disk does not take the file.
 pub fn write_png(image: &Image, path: &Path) -> Result<()> {
     let describe = || format!("cannot encode {}", path.display());
     let mut bytes = Vec::new();
@@ -33,6 +36,9 @@ pub struct GifWriter {
 
 impl GifWriter {
     /// Starts a film of `width` x `height` pixels. Browsers slow down above 50 frames per second.
+    ///
+    /// # Errors
+    /// If the disk does not take the file.
     pub fn create(path: &Path, width: usize, height: usize, frames_per_second: f64) -> Result<Self> {
         let name = path.display();
         ensure!(
@@ -51,6 +57,9 @@ impl GifWriter {
     }
 
     /// Appends a frame.
+    ///
+    /// # Errors
+    /// If the disk does not take the file.
     pub fn push(&mut self, image: &Image) -> Result<()> {
         let fits = (image.width, image.height) == (self.shown.width, self.shown.height)
             && image.rgb.len() == 3 * image.width * image.height;
@@ -103,6 +112,9 @@ impl GifWriter {
     }
 
     /// Completes the file and gives it its name.
+    ///
+    /// # Errors
+    /// If the disk does not take the file.
     pub fn finish(self) -> Result<()> {
         ensure!(self.frames > 0, "{}: no frames", self.path.display());
         let cannot = || format!("cannot finish {}", self.path.display());

@@ -38,6 +38,8 @@ pub struct Playback {
     pub rate: f64,
     /// Sum of the rewards so far.
     pub total: f64,
+    /// Whether the episode has come to its end.
+    pub over: bool,
     /// Shapes and poses.
     pub recording: Recording,
     /// Curves.
@@ -68,21 +70,23 @@ impl Playback {
     /// Takes in what an `action` led to; `observation` is the one before it.
     pub fn add(&mut self, env: &Env, observation: &[f32], action: &[f64], step: &Step) {
         self.total += step.reward;
+        self.over = step.terminated || step.truncated;
         self.recording.add(env, step);
         self.traces.add(env, step);
         self.inputs.add(env, observation, action);
         self.episode.add(*step);
     }
 
-    /// The episode of `env` is over; `who` says who played.
+    /// No more of the episode of `env` is played; `who` says who played.
     pub fn end(&mut self, env: &Env, who: &str) {
         let outcome = self.episode.outcome();
         let limit = env.config().force_penalty.limit;
         self.who = who.into();
-        self.story = story(env.task().achievement(), &outcome, self.traces.time(), limit);
+        let part = if self.over { "the end" } else { "the end of this part" };
+        self.story = story(env.task().achievement(), &outcome, self.traces.time(), limit, part);
         let [energy, actions] = ["energy_per_action_j", "length"].map(|name| outcome.number(name).unwrap_or(f64::NAN));
-        let total = self.total;
-        self.detail = format!("the whole episode: return {total:.1} in {actions} actions, {energy:.2} J per action");
+        let (total, what) = (self.total, if self.over { "the whole episode" } else { "a part of the episode" });
+        self.detail = format!("{what}: return {total:.1} in {actions} actions, {energy:.2} J per action");
     }
 
     /// Plays the first `actions` of an episode from `seed`, `act` choosing them in [-1, 1]^n; `who` says who that is.
@@ -105,7 +109,7 @@ impl Playback {
             let step = env.step(&action);
             playback.add(env, &observation, &action, &step);
             on_step(env, &step, &playback)?;
-            if step.terminated || step.truncated {
+            if playback.over {
                 break;
             }
         }
@@ -185,7 +189,7 @@ fn where_stiffness_comes_from(space: &ActionSpace) -> &'static str {
 
 /// What happened: when and with which part of the arm the task was fulfilled, what that cost, whether it lasted, and what
 /// went wrong. `limit` is the force from which the penalty counts (N), `time` how long it all took (s).
-fn story(achievement: &str, outcome: &Outcome, time: f64, limit: f64) -> String {
+fn story(achievement: &str, outcome: &Outcome, time: f64, limit: f64, end: &str) -> String {
     let to_success = ["time_to_success_s", "energy_to_success_j", "max_force_to_success_n"];
     let mut text = match to_success.map(|name| outcome.number(name)) {
         [Some(first), Some(energy), Some(force)] => {
@@ -195,12 +199,11 @@ fn story(achievement: &str, outcome: &Outcome, time: f64, limit: f64) -> String 
                 Some(share) if share < 0.1 => " with the forearm",
                 Some(_) => " with hand and forearm",
             };
-            let lasts =
-                if outcome.flag("success") { "it is still done at the end" } else { "it is not done at the end" };
+            let lasts = if outcome.flag("success") { "it is still done" } else { "it is not done" };
             let mut rest = achievement.chars();
             let first_letter = rest.next().map(|letter| letter.to_uppercase().to_string()).unwrap_or_default();
             let cost = format!("for {energy:.0} J and with at most {force:.0} N");
-            format!("{first_letter}{} at {first:.2} s{with}, {cost}; {lasts}.", rest.as_str())
+            format!("{first_letter}{} at {first:.2} s{with}, {cost}; {lasts} at {end}.", rest.as_str())
         }
         _ => format!("Never {achievement} in {time:.1} s."),
     };
@@ -231,16 +234,16 @@ mod tests {
             ("penalised_steps", Cell::Count(7)),
         ]);
         assert_eq!(
-            story("opens the door", &opened, 25.0, 60.0),
+            story("opens the door", &opened, 25.0, 60.0, "the end"),
             "Opens the door at 1.10 s with the forearm, for 170 J and with at most 180 N; it is still done at the end. \
              7 actions pressed with more than 60 N."
         );
         let pressed = Outcome::default().with(&[("penalised_steps", Cell::Count(1))]);
         let words = "Never lifts the cube in 2.5 s. 1 action pressed with more than 60 N.";
-        assert_eq!(story("lifts the cube", &pressed, 2.5, 60.0), words);
+        assert_eq!(story("lifts the cube", &pressed, 2.5, 60.0, "the end"), words);
         let diverged = Outcome::default().with(&[("diverged", Cell::Flag(true))]);
         assert_eq!(
-            story("lifts the cube", &diverged, 2.5, 60.0),
+            story("lifts the cube", &diverged, 2.5, 60.0, "the end"),
             "Never lifts the cube in 2.5 s. The simulation diverged."
         );
     }

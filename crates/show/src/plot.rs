@@ -91,17 +91,26 @@ const LABEL_SIZE: u32 = 15;
 const LINE_WIDTH: f64 = 1.8;
 
 /// Writes `PATH.svg`: a title, the panels in rows of two or three, one legend below them if any panel has several curves.
+///
+/// # Errors
+/// If the disk does not take the file.
 pub fn write(title: &str, panels: &[Panel], path_without_extension: &Path) -> Result<()> {
     write_svg(title, panels, &file::with_suffix(path_without_extension, ".svg")).map(drop)
 }
 
 /// Writes `PATH.svg`: ratios beside a line at one.
+///
+/// # Errors
+/// If the disk does not take the file.
 pub fn write_forest(forest: &Forest, path_without_extension: &Path) -> Result<()> {
     ensure!(!forest.ratios.is_empty(), "no ratios to draw in {}", path_without_extension.display());
     file::replace(&file::with_suffix(path_without_extension, ".svg"), svg(&forest::draw(forest)).as_bytes())
 }
 
 /// Writes `PATH.svg`: shares as colours and numbers.
+///
+/// # Errors
+/// If the disk does not take the file.
 pub fn write_heat_map(map: &HeatMap, path_without_extension: &Path) -> Result<()> {
     ensure!(!map.rows.is_empty(), "no shares to draw in {}", path_without_extension.display());
     file::replace(&file::with_suffix(path_without_extension, ".svg"), svg(&heat_map::draw(map)).as_bytes())
@@ -113,6 +122,9 @@ pub fn files(path_without_extension: &Path) -> [PathBuf; 2] {
 }
 
 /// Writes `PATH.svg` as [`write()`] does, and the same picture as `PATH.png`.
+///
+/// # Errors
+/// If the disk does not take the file.
 pub fn write_with_png(title: &str, panels: &[Panel], path_without_extension: &Path) -> Result<()> {
     let [svg_path, png_path] = files(path_without_extension);
     let scene = write_svg(title, panels, &svg_path)?;

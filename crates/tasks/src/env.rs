@@ -79,7 +79,8 @@ impl Env {
     /// # Errors
     /// As [`Env::with_task`].
     pub fn new(config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
-        Env::with_task(config.create_task()?, config, seed)
+        config.validate()?;
+        Env::begin_with(config.create_task()?, config, seed)
     }
 
     /// As [`Env::new`], with a task that need not be registered: `config.task` says no more than which disturbances it may have.
@@ -91,8 +92,13 @@ impl Env {
     /// # Panics
     /// If the task observes more numbers at one time than at another, names the terms of its reward otherwise, or one of them is no
     /// finite number; so for [`Env::reset`] and [`Env::step`].
-    pub fn with_task(mut task: Box<dyn Task>, config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
+    pub fn with_task(task: Box<dyn Task>, config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
         config.validate()?;
+        Env::begin_with(task, config, seed)
+    }
+
+    /// Of a configuration that has been checked.
+    fn begin_with(mut task: Box<dyn Task>, config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
         let robot = config.robot.robot();
         let controller = Controller::new(&config.space, &config.controller, &robot.arm, Vector3::z_axis())?;
         let drawn = config.disturbance.draw(0, config.task);

@@ -95,10 +95,11 @@ impl EnvConfig {
         within("env.force_penalty.limit", limit, 0.0..=1e6)?;
         within("env.force_penalty.weight", weight, 0.0..=1e3)?;
         within("env.motion_price", self.motion_price, 0.0..=1e3)?;
-        self.task.kind().check(self)?;
+        // The robot before the task, whose check may move it.
         if let RobotChoice::Own(robot) = &self.robot {
             robot.validate().map_err(|error| error.below("env.robot"))?;
         }
+        self.task.kind().check(self)?;
         self.protection.validate().map_err(|error| error.below("env"))?;
         self.observation.validate().map_err(|error| error.below("env"))?;
         self.disturbance.validate(self.task).map_err(|error| error.below("env"))?;

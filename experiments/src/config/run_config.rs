@@ -1,5 +1,5 @@
 //! The complete configuration of a run, and how it comes together: the preset, then a
-//! TOML file, then `--space` and `--setup`, then `--set key=value`, then the other flags; the last wins.
+//! TOML file, then `--robot`, `--space` and `--setup`, then `--set key=value`, then the other flags; the last wins.
 
 use std::collections::BTreeSet;
 use std::path::Path;

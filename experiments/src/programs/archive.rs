@@ -103,15 +103,21 @@ fn keep_policies(all: &[Record], found: &[Record], which: Option<Which>, folder:
         let is_it = |new: &&Record, record: &Record| {
             RunId::of(&new.config) == RunId::of(&record.config) && made_by(new) == made_by(record)
         };
-        let new = |record: &Record| found.iter().find(|new| is_it(new, record));
+        let new = |record: &Record| found.iter().find(|new| is_it(new, record) && archive::has_policy(new, which));
         let kept = |record: &Record| place(record).is_file();
         let available = runs.iter().filter(|(record, _)| new(record).is_some() || kept(record));
         let nearest = available.min_by(|a, b| (a.1 - median).abs().total_cmp(&(b.1 - median).abs()));
         let Some((record, _)) = nearest else { continue };
-        if let Some(new) = new(record)
-            && (!kept(record) || which.is_some_and(|which| !kept::holds(&place(record), which)))
-        {
-            archive::keep_policy(new, which, &place(record))?;
+        let holds = |which: Which| kept::holds(&place(record), which);
+        match new(record) {
+            Some(new) if !kept(record) || which.is_some_and(|which| !holds(which)) => {
+                archive::keep_policy(new, which, &place(record))?;
+            }
+            None if which.is_some_and(|which| !holds(which)) => program::tell(format_args!(
+                "{}: keeps the other policy of its run, which is not below the folder that was named",
+                place(record).display()
+            )),
+            _ => {}
         }
         for (other, _) in runs.iter().filter(|(other, _)| other.config.seed != record.config.seed) {
             if kept(other) {

@@ -12,7 +12,7 @@ use crate::run::rollout::Policy;
 use crate::run::rows::SCHEMA;
 use crate::run::seeds::evaluation_seed;
 use aforce::ActionSpace;
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use clap::{Parser, ValueEnum};
 use output::file;
 use output::program::{self, bad};
@@ -101,6 +101,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     };
     let picture = arguments.plot.as_ref().map(|path| plot::files(path)[0].clone());
     [Some(&arguments.out), picture.as_ref()].into_iter().flatten().try_for_each(|path| file::prepare(path))?;
+    // Every scene that there will be, before the first episode is played.
+    for config in &setups {
+        Env::new(config.env.clone(), 0).with_context(|| RunId::of(config).to_string())?;
+    }
     let rows = output::parallel::map(&setups, |config| {
         let row = play(config, arguments.policy, arguments.episodes)?;
         program::say(format_args!(
@@ -113,7 +117,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         Ok::<_, anyhow::Error>(row)
     })?;
     let diverged: f64 = rows.iter().map(|row| row.number("diverged_episodes")).sum();
-    file::write_table(&arguments.out, &rows)?;
+    file::write_new_table(&arguments.out, &rows)?;
     if let Some(path) = &arguments.plot {
         plot::write(&format!("{} actions", rows[0].policy), &panels(&rows), path)?;
     }

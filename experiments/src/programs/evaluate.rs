@@ -6,13 +6,13 @@ use std::process::ExitCode;
 use crate::config::RunId;
 use crate::run::csv_writer::CsvWriter;
 use crate::run::disturbances::{self, Case};
-use crate::run::rollout::evaluate;
+use crate::run::rollout::{evaluate, mean_of_column};
 use crate::run::rows::{CaseKey, EvaluationKey};
 use crate::run::seeds::{episode_seed, evaluation_seed};
 use crate::run::source::{Player, SourceArgs};
 use anyhow::{Context, Result, ensure};
 use clap::Parser;
-use output::statistics::{deviation, mean, mean_of, quantile, range};
+use output::statistics::{deviation, mean, quantile, range};
 use output::{file, program};
 use settings::setup;
 use tasks::columns::COLUMNS;
@@ -124,7 +124,7 @@ fn play(
 
 /// Return and success.
 fn in_words(outcomes: &[Outcome]) -> String {
-    let mean = |name: &str| mean_of(outcomes, |outcome| outcome.number(name).unwrap_or(f64::NAN));
+    let mean = |name: &str| mean_of_column(outcomes, name);
     let (total, success) = (mean("return"), 100.0 * mean("success"));
     format!("return {total:.1}, success {success:.0} %: means over {}", outcomes.len())
 }
@@ -154,7 +154,6 @@ fn compare(
             undisturbed = outcomes.clone();
         }
         let known = |outcome: &Outcome, name: &str| outcome.number(name).unwrap_or(f64::NAN);
-        let mean_of_column = |name: &str| mean_of(&outcomes, |o| known(o, name));
         let change = |name: &str| {
             let pairs = outcomes.iter().zip(&undisturbed);
             let changes: Vec<f64> = pairs.map(|(o, u)| known(o, name) - known(u, name)).collect();
@@ -165,9 +164,9 @@ fn compare(
         program::say(format_args!(
             "  {:<28} {:>7.2} {:>7.2} {:>8.1} {:>18} {:>18} {:>18}",
             case.name,
-            mean_of_column("success"),
-            mean_of_column("success_held"),
-            mean_of_column("return"),
+            mean_of_column(&outcomes, "success"),
+            mean_of_column(&outcomes, "success_held"),
+            mean_of_column(&outcomes, "return"),
             change("return"),
             change("energy_per_action_j"),
             change("arm_max_contact_force_n"),
@@ -187,11 +186,13 @@ fn print(outcomes: &[Outcome]) {
             program::say(format_args!("  {name:<32} {:>10}", "none"));
             continue;
         }
-        let (mean, spread) = (mean(&values), if values.len() > 1 { deviation(&values) } else { 0.0 });
+        let mean = mean(&values);
+        // Of one value there is no deviation.
+        let spread = if values.len() > 1 { format!("+- {:<9.3}", deviation(&values)) } else { String::new() };
         let [low, high] = range(&values);
         let [median, most] = [0.5, 0.9].map(|share| quantile(&values, share));
         program::say(format_args!(
-            "  {name:<32} {mean:10.3} +- {spread:<9.3} {median:10.3} {most:10.3}  {low:10.3} .. {high:.3}"
+            "  {name:<32} {mean:10.3} {spread:<12} {median:10.3} {most:10.3}  {low:10.3} .. {high:.3}"
         ));
     }
 }

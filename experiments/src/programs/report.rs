@@ -32,13 +32,14 @@ use show::plot;
 /// Writes runs.csv (a row per run), summary.csv (each metric over seeds), comparison.csv (every space against aforce),
 /// tournament.csv (what each run reached after 3, 6, 12 and 24 minutes of CPU time, where its tables tell that time),
 /// reached.csv (actions until an evaluation returns 450, with runs that never come there), profiles.csv (the share of runs above each return),
-/// aggregates.csv (interquartile means over the tasks of a space), robustness.csv (what disturbances cost, where `evaluate --disturb` left a disturbed.csv in the folders of runs),
+/// aggregates.csv (interquartile means over the tasks of a space), robustness.csv (what disturbances cost, where `evaluate --disturb` left a disturbed.csv in the folders of runs) with a picture of it, with
+/// --hypotheses verdicts.csv and pooled.csv (hypotheses judged one by one, and over experiments that ask the same),
 /// and, in the folder of each experiment, tables.md (the paper's table of each task, beside what others published), curves_TASK
 /// (learning curves, at most four spaces in a figure); and NAME from every NAME.j2 in these folders: text
 /// that people wrote, with figures from the tables. Where the folder has an energy_ratio.toml, energy_ratio.csv and a plot of
-/// it are the ratios of energy that it asks for. Runs are compared within the folder that holds their tasks: an
+/// it are the ratios of energy that it asks for; where it has a derived.toml, so are the tables that it asks for. Runs are compared within the folder that holds their tasks: an
 /// experiment. A sweep that is still going on is reported as far as it has come. A finished run that cannot be read is left
-/// out and named, and the exit code is 3. Curves of Stable-Baselines3 are read as well, from a folder TASK/SPACE,LEARNER/seed_N with an
+/// out and named, as is a disturbed.csv, and the exit code is 3. Curves of Stable-Baselines3 are read as well, from a folder TASK/SPACE,LEARNER/seed_N with an
 /// evaluations.npz and perhaps a monitor.csv.
 #[derive(Parser)]
 #[command(name = "report", version = output::VERSION, after_help = "Example: report runs/table-1")]
@@ -91,16 +92,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     report.table("profiles.csv", &profiles(&groups))?;
     report.table("reached.csv", &reached(&groups))?;
     report.table("energy_ratio.csv", &ratios)?;
-    if !robustness.is_empty() {
-        let picture = out.join("robustness");
-        plot::write_heat_map(&heat_map(&robustness), &picture)?;
-        report.written.push(picture.with_extension("svg"));
-    }
-    if !ratios.is_empty() {
-        let picture = out.join("energy_ratio");
-        plot::write_forest(&forest, &picture)?;
-        report.written.push(picture.with_extension("svg"));
-    }
+    report.picture("robustness", !robustness.is_empty(), |path| plot::write_heat_map(&heat_map(&robustness), path))?;
+    report.picture("energy_ratio", !ratios.is_empty(), |path| plot::write_forest(&forest, path))?;
     let sections = sections(&groups);
     report.experiments(&found, &groups, &sections, &comparison)?;
     for wanted in derived::find(root)? {
@@ -231,6 +224,19 @@ impl<'a> Report<'a> {
                 file::write_table(&table, rows)?;
                 self.written.push(table);
             }
+        }
+        Ok(())
+    }
+
+    /// The picture of a table, drawn if that has rows; as with tables, an earlier one would speak of other runs.
+    fn picture(&mut self, name: &str, has_rows: bool, draw: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
+        let path = self.out.join(name);
+        let picture = path.with_extension("svg");
+        if has_rows {
+            draw(&path)?;
+            self.written.push(picture);
+        } else if picture.exists() {
+            fs_err::remove_file(picture)?;
         }
         Ok(())
     }

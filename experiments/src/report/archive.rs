@@ -5,7 +5,7 @@
 //! polars read them. Fractions have four digits in `episodes.csv.zst` and five in the others.
 
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
 use output::file;
@@ -154,12 +154,18 @@ pub fn keep_policy(record: &Record, which: Option<Which>, place: &Path) -> Resul
     if record.path.is_dir() {
         return kept::pack(&record.path, which.unwrap_or(Which::Best), place);
     }
-    let there = file::with_suffix(&record.path, ".zip");
-    let policy = fs_err::read(&there)?;
-    if let Some(which) = which {
-        ensure!(kept::holds(&there, which), "{}: --checkpoint {}: it keeps the other one", there.display(), which.name());
-    }
-    file::replace(place, &policy)
+    file::replace(place, &fs_err::read(kept_with(record))?)
+}
+
+/// Whether a policy of the run can be kept: the run's folder is there, or another archive kept the one that is asked for.
+pub fn has_policy(record: &Record, which: Option<Which>) -> bool {
+    let there = kept_with(record);
+    record.path.is_dir() || there.is_file() && which.is_none_or(|which| kept::holds(&there, which))
+}
+
+/// Where the archive that a run was read from keeps its policy, if it does.
+fn kept_with(record: &Record) -> PathBuf {
+    file::with_suffix(&record.path, ".zip")
 }
 
 /// With the columns that tell the run, after `schema`, and fractions of so many `digits`.

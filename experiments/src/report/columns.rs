@@ -65,7 +65,7 @@ impl Columns {
     /// [`COLUMNS`] was there.
     ///
     /// # Errors
-    /// If there is no such column, or a cell of it is no finite number; so for every method.
+    /// If there is no such column, or a cell of it is no finite number.
     pub fn values(&self, column: &str) -> Result<Vec<f64>> {
         let number = |(row, cell): (usize, &str)| match number(cell) {
             Some(value) => Ok(value),
@@ -81,12 +81,18 @@ impl Columns {
     }
 
     /// Pairs of step and value, where there is one.
+    ///
+    /// # Errors
+    /// As [`Columns::values`].
     pub fn points(&self, column: &str) -> Result<Vec<(f64, f64)>> {
         let points = self.values("step")?.into_iter().zip(self.values(column)?);
         Ok(points.filter(|point| !point.1.is_nan()).collect())
     }
 
     /// Mean of `window` rows at the step of the last of them, from the first full window on (of all rows if they are fewer).
+    ///
+    /// # Errors
+    /// As [`Columns::values`].
     pub fn running_mean(&self, column: &str, window: usize) -> Result<Vec<(f64, f64)>> {
         let points = self.points(column)?;
         let windows = points.windows(window.min(points.len()).max(1));
@@ -94,11 +100,17 @@ impl Columns {
     }
 
     /// Mean of the rows of each step.
+    ///
+    /// # Errors
+    /// As [`Columns::values`].
     pub fn mean_by_step(&self, column: &str) -> Result<Vec<(f64, f64)>> {
         Ok(by_step(self.points(column)?))
     }
 
     /// The rows after `step`.
+    ///
+    /// # Errors
+    /// As [`Columns::values`].
     pub fn after(mut self, step: f64) -> Result<Self> {
         let mut late = self.values("step")?.into_iter().map(|at| at > step);
         self.0.rows.retain(|_| late.next().expect("one per row"));
@@ -106,23 +118,35 @@ impl Columns {
     }
 
     /// Mean of the rows that have a number there; NaN if none has.
+    ///
+    /// # Errors
+    /// As [`Columns::values`].
     pub fn mean(&self, column: &str) -> Result<f64> {
         Ok(mean_of(&self.points(column)?, |point| point.1))
     }
 
     /// What a `share` of the rows that have a number there does not exceed; NaN if none has.
+    ///
+    /// # Errors
+    /// As [`Columns::values`].
     pub fn quantile(&self, column: &str, share: f64) -> Result<f64> {
         let values: Vec<f64> = self.points(column)?.into_iter().map(|point| point.1).collect();
         Ok(quantile(&values, share))
     }
 
     /// The share of the episodes in which a real arm would have stopped itself; NaN if the tables do not know.
+    ///
+    /// # Errors
+    /// As [`Columns::values`].
     pub fn stopped_share(&self) -> Result<f64> {
         let known = self.points("success_before_stop")?.len();
         Ok(if known == 0 { f64::NAN } else { self.points("stop_time_s")?.len() as f64 / known as f64 })
     }
 
     /// Mean of the largest force (N) while the task stands fulfilled, over the rows in which it does.
+    ///
+    /// # Errors
+    /// As [`Columns::values`].
     pub fn fulfilled_max_force(&self) -> Result<f64> {
         let times = self.values("fulfilled_time_s")?.into_iter();
         let forces = times.zip(self.values("fulfilled_max_force_n")?).filter(|(time, _)| *time > 0.0);
@@ -130,6 +154,9 @@ impl Columns {
     }
 
     /// The share of the rows with the task fulfilled for the whole last second and first fulfilled with the hand.
+    ///
+    /// # Errors
+    /// As [`Columns::values`].
     pub fn success_by_hand(&self) -> Result<f64> {
         let held = self.points("success_held")?.into_iter();
         let rows: Vec<_> = held.zip(self.points("success_without_hand")?).collect();

@@ -200,9 +200,7 @@ fn sides(
         experiments.insert(run.experiment.as_str());
         presets.insert(run.preset.as_str());
         let id = format!("{} {label} {}", run.task, run.seed);
-        // Without its end.csv a run was not played, which is no failure.
-        let played = !metric.starts_with("end_") || !numbers["end_success"].is_null();
-        let value = numbers[metric].as_f64().or(worst(metric).filter(|_| played));
+        let value = numbers[metric].as_f64().or(worst(metric, numbers));
         sides[side].values.push(value.ok_or_else(|| format!("{id} has no {metric}: its tables do not tell it"))?);
         if !seeds.insert((side, run.seed)) {
             return Err(format!("two runs of {id}: name the experiment"));
@@ -247,12 +245,17 @@ pub(crate) fn label_of(space: &str, meant: &[&RunSummary]) -> Result<String, Str
     }
 }
 
-/// The value that counts for a run without a number in `metric`, because its task was never fulfilled: infinitely much time, energy or
-/// force, or the lowest of all shares. `None` for a metric that every run has.
-fn worst(metric: &str) -> Option<f64> {
-    let endless = ["_to_success_", "_to_450", "_fulfilled_"].iter().any(|part| metric.contains(part));
-    let share = metric.ends_with("_to_success");
-    endless.then_some(f64::INFINITY).or(share.then_some(f64::NEG_INFINITY))
+/// The value that counts for the run of these `numbers`, which lacks one in `metric` because its task was never fulfilled: infinitely much
+/// time, energy or force, or the lowest of all shares. `None` if the run may have come there all the same, as its tables do not tell.
+fn worst(metric: &str, numbers: &Value) -> Option<f64> {
+    if metric.ends_with("_to_450") {
+        return numbers["steps_to_450"].is_null().then_some(f64::INFINITY);
+    }
+    let (policy, _) = metric.split_once('_')?;
+    let is_share = metric.ends_with("_to_success");
+    let waits = is_share || ["_to_success_", "_fulfilled_"].iter().any(|part| metric.contains(part));
+    let failed = numbers[format!("{policy}_success")].as_f64() == Some(0.0);
+    (waits && failed).then_some(if is_share { f64::NEG_INFINITY } else { f64::INFINITY })
 }
 
 /// That can be between two means of a metric: a share lies between 0 and 1.

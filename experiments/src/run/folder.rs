@@ -10,6 +10,7 @@ use output::file;
 use sac::Checkpoint;
 
 use crate::config::{RunConfig, RunId};
+use crate::run::csv_table::CsvTable;
 use crate::run::csv_writer::last_step;
 use crate::run::kept;
 use crate::run::place::Place;
@@ -196,7 +197,8 @@ impl RunFolder {
     }
 
     /// A run is taken on from its checkpoint. Without one it would begin anew and cut off its tables: only what was killed
-    /// before its first checkpoint may do that, not a folder out of which the checkpoint was taken.
+    /// before its first checkpoint may do that, not a folder out of which the checkpoint was taken. A checkpoint is saved after so many
+    /// actions or minutes, whichever come first, at the end of an episode.
     fn can_go_on(&self, config: &RunConfig) -> Result<()> {
         if self.is_done(config) || Checkpoint::exists(&self.checkpoint()) {
             return Ok(());
@@ -204,9 +206,10 @@ impl RunFolder {
         let reached = last_step(&self.episodes())?;
         // The interval between checkpoints with which the run was begun counts: it may be resumed with another.
         let begun = RunConfig::resolve(self.config().exists().then_some(self.config()).as_deref(), &[])?;
-        let before_the_first = begun.checkpoint_every + u64::from(config.env.horizon);
+        let before_the_first = reached <= begun.checkpoint_every + u64::from(config.env.horizon)
+            && last_wall_s(&self.progress())? <= 2.0 * 60.0 * begun.checkpoint_minutes;
         ensure!(
-            !self.done().exists() && reached <= before_the_first,
+            !self.done().exists() && before_the_first,
             "{}: has {reached} actions in its tables and no checkpoints/last to go on from: train in another folder",
             self.path.display()
         );
@@ -267,4 +270,13 @@ impl RunFolder {
     pub fn done(&self) -> PathBuf {
         self.path.join("DONE")
     }
+}
+
+/// How long a run had been at work at the last row of its progress (s); 0 without one.
+fn last_wall_s(progress: &Path) -> Result<f64> {
+    if !progress.exists() {
+        return Ok(0.0);
+    }
+    let table = CsvTable::read(progress)?;
+    Ok(table.column("wall_s")?.last().and_then(|cell| cell.parse().ok()).unwrap_or(0.0))
 }

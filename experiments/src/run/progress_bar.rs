@@ -5,8 +5,10 @@ use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use output::program;
-use output::statistics::{mean, mean_of};
+use output::statistics::mean;
 use tasks::Outcome;
+
+use crate::run::rollout::mean_of_column;
 
 /// Progress of a run, on stderr. No line is wider than a terminal of 80 columns.
 pub struct RunProgress<'a> {
@@ -83,8 +85,7 @@ impl<'a> RunProgress<'a> {
 /// An evaluation: the policy's mean action, and the training episodes before it.
 fn row(step: u64, outcomes: &[Outcome], training: &[f64], left: &str) -> String {
     let training = if training.is_empty() { String::new() } else { format!(", in training {:.1}", mean(training)) };
-    let of = |name: &str| mean_of(outcomes, |outcome| outcome.number(name).unwrap_or(f64::NAN));
-    let (success, total) = (100.0 * of("success"), of("return"));
+    let (success, total) = (100.0 * mean_of_column(outcomes, "success"), mean_of_column(outcomes, "return"));
     format!("{step:>7} actions: return {total:.1}{training}, success {success:.0} %, {left} left")
 }
 

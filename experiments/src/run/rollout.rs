@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 
 use anyhow::Result;
+use output::statistics::mean_of;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sac::{Act, Actor, Sizes};
@@ -118,4 +119,8 @@ pub fn evaluate(
         outcomes.push(outcome);
     }
     Ok(outcomes)
+}
+/// Mean over episodes of what the column `name` says; NaN if one of them does not tell.
+pub fn mean_of_column(outcomes: &[Outcome], name: &str) -> f64 {
+    mean_of(outcomes, |outcome| outcome.number(name).unwrap_or(f64::NAN))
 }

@@ -6,10 +6,10 @@ use std::path::Path;
 
 use anyhow::Result;
 use events::EventFile;
-use output::statistics::mean_of;
 use tasks::Outcome;
 use tasks::columns::COLUMNS;
 
+use crate::run::rollout::mean_of_column;
 use crate::run::rows::ProgressRow;
 
 /// Event files of one run.
@@ -19,18 +19,24 @@ impl TensorBoard {
     /// In `folder`, going on after `step`.
     ///
     /// # Errors
-    /// If the file cannot be written; so for every method.
+    /// If the file cannot be written.
     pub fn create(folder: &Path, step: u64) -> Result<Self> {
         EventFile::create(folder, step).map(TensorBoard)
     }
 
     /// A training episode that ended at `step`.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
     pub fn episode(&mut self, step: u64, outcome: &Outcome) -> Result<()> {
         let scalars = COLUMNS.iter().filter_map(|column| Some((column.scalar?, outcome.number(column.name)?)));
         self.0.write(step, &scalars.collect::<Vec<_>>())
     }
 
     /// The learner's numbers.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
     pub fn progress(&mut self, row: &ProgressRow) -> Result<()> {
         let losses = [
             // CleanRL's is the mean of both critics, ours their sum.
@@ -46,9 +52,13 @@ impl TensorBoard {
     }
 
     /// The evaluation made at `step`.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
     pub fn evaluation(&mut self, step: u64, outcomes: &[Outcome]) -> Result<()> {
-        let of = |name: &str| mean_of(outcomes, |outcome| outcome.number(name).unwrap_or(f64::NAN));
-        let scalars = COLUMNS.iter().filter_map(|column| Some((column.evaluation_scalar?, of(column.name))));
+        let scalars = COLUMNS
+            .iter()
+            .filter_map(|column| Some((column.evaluation_scalar?, mean_of_column(outcomes, column.name))));
         self.0.write(step, &scalars.collect::<Vec<_>>())
     }
 }

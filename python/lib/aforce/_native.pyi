@@ -194,7 +194,7 @@ class State:
 
     @property
     def contact_force(self) -> float:
-        """Sustained force on the whole arm (N)."""
+        """Sustained force on the whole arm at this moment (N)."""
 
     @property
     def fingers(self) -> float | None:
@@ -202,7 +202,8 @@ class State:
 
     @property
     def penalty(self) -> float:
-        """Of this action's force above the limit, at least 0; told to `reward` and `success` alone."""
+        """`force_penalty.weight` (0.05) times this action's largest force, if that is above the limit, else 0; told to `reward` and `success`
+        alone."""
 
     def body(self, name: str) -> Place:
         """Where a body of the scene is; KeyError if there is none of this name."""

@@ -13,5 +13,5 @@ SB3_SAC: dict[str, Any] = {
     "ent_coef": "auto_0.1",
 }
 """Stable-Baselines3's SAC on these tasks, with scaled observations: `SAC("MlpPolicy", env, **SB3_SAC)`. Its own settings begin at a
-temperature of 1, which outweighs a reward of at most 1 per action, and learn nothing in 30 000 actions of Lift. `n_steps` wants release
+temperature of 1, which outweighs what an action of Lift earns, at most 1, and learn nothing in 30 000 actions of Lift. `n_steps` wants release
 2.7.0 or later."""

@@ -49,28 +49,28 @@ class Task:
     marks()                discs that are drawn: a list of x, y, z, radius
     """
 
-    scene: ClassVar[Mapping[str, Any] | str] = {}
+    scene: ClassVar[dict[str, Any] | str] = {}
     tool: ClassVar[str] = "gripper"
     gripper: ClassVar[bool] = True
     name: ClassVar[str | None] = None
     achievement: ClassVar[str] = "fulfils the task"
-    defaults: ClassVar[Mapping[str, Any]] = {}
+    defaults: ClassVar[dict[str, Any]] = {}
     scaling: ClassVar[Mapping[str, tuple[Numbers, Numbers]]] = {}
     units: ClassVar[Mapping[str, str]] = {}
-    camera: ClassVar[Mapping[str, Any]] = {}
-    disturbances: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
+    camera: ClassVar[dict[str, Any]] = {}
+    disturbances: ClassVar[Mapping[str, dict[str, Any]]] = {}
 
-    def reset(self, rng: np.random.Generator) -> Mapping[str, Any] | None:
+    def reset(self, rng: np.random.Generator) -> dict[str, Any] | None:
         """Draws an episode from `rng`, which its seed fixes, and returns where it starts, None for as the scene has it: of "poses" (by
         body), "joints" (positions by joint), "arm" (7 joint angles), "fingers" (distance of the pads) and "holding" ({"body",
         "grip": its pose as seen from the tool point, "width": its size along x of the tool}) what differs."""
         return None
 
-    def observe(self, state: State) -> Mapping[str, Numbers]:
+    def observe(self, state: State) -> dict[str, Numbers]:
         """Numbers by name: the same names with as many numbers every time. The robot's own follow by themselves."""
         raise NotImplementedError(f"{type(self).__name__} has no observe(state)")
 
-    def reward(self, state: State) -> Mapping[str, float] | float:
+    def reward(self, state: State) -> dict[str, float] | float:
         """The terms that add up to the reward, at most sixteen: the same names every time. Called once before the first episode."""
         raise NotImplementedError(f"{type(self).__name__} has no reward(state)")
 

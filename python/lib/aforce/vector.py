@@ -23,6 +23,7 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
 
     threads         on how many threads; all processors if not given
     autoreset_mode  gymnasium.vector.AutoresetMode: NEXT_STEP, SAME_STEP (with `final_obs` and `final_info`) or DISABLED
+    max_episode_steps  None or the horizon, as `gymnasium.make_vec` passes what it reads in an environment's spec; `horizon` changes it
 
     Everything else as in `Env`, but a vector draws no pictures. Environment i of `reset(seed=s)` plays the episode of seed s + i.
     `info` has arrays.
@@ -36,6 +37,7 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
         task: "Makes | str | None" = None,
         threads: int | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        max_episode_steps: int | None = None,
         config: File | None = None,
         scaled: bool = False,
         render_mode: None = None,
@@ -45,8 +47,9 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
         for name, value in (("render_mode", render_mode), ("render_size", render_size)):
             if value is not None:
                 raise ValueError(f"{name} = {value!r} is not allowed; allowed: None, a vector draws no pictures")
-        if num_envs < 1:
-            raise ValueError(f"num_envs = {num_envs} is not allowed; allowed: 1 or above")
+        for name, count in (("num_envs", num_envs), ("threads", threads)):
+            if count is not None and not (isinstance(count, (int, np.integer)) and count >= 1):
+                raise ValueError(f"{name} = {count!r} is not allowed; allowed: a whole number, 1 or above")
         config, settings = absolute(config, copy.deepcopy(settings))
         EzPickle.__init__(
             self, named, num_envs, task=task, threads=threads, autoreset_mode=autoreset_mode, config=config, scaled=scaled, **settings
@@ -57,6 +60,9 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
         description = json.loads(self._native.describe())
         if "pixels" in description:
             raise ValueError("observation.camera is not for this vector; allowed: Gymnasium's own, of single environments")
+        horizon = description["env"]["horizon"]
+        if max_episode_steps not in (None, horizon):
+            raise ValueError(f"max_episode_steps = {max_episode_steps!r} is not allowed; allowed: None or the horizon, {horizon}")
         self.single_observation_space, self.single_action_space = spaces_of(description, scaled)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)

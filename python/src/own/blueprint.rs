@@ -63,7 +63,7 @@ pub fn env(make: &Bound<'_, PyAny>, config: Option<PathBuf>, keywords: &Bound<'_
     let sayings = Sayings {
         name: name.as_str(),
         gripper,
-        achievement: for_ever(&object.getattr("achievement")?.extract::<String>()?),
+        achievement: achievement(part("achievement"), &object)?,
         camera: camera(part("camera"), &object.getattr("camera")?)?,
         scaling: scaling(part("scaling"), &object.getattr("scaling")?)?,
         units: units(part("units"), &object.getattr("units")?)?,
@@ -83,10 +83,10 @@ fn register<'a>(
     class: &Bound<'_, PyType>,
     stage: &Stage,
 ) -> PyResult<TaskName> {
-    let name = match object.getattr("name")?.extract::<Option<String>>()? {
-        Some(name) => name,
-        None => kebab(&class.name()?.to_string()),
+    let Ok(name) = object.getattr("name")?.extract::<Option<String>>() else {
+        return Err(part("name").kind("a string or None is wanted"));
     };
+    let name = name.map_or_else(|| Ok::<_, PyErr>(kebab(&class.name()?.to_string())), Ok)?;
     let own = &stage.scene.bodies[stage.first..];
     let mut built_in = vec![];
     if own.iter().any(|body| body.joint == Joint::Free) {
@@ -95,12 +95,18 @@ fn register<'a>(
     if own.iter().any(|body| matches!(&body.joint, Joint::Hinge(axis) if axis.name == "hinge")) {
         built_in.extend(["hinge_damping", "hinge_spring"]);
     }
-    let purpose = for_ever(&object.getattr("achievement")?.extract::<String>()?);
+    let purpose = achievement(part("achievement"), object)?;
     let disturbances = disturbances(part("disturbances"), &object.getattr("disturbances")?, stage)?;
     let kind = TaskKind::made_elsewhere(for_ever(&name), purpose)
         .disturbed_by(built_in.leak())
         .own_disturbances(disturbances.leak());
     register_anew(kind).map_err(value_error)
+}
+
+/// What success is, in words.
+fn achievement(part: Part<'_>, object: &Bound<'_, PyAny>) -> PyResult<&'static str> {
+    let words = object.getattr("achievement")?.extract::<String>();
+    words.map(|words| for_ever(&words)).map_err(|_| part.kind("a string is wanted: a verb and its object"))
 }
 
 /// `PullDrawer` as `pull-drawer`.
@@ -179,6 +185,12 @@ impl Default for CameraSpec {
 
 fn camera(part: Part<'_>, value: &Bound<'_, PyAny>) -> PyResult<Camera> {
     let CameraSpec { eye, target, field_of_view } = part.read(value, "")?;
+    if !eye.iter().chain(&target).all(|number| number.is_finite()) || eye == target {
+        return Err(part.value("eye and target; two places, in finite numbers, are wanted"));
+    }
+    if !(field_of_view > 0.0 && field_of_view < std::f64::consts::PI) {
+        return Err(part.value(format!("field_of_view {field_of_view}; an angle above 0 and below pi (rad) is wanted")));
+    }
     Ok(Camera { eye, target, field_of_view })
 }
 
@@ -193,8 +205,8 @@ fn scaling(part: Part<'_>, value: &Bound<'_, PyAny>) -> PyResult<HashMap<String,
             .extract()
             .map_err(|_: PyErr| part.kind(format!("{name:?}: a pair (typical value, typical deviation) is wanted")))?;
         let both = PyDict::new(value.py());
-        both.set_item("typical value", centre)?;
-        both.set_item("typical deviation", deviation)?;
+        both.set_item(format!("{name}: typical value"), centre)?;
+        both.set_item(format!("{name}: typical deviation"), deviation)?;
         let mut numbers = entries(part, both.as_any())?.into_iter().map(|(_, numbers)| numbers);
         let (centre, deviation) = (numbers.next().unwrap_or_default(), numbers.next().unwrap_or_default());
         if deviation.iter().any(|deviation| *deviation <= 0.0) {

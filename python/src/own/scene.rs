@@ -186,11 +186,19 @@ impl Stage {
                 match key.extract::<String>().as_deref() {
                     Ok("table") => table = part.read(&value, "table")?,
                     Ok("bodies") => {
-                        for (i, body) in value.try_iter()?.enumerate() {
+                        let Ok(list) = value.try_iter() else {
+                            return Err(part.kind("bodies: a list of dicts is wanted"));
+                        };
+                        for (i, body) in list.enumerate() {
                             bodies.push(read_body(part, &body?, i)?);
                         }
                     }
-                    Ok("prediction") => prediction = Some(value.extract()?),
+                    Ok("prediction") => {
+                        let Ok(distance) = value.extract() else {
+                            return Err(part.kind("prediction: a distance (m) is wanted"));
+                        };
+                        prediction = Some(distance);
+                    }
                     _ => {
                         return Err(
                             part.kind(format!("unknown key {}; known are table, bodies, prediction", key.repr()?))

@@ -72,9 +72,10 @@ struct Snapshot {
 /// tool           pose and velocity of the tool point, a `Place`
 /// q, qd          joint angles (rad) and velocities (rad/s); shapes (7,)
 /// force, torque  what the environment exerts on the hand, filtered (N, Nm); shapes (3,)
-/// contact_force  largest sustained force on the whole arm, now (N)
+/// contact_force  sustained force on the whole arm at this moment (N)
 /// fingers        distance of the finger pads (m); None for a tool without
-/// penalty        of this action's force above the limit, 0 where there is none; in `reward` and `success`
+/// penalty        `force_penalty.weight` (0.05) times this action's largest force, if that is above the limit, else 0; in `reward` and
+///                `success`
 #[pyclass(frozen, module = "aforce")]
 pub struct State(Snapshot);
 

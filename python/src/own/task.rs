@@ -147,7 +147,10 @@ impl PythonTask {
             let shown = entries(part, &shown)?;
             match &*layout.borrow() {
                 Some(first) => same_layout(part, first, &shown)?,
-                None => self.check_scaling(&shown)?,
+                None => {
+                    self.check_names(py, &shown)?;
+                    self.check_scaling(&shown)?;
+                }
             }
             Ok(shown)
         });
@@ -177,6 +180,22 @@ impl PythonTask {
                 _ => out.put(format_args!("{name}_{i}"), number, unit, centre, 1.0 / deviation),
             }
         }
+    }
+
+    /// That what has typical values or a unit is observed. What a critic alone may see is another method's.
+    fn check_names(&self, py: Python<'_>, shown: &[Entry]) -> PyResult<()> {
+        if self.object.bind(py).hasattr("observe_critic")? {
+            return Ok(());
+        }
+        let of = |part, mut names: Vec<&String>| {
+            names.sort();
+            let known: Vec<&str> = shown.iter().map(|(name, _)| name.as_str()).collect();
+            names.into_iter().find(|name| !known.contains(&name.as_str())).map_or(Ok(()), |name| {
+                Err(self.part(part).kind(format!("{name:?} is not observed; observed are {}", known.join(", "))))
+            })
+        };
+        of("scaling", self.sayings.scaling.keys().collect())?;
+        of("units", self.sayings.units.keys().collect())
     }
 
     /// That a list of typical values or deviations is as long as what it is of.

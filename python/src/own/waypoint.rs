@@ -37,6 +37,9 @@ pub fn read(part: Part<'_>, value: &Bound<'_, PyAny>, y: &Measurement) -> PyResu
     if !finite {
         return Err(part.value("a waypoint that is not finite"));
     }
+    if !(-1.0..=1.0).contains(&grip) {
+        return Err(part.value(format!("grip {grip}; -1 (opens) to 1 (closes) is wanted")));
+    }
     if turns.is_some_and(|turns| turns == 0 || forward.is_none()) {
         return Err(part.value("turns; at least 1 is wanted, and forward beside it"));
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ConfigError, not_negative, positive};
+use crate::error::{ConfigError, not_negative, positive, within};
 use crate::spatial::JointVector;
 
 /// A spring and a damper at each joint. In joint space, because what is wrong may be the pose, the Jacobian or the mass.
@@ -11,7 +11,7 @@ use crate::spatial::JointVector;
 pub struct HoldConfig {
     /// Stiffness of each joint at first (Nm/rad).
     pub stiffness: [f64; 7],
-    /// Stiffness of each joint at last (Nm/rad). A person can push the arm away with it.
+    /// Stiffness of each joint at last (Nm/rad), at most that at first. A person can push the arm away with it.
     pub relaxed: [f64; 7],
     /// Damping of each joint (Nm s/rad).
     pub damping: [f64; 7],
@@ -36,6 +36,9 @@ impl HoldConfig {
             for (joint, value) in values.into_iter().enumerate() {
                 not_negative(&format!("hold.{name} (joint {})", joint + 1), value)?;
             }
+        }
+        for (joint, (relaxed, stiffness)) in self.relaxed.into_iter().zip(self.stiffness).enumerate() {
+            within(&format!("hold.relaxed (joint {})", joint + 1), relaxed, 0.0..=stiffness)?;
         }
         positive("hold.relax_time", self.relax_time)
     }
@@ -86,6 +89,15 @@ impl Hold {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn it_does_not_stiffen() {
+        let mut config = HoldConfig::default();
+        config.validate().unwrap();
+        (config.stiffness, config.relaxed) = (config.relaxed, config.stiffness);
+        let told = config.validate().unwrap_err().to_string();
+        assert!(told.starts_with("hold.relaxed (joint 1) = 60 is not allowed; allowed: 0 to 20"), "{told}");
+    }
 
     #[test]
     fn it_keeps_the_first_posture_and_relaxes() {

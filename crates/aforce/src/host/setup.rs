@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::arm::Arm;
-use crate::error::{ConfigError, within};
+use crate::error::{ConfigError, positive, within};
 use crate::host::interface::ArmInterface;
 use crate::host::limits::HostLimits;
 use crate::law::action_space::{ActionSpace, SetPoint};
@@ -124,6 +124,9 @@ impl HostSetup {
     /// The first that is not allowed, with its field and its range.
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.arm.validate().map_err(|error| error.below("arm"))?;
+        for (joint, rate) in self.arm.torque_rate_max.into_iter().enumerate() {
+            positive(&format!("arm.torque_rate_max (joint {})", joint + 1), rate)?;
+        }
         self.interface.validate().map_err(|error| error.below("interface"))?;
         self.limits.validate().map_err(|error| error.below("limits"))?;
         self.controller.validate().map_err(|error| error.below("controller"))?;
@@ -146,10 +149,11 @@ impl HostSetup {
     fn rates_fit(&self) -> Result<(), ConfigError> {
         let HostLimits { period_max, silence_max, .. } = self.limits;
         let (period, action) = (self.controller.dt(), 1.0 / f64::from(self.controller.policy_hz));
-        let mu = self.space.psi().map_or(0.0, |psi| psi.mu.vector().max());
-        let commanded = self.space.commanded_psi.iter().flat_map(|commanded| &commanded.ranges);
-        let commanded = commanded.filter(|range| range.parameter == PsiParameter::Mu);
-        let mu = commanded.fold(mu, |mu, range| mu.max(range.high.vector().max()));
+        let own = self.space.psi().map(|psi| ("space.stiffness.adaptive.mu".to_owned(), psi.mu.vector().max()));
+        let commanded = self.space.commanded_psi.iter().flat_map(|commanded| commanded.ranges.iter().enumerate());
+        let commanded = commanded.filter(|(_, range)| range.parameter == PsiParameter::Mu);
+        let commanded =
+            commanded.map(|(at, range)| (format!("space.commanded_psi.ranges[{at}].high"), range.high.vector().max()));
         let contradiction = |field: &str, reason| Err(ConfigError::Contradiction { field: field.into(), reason });
         if period > period_max {
             let reason = format!("a cycle of {period} s is longer than limits.period_max, {period_max} s");
@@ -159,9 +163,9 @@ impl HostSetup {
             let reason = format!("an action in {action} s is silence: limits.silence_max is {silence_max} s");
             return contradiction("controller.policy_hz", reason);
         }
-        if mu * period_max > 1.0 {
+        if let Some((field, mu)) = own.into_iter().chain(commanded).find(|(_, mu)| mu * period_max > 1.0) {
             let reason = format!("{mu} 1/s would overshoot in a cycle of limits.period_max, {period_max} s");
-            return contradiction("space.stiffness.adaptive.mu", reason);
+            return contradiction(&field, reason);
         }
         Ok(())
     }
@@ -179,7 +183,7 @@ impl HostSetup {
             }
         }
         for joint in 0..7 {
-            let (stiffness, inertia) = (hold.stiffness[joint].max(hold.relaxed[joint]), self.arm.rotor_inertia[joint]);
+            let (stiffness, inertia) = (hold.stiffness[joint], self.arm.rotor_inertia[joint]);
             let place = |name: &str| format!("limits.hold.{name} (joint {})", joint + 1);
             within(&place("stiffness"), stiffness, 0.0..=HOLD_STIFFNESS_MAX)?;
             // What the rotor alone needs to come to rest; one that is too strong overshoots in a cycle.
@@ -381,6 +385,6 @@ mod tests {
         let ranges = "{ hold = 1, ranges = [{ parameter = 'mu', low = 0.5, high = 60 }] }";
         let space = format!("{{ extends = 'aforce', name = 'leaky', commanded_psi = {ranges} }}");
         let leaky = error(&FILE.replace("'aforce-force'", &space));
-        assert!(leaky.starts_with("space.stiffness.adaptive.mu: 60 1/s would overshoot"), "{leaky}");
+        assert!(leaky.starts_with("space.commanded_psi.ranges[0].high: 60 1/s would overshoot"), "{leaky}");
     }
 }

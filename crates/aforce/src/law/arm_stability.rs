@@ -88,7 +88,9 @@ impl<'a> LoopOnArm<'a> {
         system.fixed_view_mut::<6, 6>(12, 0).copy_from(&diagonal(alpha));
         let ahead = alpha.component_mul(delta.vector()) * delta_sign.factor();
         system.fixed_view_mut::<6, 6>(12, 6).copy_from(&diagonal(&ahead));
-        system.fixed_view_mut::<6, 6>(12, 12).copy_from(&diagonal(&-mu.vector()));
+        // Without alpha F_ff stays 0: without a leak too, whose zero would count as an oscillation that does not die out.
+        let leak = mu.vector().zip_map(alpha, |mu, alpha| if mu == 0.0 && alpha == 0.0 { 1.0 } else { mu });
+        system.fixed_view_mut::<6, 6>(12, 12).copy_from(&diagonal(&-leak));
         dies_out(&system)
     }
 
@@ -223,6 +225,20 @@ mod tests {
         let Stiffness::Adaptive(psi) = &mut space.stiffness else { panic!("aforce adapts") };
         psi.allow_unstable = true;
         stable_on(&space, &y).unwrap();
+    }
+
+    /// The feed-forward may be switched off, with or without a leak, on some axes or on all.
+    #[test]
+    fn without_feed_forward_the_law_is_a_spring() {
+        let y = random_arm(3);
+        let mut space: ActionSpace = "aforce".parse().unwrap();
+        for axes in [0..3, 0..6] {
+            let Stiffness::Adaptive(psi) = &mut space.stiffness else { panic!("aforce adapts") };
+            axes.clone().for_each(|axis| psi.alpha.set(axis, 0.0));
+            axes.for_each(|axis| psi.mu.set(axis, 0.0));
+            space.validate(500).unwrap();
+            stable_on(&space, &y).unwrap();
+        }
     }
 
     #[test]

@@ -156,7 +156,7 @@ impl CommandedPsi {
                 return Err(ConfigError::Contradiction { field, reason: reason.into() });
             }
         }
-        self.corners(psi).try_for_each(|corner| check(&corner))
+        self.corners(psi).try_for_each(|corner| check(&corner)).map_err(at_a_corner)
     }
 
     /// `psi` with every entry of an action at one end of its range or the other.
@@ -169,5 +169,21 @@ impl CommandedPsi {
             psi.k_0 = psi.k_min;
             psi
         })
+    }
+}
+
+/// What is wrong at a corner of the ranges is told of them: the numbers of psi itself may be right.
+fn at_a_corner(error: ConfigError) -> ConfigError {
+    let told = error.to_string();
+    match error {
+        ConfigError::OutOfRange { field, .. }
+        | ConfigError::Unstable { field, .. }
+        | ConfigError::Contradiction { field, .. }
+            if field.starts_with("stiffness.adaptive") =>
+        {
+            let reason = format!("with every entry at an end of its range: {told}");
+            ConfigError::Contradiction { field: "commanded_psi".into(), reason }
+        }
+        other => other,
     }
 }

@@ -130,11 +130,11 @@ impl Controller {
     /// commands of these numbers.
     ///
     /// # Errors
-    /// If they are of another kind, or the space is not allowed with them. Nothing has changed then.
+    /// If they are of another kind, or the space is not allowed with them, with the field below `space`. Nothing has changed then.
     pub fn set_stiffness(&mut self, stiffness: Stiffness) -> Result<(), ConfigError> {
         if discriminant(&stiffness) != discriminant(&self.space.stiffness) {
             let reason = "another kind of stiffness than the running space has; make a new controller".into();
-            return Err(ConfigError::Contradiction { field: "stiffness".into(), reason });
+            return Err(ConfigError::Contradiction { field: "space.stiffness".into(), reason });
         }
         let space = ActionSpace { stiffness, ..self.space.clone() };
         space.validate(self.config.control_hz)?;

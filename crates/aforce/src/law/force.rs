@@ -179,11 +179,12 @@ impl ForceControl {
         self.direction = direction;
     }
 
-    /// The force that the environment should exert along n while in contact (N).
+    /// The force that the environment should exert along n while in contact (N). What is no number counts as 0.
     ///
     /// # Panics
     /// If the configuration's `force_max` is negative or not a number.
     pub fn set_target(&mut self, force: f64) {
+        let force = if force.is_nan() { 0.0 } else { force };
         self.target = force.clamp(0.0, self.config.force_max);
         self.ramp = (self.target - self.desired).abs() / self.config.ramp_time;
     }

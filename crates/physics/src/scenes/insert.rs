@@ -120,6 +120,9 @@ impl Sizes {
 }
 
 /// The scene with the hole's rim at x, y (world, m) of `hole`, and the body that carries the grip site.
+///
+/// # Panics
+/// If no hole has these sizes: as [`Hole::wedges`].
 pub fn scene(robot: &Robot, sizes: &Sizes, hole: [f64; 2]) -> (Scene, usize) {
     let mut scene = Scene { prediction: Some(sizes.prediction()), ..Scene::default() };
     let table = Table { size: [0.8, 0.8, 0.05], top: [0.0, 0.0, TABLE_HEIGHT], friction: sizes.friction };
@@ -133,6 +136,9 @@ pub fn scene(robot: &Robot, sizes: &Sizes, hole: [f64; 2]) -> (Scene, usize) {
 }
 
 /// Builds and simulates the scene; see [`scene`].
+///
+/// # Panics
+/// As [`scene`] and [`Simulation::new`].
 pub fn simulate(plant: &Plant, sizes: &Sizes, hole: [f64; 2]) -> Simulation {
     let (scene, gripper) = scene(&plant.robot, sizes, hole);
     Simulation::new(&scene, gripper, GRIP_SITE, plant)

@@ -71,6 +71,7 @@ impl Simulation {
     pub fn set_joint(&mut self, i: usize, q: f64) {
         self.engine.set_coordinate(i, q, 0.0);
         self.engine.settle();
+        self.look();
     }
 
     /// Puts a free body at rest at `pose` (world).

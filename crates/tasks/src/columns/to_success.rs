@@ -46,6 +46,7 @@ pub(super) const COLUMNS: &[Column] = &[
         number("sampled_max_force_to_success_n", Sampled, Mean),
         number("sampled_max_force_to_success_median_n", Sampled, Median),
         number("sampled_max_force_to_success_q90_n", Sampled, Quantile90),
+        summarised("end_max_force_to_success_n", End, Mean),
         number("max_force_to_success_n", Baseline, Mean),
     ]),
     Column::new("impulse_to_success_ns", "N s", "integral of the force on the whole arm until then", |e| {

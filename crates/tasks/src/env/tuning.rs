@@ -22,7 +22,7 @@ impl Env {
     pub fn set_stiffness(&mut self, stiffness: Stiffness) -> Result<(), ConfigError> {
         let space = ActionSpace { stiffness, ..self.config.space.clone() };
         stable_on(&space, &self.y).map_err(|error| error.below("env.space"))?;
-        self.controller.set_stiffness(stiffness).map_err(|error| error.below("env.space"))?;
+        self.controller.set_stiffness(stiffness).map_err(|error| error.below("env"))?;
         self.config.space = space;
         Ok(())
     }

@@ -115,11 +115,22 @@ fn who_never_came_there_has_the_worst_of_it() {
     let judged = |metric: &str, all: &[RunSummary]| judged(&hypothesis(metric, "below", "osc", ""), all);
     let mut all = [runs("aforce", &[0.0; 5], &[None; 5]), runs("osc", &[0.0; 5], &[None; 5])].concat();
     all.iter_mut().for_each(|run| set(run, "sampled_fulfilled_power_w", Cell::Empty));
+    all.iter_mut().for_each(|run| set(run, "sampled_success", Cell::Real(0.0)));
     all[5..].iter_mut().for_each(|run| set(run, "sampled_fulfilled_power_w", Cell::Real(9.0)));
     let row = judged("sampled_fulfilled_power_w", &all).unwrap().remove(0);
     assert_eq!((row.verdict, row.above), ("the other way round", Some(1.0)), "it never stood fulfilled");
     let error = judged("cpu_s", &all).unwrap_err().to_string();
     assert!(error.contains("lift aforce 11 has no cpu_s"), "{error}");
+
+    // Tables that lack a clock or a column, as those of another learner, do not make a failure of a run that came there.
+    all.iter_mut().for_each(|run| set(run, "steps_to_450", Cell::Count(100)));
+    all.iter_mut().for_each(|run| set(run, "cpu_min_to_450", Cell::Empty));
+    all.iter_mut().for_each(|run| set(run, "sampled_success", Cell::Real(0.5)));
+    all.iter_mut().for_each(|run| set(run, "sampled_energy_to_success_j", Cell::Empty));
+    for metric in ["cpu_min_to_450", "sampled_energy_to_success_j"] {
+        let error = judged(metric, &all).unwrap_err().to_string();
+        assert!(error.contains(&format!("lift aforce 11 has no {metric}")), "{error}");
+    }
 
     // A run whose last policy was not played has neither succeeded nor failed.
     let time = "end_time_to_success_s";
