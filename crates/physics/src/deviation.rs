@@ -39,6 +39,15 @@ pub enum Change {
 }
 
 impl Change {
+    /// Of its value.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Change::JointSpring(_) => "Nm/rad or N/m",
+            Change::BodyMass(_) | Change::BodyFriction(_) | Change::JointFriction(_) | Change::JointDamping(_) => "1",
+        }
+    }
+
     /// Makes the change in `scene`.
     ///
     /// # Panics

@@ -83,9 +83,10 @@ pub struct Disturbance {
     pub own: BTreeMap<String, Draw>,
 }
 
-/// One kind of disturbance: its key, the value that disturbs nothing, the values allowed, whether every task has it.
+/// One kind of disturbance: its key and unit, the value that disturbs nothing, the values allowed, whether every task has it.
 struct Kind {
     key: &'static str,
+    unit: &'static str,
     neutral: f64,
     allowed: [f64; 2],
     everywhere: bool,
@@ -94,29 +95,30 @@ struct Kind {
 
 const fn kind(
     key: &'static str,
+    unit: &'static str,
     neutral: f64,
     allowed: [f64; 2],
     everywhere: bool,
     of: fn(&Disturbance) -> Option<Draw>,
 ) -> Kind {
-    Kind { key, neutral, allowed, everywhere, of }
+    Kind { key, unit, neutral, allowed, everywhere, of }
 }
 
 const KINDS: [Kind; 14] = [
-    kind("friction", 1.0, [0.0, 10.0], true, |d| d.friction),
-    kind("payload_kg", 0.0, [0.0, 5.0], true, |d| d.payload_kg),
-    kind("table_height_m", 0.0, [-0.2, 0.2], false, |d| d.table_height_m),
-    kind("cube_mass", 1.0, [0.1, 100.0], false, |d| d.cube_mass),
-    kind("hinge_damping", 1.0, [0.0, 100.0], false, |d| d.hinge_damping),
-    kind("hinge_spring", 0.0, [0.0, 100.0], false, |d| d.hinge_spring),
-    kind("push_n", 0.0, [0.0, 200.0], true, |d| d.push_n),
-    kind("push_hz", 0.0, [0.0, 50.0], true, |d| d.push_hz),
-    kind("torque_delay_s", 0.0, [0.0, 0.2], true, |d| d.torque_delay_s),
-    kind("position_noise_rad", 0.0, [0.0, 0.1], true, |d| d.position_noise_rad),
-    kind("velocity_noise_rad_per_s", 0.0, [0.0, 1.0], true, |d| d.velocity_noise_rad_per_s),
-    kind("force_noise_n", 0.0, [0.0, 100.0], true, |d| d.force_noise_n),
-    kind("force_bias_n", 0.0, [0.0, 100.0], true, |d| d.force_bias_n),
-    kind(TORQUE_GAIN, 1.0, [0.1, 2.0], true, |d| d.torque_gain),
+    kind("friction", "1", 1.0, [0.0, 10.0], true, |d| d.friction),
+    kind("payload_kg", "kg", 0.0, [0.0, 5.0], true, |d| d.payload_kg),
+    kind("table_height_m", "m", 0.0, [-0.2, 0.2], false, |d| d.table_height_m),
+    kind("cube_mass", "1", 1.0, [0.1, 100.0], false, |d| d.cube_mass),
+    kind("hinge_damping", "1", 1.0, [0.0, 100.0], false, |d| d.hinge_damping),
+    kind("hinge_spring", "Nm/rad", 0.0, [0.0, 100.0], false, |d| d.hinge_spring),
+    kind("push_n", "N", 0.0, [0.0, 200.0], true, |d| d.push_n),
+    kind("push_hz", "Hz", 0.0, [0.0, 50.0], true, |d| d.push_hz),
+    kind("torque_delay_s", "s", 0.0, [0.0, 0.2], true, |d| d.torque_delay_s),
+    kind("position_noise_rad", "rad", 0.0, [0.0, 0.1], true, |d| d.position_noise_rad),
+    kind("velocity_noise_rad_per_s", "rad/s", 0.0, [0.0, 1.0], true, |d| d.velocity_noise_rad_per_s),
+    kind("force_noise_n", "N", 0.0, [0.0, 100.0], true, |d| d.force_noise_n),
+    kind("force_bias_n", "N", 0.0, [0.0, 100.0], true, |d| d.force_bias_n),
+    kind(TORQUE_GAIN, "1", 1.0, [0.1, 2.0], true, |d| d.torque_gain),
 ];
 
 /// This kind was added later: it has a random stream of its own.
@@ -125,14 +127,6 @@ const TORQUE_GAIN: &str = "torque_gain";
 /// Whether some tasks have a disturbance of this key and others have not.
 pub(crate) fn is_of_some_tasks(key: &str) -> bool {
     KINDS.iter().any(|kind| kind.key == key && !kind.everywhere)
-}
-
-/// The unit that a key ends with.
-fn unit(key: &str) -> &'static str {
-    let units =
-        [("_rad_per_s", "rad/s"), ("_rad", "rad"), ("_kg", "kg"), ("_hz", "Hz"), ("_m", "m"), ("_s", "s"), ("_n", "N")];
-    let ending = units.into_iter().find(|(ending, _)| key.ends_with(ending));
-    ending.map_or(if key == "hinge_spring" { "Nm/rad" } else { "1" }, |(_, unit)| unit)
 }
 
 impl Disturbance {
@@ -233,12 +227,13 @@ impl Disturbance {
     /// Puts what was `drawn` of all that is disturbed: the value of every key, and as vectors the force's bias and the push of the
     /// coming control sample. A range becomes -1 to 1 to a learner.
     pub(crate) fn observe(&self, drawn: &Drawn, out: &mut Observer) {
-        for (key, value) in &drawn.values {
+        let own_units = drawn.deviation.own.iter().map(|(change, _)| change.unit());
+        for ((key, value), unit) in drawn.values.iter().zip(KINDS.iter().map(|kind| kind.unit).chain(own_units)) {
             let kind = KINDS.iter().find(|kind| kind.key == *key);
             let draw = kind.map_or_else(|| self.own.get(*key).copied(), |kind| (kind.of)(self));
             let Some([low, high]) = draw.map(Draw::ends) else { continue };
             let scale = if high > low { 2.0 / (high - low) } else { 1.0 };
-            out.put(format_args!("disturbance_{key}"), *value, unit(key), (low + high) / 2.0, scale);
+            out.put(format_args!("disturbance_{key}"), *value, unit, (low + high) / 2.0, scale);
             match *key {
                 "force_bias_n" => out.vector("disturbance_force_bias", drawn.bias, "N, world", 1.0 / high.max(1.0)),
                 "push_n" => out.vector("disturbance_push", drawn.pushing(), "N, world", 1.0 / high.max(1.0)),

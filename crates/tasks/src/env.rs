@@ -154,7 +154,7 @@ impl Env {
     /// episode; `None` takes the next seed of the environment's own sequence.
     ///
     /// # Panics
-    /// If the task's scene has no room for the arm around its home pose.
+    /// If the task's scene has no room for the arm around its home pose, or lacks the body or joint of one of its own disturbances.
     pub fn reset(&mut self, seed: Option<u64>) -> &[f32] {
         self.try_reset(seed).unwrap_or_else(|error| panic!("{error}"));
         self.observation()
