@@ -89,7 +89,7 @@ def test_wrappers_for_vectors_take_it():
 
 
 def test_bad_input_is_answered():
-    with pytest.raises(ValueError, match="must be at least 1"):
+    with pytest.raises(ValueError, match="threads = 0 is not allowed; allowed: a whole number, 1 or above"):
         vector(threads=0)
     with pytest.raises(ValueError, match="num_envs = -1 is not allowed"):
         vector(-1)
