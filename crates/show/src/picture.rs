@@ -38,7 +38,7 @@ impl GifWriter {
     /// Starts a film of `width` x `height` pixels. Browsers slow down above 50 frames per second.
     ///
     /// # Errors
-    /// If the disk does not take the file.
+    /// If GIF has no such size or rate, or the disk does not take the file.
     pub fn create(path: &Path, width: usize, height: usize, frames_per_second: f64) -> Result<Self> {
         let name = path.display();
         ensure!(
@@ -59,7 +59,7 @@ impl GifWriter {
     /// Appends a frame.
     ///
     /// # Errors
-    /// If the disk does not take the file.
+    /// If the frame has another size than the film, or the disk does not take it.
     pub fn push(&mut self, image: &Image) -> Result<()> {
         let fits = (image.width, image.height) == (self.shown.width, self.shown.height)
             && image.rgb.len() == 3 * image.width * image.height;
@@ -114,7 +114,7 @@ impl GifWriter {
     /// Completes the file and gives it its name.
     ///
     /// # Errors
-    /// If the disk does not take the file.
+    /// If there is no frame, or the disk does not take the file.
     pub fn finish(self) -> Result<()> {
         ensure!(self.frames > 0, "{}: no frames", self.path.display());
         let cannot = || format!("cannot finish {}", self.path.display());

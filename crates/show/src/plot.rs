@@ -101,7 +101,7 @@ pub fn write(title: &str, panels: &[Panel], path_without_extension: &Path) -> Re
 /// Writes `PATH.svg`: ratios beside a line at one.
 ///
 /// # Errors
-/// If the disk does not take the file.
+/// If there is no ratio to draw, or the disk does not take the file.
 pub fn write_forest(forest: &Forest, path_without_extension: &Path) -> Result<()> {
     ensure!(!forest.ratios.is_empty(), "no ratios to draw in {}", path_without_extension.display());
     file::replace(&file::with_suffix(path_without_extension, ".svg"), svg(&forest::draw(forest)).as_bytes())
@@ -110,7 +110,7 @@ pub fn write_forest(forest: &Forest, path_without_extension: &Path) -> Result<()
 /// Writes `PATH.svg`: shares as colours and numbers.
 ///
 /// # Errors
-/// If the disk does not take the file.
+/// If there is no share to draw, or the disk does not take the file.
 pub fn write_heat_map(map: &HeatMap, path_without_extension: &Path) -> Result<()> {
     ensure!(!map.rows.is_empty(), "no shares to draw in {}", path_without_extension.display());
     file::replace(&file::with_suffix(path_without_extension, ".svg"), svg(&heat_map::draw(map)).as_bytes())
