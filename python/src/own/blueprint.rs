@@ -86,7 +86,10 @@ fn register<'a>(
     let Ok(name) = object.getattr("name")?.extract::<Option<String>>() else {
         return Err(part("name").kind("a string or None is wanted"));
     };
-    let name = name.map_or_else(|| Ok::<_, PyErr>(kebab(&class.name()?.to_string())), Ok)?;
+    let name = match name {
+        Some(name) => name,
+        None => kebab(&class.name()?.to_string()),
+    };
     let own = &stage.scene.bodies[stage.first..];
     let mut built_in = vec![];
     if own.iter().any(|body| body.joint == Joint::Free) {
