@@ -168,5 +168,11 @@ mod tests {
         assert_eq!(text, "range (joint 4, upper end) = -1 is not allowed; allowed: 1 to 100");
         let arm = Arm { torque_max: [f64::NAN; 7], ..Arm::FR3 };
         assert!(arm.validate().unwrap_err().to_string().starts_with("torque_max (joint 1) = NaN"));
+        let arm = Arm { speed_max: [f64::INFINITY; 7], ..Arm::FR3 };
+        assert!(
+            arm.validate().unwrap_err().to_string().ends_with("= inf is not allowed; allowed: above 0, and finite")
+        );
+        // In simulation a torque may jump.
+        Arm { torque_rate_max: [f64::INFINITY; 7], ..Arm::FR3 }.validate().unwrap();
     }
 }

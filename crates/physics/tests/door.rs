@@ -41,6 +41,18 @@ fn load(simulation: &mut Simulation, door: &Door, hinge: f64, handle: f64, secon
     }
 }
 
+/// A joint of the arm that is put somewhere is measured there, tool and all.
+#[test]
+fn a_joint_that_was_put_somewhere_is_measured_there() {
+    let (mut simulation, door) = door();
+    let before = simulation.measure().pose;
+    simulation.set_joint(0, 1.0);
+    assert_eq!((simulation.joints().0[0], simulation.joint(0).0), (1.0, 1.0));
+    assert!((simulation.measure().pose.translation.vector - before.translation.vector).norm() > 0.1);
+    simulation.set_joint(door.hinge, 0.2);
+    assert_eq!((simulation.joint(door.hinge).0, simulation.joints().0[0]), (0.2, 1.0));
+}
+
 /// robosuite's free play is 0.0149 rad; half turned, the latch holds as firmly.
 #[test]
 fn latch_holds_until_the_handle_is_turned() {

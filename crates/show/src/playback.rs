@@ -241,6 +241,8 @@ mod tests {
         let pressed = Outcome::default().with(&[("penalised_steps", Cell::Count(1))]);
         let words = "Never lifts the cube in 2.5 s. 1 action pressed with more than 60 N.";
         assert_eq!(story("lifts the cube", &pressed, 2.5, 60.0, "the end"), words);
+        let part = story("opens the door", &opened, 2.0, 60.0, "the end of this part");
+        assert!(part.contains("it is still done at the end of this part."), "{part}");
         let diverged = Outcome::default().with(&[("diverged", Cell::Flag(true))]);
         assert_eq!(
             story("lifts the cube", &diverged, 2.5, 60.0, "the end"),

@@ -378,6 +378,10 @@ mod tests {
             slow.starts_with("controller.control_hz: a cycle of 0.025 s is longer than limits.period_max"),
             "{slow}"
         );
+        let mut jumps = HostSetup::from_toml(FILE).unwrap();
+        jumps.arm.torque_rate_max[1] = f64::INFINITY;
+        let told = jumps.validate().unwrap_err().to_string();
+        assert!(told.starts_with("arm.torque_rate_max (joint 2) = inf is not allowed"), "{told}");
         let silent = error(&format!("{FILE}policy_hz = 2\n"));
         assert!(silent.starts_with("controller.policy_hz: an action in 0.5 s is silence"), "{silent}");
         let leaky = error(&FILE.replace("'aforce-force'", "{ extends = 'aforce', stiffness.adaptive.mu = 60 }"));

@@ -4,6 +4,7 @@ use crate::penalty::{ForcePenalty, Sensor};
 use crate::protection::Protection;
 use crate::sensing::{Sensing, WrenchSource};
 use crate::step::Step;
+use aforce::{Gains, Stiffness};
 
 /// A load that no joint can bear ends the episode, even where its horizon would have.
 #[test]
@@ -25,6 +26,19 @@ fn a_divergence_ends_the_episode_and_earns_nothing() {
         // The next episode begins as if nothing had happened.
         assert_eq!(env.reset(Some(1)), start);
     }
+}
+
+/// The field is that of the environment's configuration, whoever refuses the numbers.
+#[test]
+fn a_stiffness_that_is_not_allowed_is_told_with_its_field() {
+    let mut env = Env::new(EnvConfig::default(), 1).unwrap();
+    let mut told = |stiffness| env.set_stiffness(stiffness).unwrap_err().to_string();
+    let kind = told(Stiffness::Fixed(Gains::all(300.0)));
+    assert!(kind.starts_with("env.space.stiffness: another kind"), "{kind}");
+    let Stiffness::Adaptive(mut psi) = EnvConfig::default().space.stiffness else { panic!("aforce adapts") };
+    psi.k_max = Gains::all(1.0);
+    let crossed = told(Stiffness::Adaptive(psi));
+    assert!(crossed.starts_with("env.space.stiffness.adaptive.k_"), "{crossed}");
 }
 
 /// What was given last is seen as it was given, zeros at the start; nothing else of the observation changes.
