@@ -19,7 +19,7 @@ use crate::value_error;
 type Number = (&'static str, fn(&Step) -> f64);
 
 /// The numbers that info holds of an action.
-pub const NUMBERS: [Number; 6] = [
+pub const NUMBERS: [Number; 7] = [
     // Sum over joints of |tau qd| dt (J).
     ("energy", |step| step.interval.energy.absolute),
     // Largest sustained contact force of the whole arm, and beyond the wrist (N).
@@ -31,6 +31,8 @@ pub const NUMBERS: [Number; 6] = [
     ("penalty", |step| step.penalty),
     // Reward lost to the price of motion.
     ("motion_cost", |step| step.motion_cost),
+    // Reward lost to the price of a stop.
+    ("stop_cost", |step| step.stop_cost),
 ];
 
 /// An environment with Gymnasium's seeding, and what is recorded of the present episode.

@@ -17,6 +17,9 @@ const DEEPEST: usize = 16;
 /// The name of this layer of settings in messages.
 const SOURCE: &str = "keywords";
 
+/// Keys of an environment that a configuration without them does not tell.
+const UNTOLD: [&str; 2] = ["options", "stop_price"];
+
 /// The environment of the built-in `task` that a run's `config.toml`, if one is given, and keywords on top of it describe.
 ///
 /// # Errors
@@ -46,7 +49,7 @@ pub fn config_of(
     let mut layer = |name: &str, dict: &Bound<'_, PyDict>| -> PyResult<_> {
         let mut env = table(dict, 0)?;
         let setup = env.remove("setup").map(|setup| ("setup".to_string(), setup));
-        if let Some(key) = env.keys().find(|key| *key != "options" && !known.contains_key(*key)) {
+        if let Some(key) = env.keys().find(|key| !UNTOLD.contains(&key.as_str()) && !known.contains_key(*key)) {
             let keyword = name == SOURCE;
             unknown =
                 Some(if keyword { format!("got an unexpected keyword argument '{key}': ") } else { String::new() });

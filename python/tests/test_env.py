@@ -72,7 +72,7 @@ def test_info_and_description_say_what_happened():
         _, reward, terminated, truncated, info = env.step(env.unwrapped.expert_action())
         assert sum(info["reward_terms"].values()) == pytest.approx(reward, abs=1e-12)
         total += info["energy"]
-    assert list(info) == ["is_success", "stopped", "energy", "force", "hand_force", "joint_speed", "penalty", "motion_cost", "reward_terms"]
+    assert list(info) == ["is_success", "stopped", "energy", "force", "hand_force", "joint_speed", "penalty", "motion_cost", "stop_cost", "reward_terms"]
     assert total > 1 and info["force"] >= 0 and not terminated and not truncated
     description = env.unwrapped.describe()
     assert [entry["name"] for entry in description["action"]][-2:] == ["normal_force", "gripper"]
@@ -107,6 +107,19 @@ def test_terms_less_the_cost_of_motion_add_up_to_the_reward():
         _, reward, *_, info = env.step(env.unwrapped.expert_action())
         assert info["motion_cost"] == 0.1 * info["energy"] > 0
         assert sum(info["reward_terms"].values()) - info["motion_cost"] == pytest.approx(reward, abs=1e-12)
+
+
+def test_a_stop_with_a_price_cuts_the_episode_short_and_costs_it():
+    env = make(stops=True, stop_price=3, protection={"joint_speed": 0.05})
+    env.reset(seed=1)
+    for _ in range(10):
+        _, reward, terminated, truncated, info = env.step(np.full(7, 0.5))
+        if truncated:
+            break
+    assert (terminated, truncated, info["stopped"]) == (False, True, True)
+    assert (info["stop_cost"], reward, sum(info["reward_terms"].values())) == (3, -3, 0)
+    with pytest.raises(ValueError, match="env.stops = true is missing"):
+        make(stop_price=3)
 
 
 def test_the_script_lifts_the_cube():

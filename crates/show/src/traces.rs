@@ -193,6 +193,9 @@ impl Row {
         if env.config().motion_price > 0.0 {
             self.put("Reward", "per action", "price of motion", -step.motion_cost);
         }
+        if env.config().stop_price.is_some() {
+            self.put("Reward", "per action", "price of a stop", -step.stop_cost);
+        }
         // Last, so that it is drawn over a term that equals it.
         self.put("Reward", "per action", "sum", step.reward);
     }

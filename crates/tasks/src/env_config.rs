@@ -39,6 +39,9 @@ pub struct EnvConfig {
     /// Whether an episode ends where a real arm would have stopped itself: its last action earns nothing, and to the learner
     /// the state it ends in is worth nothing. Without it the tables tell when that would have been.
     pub stops: bool,
+    /// What a stop costs (reward). With it the episode is cut short where the arm stops, and to the learner its value goes on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stop_price: Option<f64>,
     /// What makes a real arm stop itself.
     pub protection: Protection,
     /// Options of a task of one's own, which reads them with [`EnvConfig::own_options`].
@@ -95,6 +98,13 @@ impl EnvConfig {
         within("env.force_penalty.limit", limit, 0.0..=1e6)?;
         within("env.force_penalty.weight", weight, 0.0..=1e3)?;
         within("env.motion_price", self.motion_price, 0.0..=1e3)?;
+        if let Some(price) = self.stop_price {
+            within("env.stop_price", price, 0.0..=1e3)?;
+            if !self.stops {
+                let reason = "a stop costs nothing while nothing stops the arm: env.stops = true is missing".into();
+                return Err(ConfigError::Contradiction { field: "env.stop_price".into(), reason });
+            }
+        }
         // The robot before the task, whose check may move it.
         if let RobotChoice::Own(robot) = &self.robot {
             robot.validate().map_err(|error| error.below("env.robot"))?;
@@ -124,6 +134,7 @@ impl Default for EnvConfig {
             motion_price: 0.0,
             ends_on_success: false,
             stops: false,
+            stop_price: None,
             protection: Protection::default(),
             options: Table::new(),
             observation: ObservationOptions::default(),

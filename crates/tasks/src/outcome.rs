@@ -84,6 +84,7 @@ mod tests {
             reward: 0.0,
             reward_terms: RewardTerms::default(),
             motion_cost: 0.0,
+            stop_cost: 0.0,
             terminated: false,
             truncated: false,
             success,

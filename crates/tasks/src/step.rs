@@ -8,14 +8,17 @@ use crate::reward_terms::RewardTerms;
 pub struct Step {
     /// Reward, penalty taken off.
     pub reward: f64,
-    /// What adds up to it, but for the price of motion.
+    /// What adds up to it, but for the prices of motion and of a stop.
     pub reward_terms: RewardTerms,
     /// The price of this action's motion (at least 0), taken off the reward.
     pub motion_cost: f64,
+    /// The price of the arm's stop (at least 0), taken off the reward.
+    pub stop_cost: f64,
     /// The episode ended in a terminal state, whose value is zero: the simulation diverged, or the arm stopped itself where
-    /// episodes end with that ([`EnvConfig::stops`](crate::EnvConfig::stops)).
+    /// episodes end with that ([`EnvConfig::stops`](crate::EnvConfig::stops)) and a stop has no price.
     pub terminated: bool,
-    /// The episode reached its horizon, or had the task held and ends there: it would have gone on.
+    /// The episode reached its horizon, had the task held and ends there, or the arm stopped itself at a
+    /// [price](crate::EnvConfig::stop_price): to the learner it would have gone on.
     pub truncated: bool,
     /// Whether the task stands fulfilled.
     pub success: bool,

@@ -87,13 +87,15 @@ class Env(gym.Env[Observation, Floats], EzPickle):
     render_mode  None or "rgb_array"
     render_size  width and height of a picture
     **settings   everything else that `env` of a configuration has, with the same names, defaults and messages: setup, robot,
-                 horizon, controller, force_penalty, disturbance, observation, ends_on_success, stops, motion_price, ..
+                 horizon, controller, force_penalty, disturbance, observation, ends_on_success, stops, stop_price, motion_price, ..
 
     Observations and actions are float32; NaN or a wrong shape is a ValueError. An episode is truncated at its horizon, and
-    terminated if the simulation diverges or, with `stops=True`, where a real arm would have stopped itself. `info`: is_success,
+    terminated if the simulation diverges or, with `stops=True`, where a real arm would have stopped itself. With `stop_price` it
+    is truncated there, and the last reward is less by that price. `info`: is_success,
     stopped (a real arm would have stopped itself during this action), energy (J, of this action), force and hand_force (N,
     largest sustained of the whole arm, and beyond the wrist), joint_speed (of the joint nearest to its limit, as a share of that),
-    penalty, motion_cost (reward lost to the price of motion), reward_terms, which, less motion_cost, add up to the reward. With
+    penalty, motion_cost and stop_cost (reward lost to the prices of motion and of a stop), reward_terms, which, less these two, add
+    up to the reward. With
     `observation={"critic": [..]}` also critic, from `reset` on: what a critic may see and the policy may not, scaled as an
     observation is; `describe()["critic"]` names its numbers. With `observation={"camera": {"width": 84, "height": 84,
     "kind": "depth", "from": "task"}}` an observation is a dict: those numbers as `state`, and `pixels`, shape (height, width, 1),

@@ -56,12 +56,18 @@ pub(super) const COLUMNS: &[Column] = &[
     )
     .printed("success without the hand")
     .of_runs(&[number("sampled_success_without_hand", Sampled, Mean), number("success_without_hand", Baseline, Mean)]),
-    Column::new("terminated", "", "the simulation diverged, or (with `env.stops`) the arm stopped itself", |e| {
-        Cell::Flag(e.at_the_end(|s| s.terminated))
-    }),
-    Column::new("truncated", "", "ended by the horizon, or by a success where the configuration says so", |e| {
-        Cell::Flag(e.at_the_end(|s| s.truncated))
-    }),
+    Column::new(
+        "terminated",
+        "",
+        "the simulation diverged, or (with `env.stops` and no price of it) the arm stopped itself",
+        |e| Cell::Flag(e.at_the_end(|s| s.terminated)),
+    ),
+    Column::new(
+        "truncated",
+        "",
+        "ended by the horizon, by a success where the configuration says so, or by a stop that has a price",
+        |e| Cell::Flag(e.at_the_end(|s| s.truncated)),
+    ),
     Column::new("diverged", "", "the simulation diverged", |e| Cell::Flag(e.at_the_end(|s| s.diverged)))
         .printed("diverged")
         .of_runs(&[

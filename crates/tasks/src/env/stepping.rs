@@ -104,13 +104,13 @@ impl Env {
         let rule = self.config.force_penalty;
         let penalty = rule.for_force(interval.force(rule.of).max);
         let stopped = self.config.stops && interval.stop.is_some();
-        let terminated = diverged || stopped;
+        let terminated = diverged || (stopped && self.config.stop_price.is_none());
         if !diverged {
             self.task.advance(&self.simulation, &self.y);
             // After a divergence the last valid observation stays.
             self.observe();
         }
-        let reward = if terminated {
+        let reward = if diverged || stopped {
             Reward { terms: self.nothing_earned, success: false }
         } else {
             // Rewards go by what is, not by what is measured.
@@ -120,12 +120,14 @@ impl Env {
         self.held = if reward.success { self.held + interval.time } else { 0.0 };
         let ends = self.config.ends_on_success && self.held > HELD - 1e-9;
         let motion_cost = self.config.motion_price * interval.energy.absolute;
+        let stop_cost = self.config.stop_price.filter(|_| stopped).unwrap_or_default();
         Step {
-            reward: reward.terms.sum() - motion_cost,
+            reward: reward.terms.sum() - motion_cost - stop_cost,
             reward_terms: reward.terms,
             motion_cost,
+            stop_cost,
             terminated,
-            truncated: !terminated && (ends || self.elapsed >= self.config.horizon),
+            truncated: !terminated && (stopped || ends || self.elapsed >= self.config.horizon),
             success: reward.success,
             diverged,
             over_limit: penalty.is_some(),

@@ -100,17 +100,17 @@ fn motion_costs_its_price_per_joule() {
 /// A joint that turns faster than it may stops the arm where episodes end with that; elsewhere the arm goes on.
 #[test]
 fn an_arm_that_is_to_stop_ends_the_episode_and_earns_nothing() {
-    let play = |stops| {
+    let play = |stops, stop_price| {
         let protection = Protection { joint_speed: 0.05, ..Protection::default() };
-        let mut env = Env::new(EnvConfig { stops, protection, ..EnvConfig::default() }, 1).unwrap();
+        let mut env = Env::new(EnvConfig { stops, stop_price, protection, ..EnvConfig::default() }, 1).unwrap();
         let action = vec![0.5; env.action_dim()];
         let mut steps = vec![];
-        while steps.len() < 10 && !steps.last().is_some_and(|step: &Step| step.terminated) {
+        while steps.len() < 10 && !steps.last().is_some_and(|step: &Step| step.terminated || step.truncated) {
             steps.push(env.step(&action));
         }
         (steps, env)
     };
-    let ((going_on, _), (stopping, env)) = (play(false), play(true));
+    let ((going_on, _), (stopping, env)) = (play(false, None), play(true, None));
     let at =
         going_on.iter().position(|step| step.interval.stop.is_some()).expect("a joint at a twentieth of its speed");
     assert_eq!((going_on.len(), stopping.len()), (10, at + 1));
@@ -121,6 +121,11 @@ fn an_arm_that_is_to_stop_ends_the_episode_and_earns_nothing() {
     assert_eq!(last.interval.stop, there.interval.stop);
     assert_eq!(last.interval.stop.unwrap().time, last.interval.time, "not a sample longer");
     assert_eq!(env.observation().len(), env.observation_components().len());
+    let (priced, _) = play(true, Some(3.0));
+    let paid = Step { reward: -3.0, stop_cost: 3.0, terminated: false, truncated: true, ..*last };
+    assert_eq!((&priced[..at], &priced[at..]), (&stopping[..at], &[paid][..]));
+    let config = EnvConfig { stop_price: Some(3.0), ..EnvConfig::default() };
+    assert!(config.validate().unwrap_err().to_string().contains("env.stops = true is missing"));
 }
 
 /// 100 N on the arm of which the hand feels 10.
