@@ -4,7 +4,7 @@
     scripts/held_entry.py RUN [RUN ...]
 
 RUN: a run folder of Door, or the .zip of a kept policy. After five seconds of mean actions one entry is held, for four seconds at most;
-printed are the actions until the door was open, from four starts; `-`: it stayed shut. Entries that open nothing are left out. Needs
+printed are the actions until the door was open, from four starts; `-`: it stayed shut, `before`: it was open before. Entries that open nothing are left out. Needs
 the wheel (`make wheel`).
 """
 
@@ -18,7 +18,7 @@ STARTS = range(1, 5)
 
 
 def until_open(policy, env, seed, entry, end):
-    """Actions of the held entry until the door was open, or None."""
+    """Actions of the held entry until the door was open, "before" or None."""
     observation, _ = env.reset(seed=seed)
     for action in range(BEFORE + HELD):
         chosen = np.array(policy.predict(observation)[0])
@@ -26,7 +26,7 @@ def until_open(policy, env, seed, entry, end):
             chosen[entry] = end
         observation, _, _, _, info = env.step(chosen)
         if info["is_success"]:
-            return action - BEFORE + 1
+            return "before" if action < BEFORE else action - BEFORE + 1
     return None
 
 
@@ -40,7 +40,7 @@ def main():
         for entry, described in enumerate(env.unwrapped.describe()["action"]):
             for end in (-1, 1):
                 found = [until_open(policy, env, seed, entry, end) for seed in STARTS]
-                if any(found):
+                if any(actions not in (None, "before") for actions in found):
                     print(f"  {described['name']} {end:+}:", *(actions or "-" for actions in found))
 
 

@@ -109,6 +109,14 @@ def complaint(policy):
         return "env.observation.controller = true: robosuite does not show the controller's state; false is wanted"
     if policy.task == "wipe" and env["observation"]["markers"] != "condensed":
         return f"env.observation.markers = {env['observation']['markers']!r}: robosuite's Wipe shows them \"condensed\" only"
+    for key in ("force", "action", "camera"):
+        if env["observation"].get(key):
+            return f"env.observation.{key}: robosuite shows none to a policy"
+    for key, wanted in (("robot", "robosuite"), ("stops", False)):
+        if env[key] != wanted:
+            return f"env.{key} = {env[key]}: {wanted} is wanted, as it is in robosuite"
+    if env["sensing"]["source"] != "exact":
+        return "env.sensing.source: \"exact\" is wanted, as it is in robosuite"
     if (env["controller"]["policy_hz"], env["controller"]["control_hz"]) != (20, 500):
         return "env.controller: policy_hz = 20 and control_hz = 500 are wanted, which are robosuite's"
     return None

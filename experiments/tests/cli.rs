@@ -283,6 +283,20 @@ fn a_sweep_hides_no_run_and_repeats_none() {
     for name in ["runs.csv", "summary.csv", "comparison.csv", "tables.md", "curves_lift.svg"] {
         assert!(out.join(name).is_file(), "{name}");
     }
+    // Curves of runs that are gone go too; a table of somebody else stays.
+    let (stale, own) = (out.join("curves_lift_gone.svg"), out.join("tables.md"));
+    let (others, shown) = (out.join("curves_lift_mine.svg"), std::fs::read_to_string(&own).unwrap());
+    std::fs::write(&own, shown.clone() + "\n![Learning curves](curves_lift_gone.svg)\n").unwrap();
+    for picture in [&stale, &others] {
+        std::fs::write(picture, "").unwrap();
+    }
+    program("report").arg(&out).assert().success();
+    assert!(!stale.exists() && others.exists() && out.join("curves_lift.svg").is_file());
+    assert_eq!(std::fs::read_to_string(&own).unwrap(), shown);
+    std::fs::write(&own, "mine").unwrap();
+    expect(&error(program("report").arg(&out), 1), &["tables.md", "not replaced"]);
+    assert_eq!(std::fs::read_to_string(&own).unwrap(), "mine");
+    std::fs::remove_file(&own).unwrap();
     let (again, config) = (out.join("again"), std::fs::read_to_string(first.join("config.toml")).unwrap());
     std::fs::create_dir(&again).unwrap();
     for table in ["episodes.csv", "eval.csv", "progress.csv", "manifest.json", "DONE"] {
@@ -290,6 +304,9 @@ fn a_sweep_hides_no_run_and_repeats_none() {
     }
     std::fs::write(again.join("config.toml"), &config).unwrap();
     expect(&error(program("report").arg(&out), 1), &["again", "lift/aforce/seed_1", "same seed"]);
+    let packed = out.join("packed");
+    expect(&error(program("archive").arg(&out).arg("--out").arg(&packed), 1), &["again", "are the same run"]);
+    assert!(!packed.exists());
     let other = config.replace("seed = 1\n", "seed = 2\n").replace("gamma = 0.97", "gamma = 0.9");
     std::fs::write(again.join("config.toml"), other).unwrap();
     expect(&error(program("report").arg(&out), 1), &["again", "learner.gamma: there 0.9, here 0.97"]);

@@ -9,13 +9,13 @@ use tasks::{Env, EnvConfig, TaskName};
 
 /// The action spaces of the digests.
 const SPACES: [&str; 8] = ["aforce", "aforce-force", "aforce-psi", "aforce-shaped", "low", "high", "variable", "osc"];
-/// Episodes of which the first digest of a line is.
+/// Number of episodes in a line's first digest.
 pub const FIRST: u32 = 10;
 /// Actions of an episode: the script's, whose contacts take time, in each tenth; random ones in the others.
 const SCRIPTED: u32 = 100;
 const RANDOM: u32 = 6;
 
-/// A line for each task and space: a digest of its first [`FIRST`] episodes and, where more are asked for, one of all. Each is made when it is
+/// A line for each task and space: a digest of its first [`FIRST`] episodes, or of all if they are fewer, and, where more are asked for, one of all. Each is made when it is
 /// asked for.
 ///
 /// Jerk-limited set-points have a line of the first episodes alone. Their generator takes atan2 from the platform, and glibc does not round
@@ -41,7 +41,7 @@ fn line(name: &str, config: EnvConfig, episodes: u32) -> String {
     let mut line = name.to_owned();
     for episode in 0..episodes {
         play(&mut env, episode, &mut hash);
-        if episode + 1 == FIRST || episode + 1 == episodes && episodes > FIRST {
+        if episode + 1 == FIRST.min(episodes) || episode + 1 == episodes {
             line += &format!(" {:016x}", hash.finish());
         }
     }

@@ -48,7 +48,7 @@ fn policies_act_as_with_libtorch() {
     }
 }
 
-/// Eight seconds of each kept policy, as the page plays it.
+/// 25 seconds of each kept policy, as the page plays it.
 #[test]
 fn kept_policies_do_their_tasks() {
     for run in Policy::runs() {

@@ -28,9 +28,8 @@ impl EnergyLedger {
     /// One control sample: torque (Nm), joint velocity (rad/s), motor constant times gear ratio of each joint's drive (Nm/sqrt(W)),
     /// duration (s).
     ///
-    /// Of a torque that acts over the whole sample the velocity is the mean of those before and after it: kinetic energy
-    /// grows by just that work, whatever the travel that an integrator makes of the sample. Where the engine takes several steps in
-    /// a sample (a control rate below 500 Hz), it is that up to the error of this mean.
+    /// Give as `qd` the mean of the velocities before and after the sample: then the work is exactly the kinetic energy gained. Where
+    /// the engine takes several steps in a sample (a control rate below 500 Hz), it is so approximately.
     pub fn add(&mut self, tau: &JointVector, qd: &JointVector, drives: &[f64; 7], dt: f64) {
         let mut net = 0.0;
         for i in 0..7 {

@@ -12,7 +12,7 @@ use fs_err as fs;
 use serde::Serialize;
 use tempfile::NamedTempFile;
 
-/// Writes a file; whoever looks meanwhile sees the old one, and so does who looks after a power loss.
+/// Writes a file. Until the new one is whole on the disk, readers find the old one, after a power loss too.
 ///
 /// # Errors
 /// If `path` is a folder or no file, its folder is missing, or the disk does not take it.

@@ -33,7 +33,7 @@ impl Survival {
         Survival(steps)
     }
 
-    /// The time by which half of the runs came there; `None` if fewer did while they were watched.
+    /// The time by which half of the runs came there; `None` if the estimated share of the others stays above one half.
     pub fn median(&self) -> Option<f64> {
         self.0.iter().find(|(_, share)| *share <= 0.5 + 1e-12).map(|(time, _)| *time)
     }

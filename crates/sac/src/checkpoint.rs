@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `actor.safetensors` | the policy: `actor.0.weight` `(out, in)`, `actor.0.bias`, `actor.2.weight`, ...: a PyTorch `Sequential` of `Linear` and `ReLU` |
 //! | `online_actor.safetensors` | the same for the actor that learns, of which the former is a running mean |
-//! | `critic.safetensors`, `target.safetensors` | the same for `critic_1` and `critic_2` |
+//! | `critic.safetensors`, `target.safetensors` | the same for `critic_1` and `critic_2`; with `config.layer_norm` in `state.json` a `LayerNorm(elementwise_affine=False)` stands before each `ReLU` |
 //! | `optimizer.safetensors` | Adam's moments (`.adam_m`, `.adam_v`) of `online_actor` and `critic`, and `log_temperature` with its own |
 //! | `state.json` | sizes, settings, number of updates (which `actor.safetensors` repeats), states of the random generators, what the caller adds, BLAKE3 of the files above, and a checksum of itself |
 //! | `replay.bin`, `replay_*.bin` | the replay memory with checksums of its own, if it was given; the latter are shared with the checkpoint before, as second names of the same files |
@@ -305,7 +305,7 @@ fn read_policy(folder: &Path, state: &State, config: &Config) -> Result<Networks
     Ok(Networks::with_values(Actor::NAMES, &sizes, Buffer::from_slice(&values)))
 }
 
-/// The settings are those with which a checkpoint was saved, or else the first difference. A setting that came later was off then.
+/// The settings are those with which a checkpoint was saved, or else the first difference. A setting that the saved file lacks counts as off.
 fn same_settings(saved: &Value, config: &Config) -> Result<(), String> {
     let saved: Config = serde_json::from_value(saved.clone()).map_err(|e| e.to_string())?;
     let [saved, wanted] = [&saved, config].map(|config| serde_json::to_value(config).expect("plain data"));

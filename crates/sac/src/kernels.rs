@@ -69,8 +69,9 @@ impl Kernels {
     }
 }
 
-/// Whether the processor is Intel's: MKL's own function of this name is not asked where a program has one. Yes, as its kernels for AVX2 and
-/// AVX-512 work on every processor that has these instructions. The build script makes the linker show it to libtorch.
+/// MKL calls this function to ask whether the processor is Intel's. A definition in the program takes the place of MKL's own. It always
+/// answers yes, as MKL's kernels for AVX2 and AVX-512 work on every processor that has these instructions. The build script makes the
+/// linker show it to libtorch.
 #[unsafe(no_mangle)]
 extern "C" fn mkl_serv_intel_cpu_true() -> c_int {
     1

@@ -28,7 +28,8 @@ pub struct Replay {
 
 /// Numbers of a row besides the action. A place takes two: f32 counts to 2^24 only.
 const BESIDES_ACTION: usize = 5;
-const HALF: usize = 1 << 20;
+/// What the higher of the two counts.
+const RADIX: usize = 1 << 20;
 
 /// Transitions drawn for one update, laid out for it.
 #[derive(Debug)]
@@ -105,7 +106,7 @@ impl Replay {
         let next = self.observations.len() - 1;
         let Self { transitions, n_step, .. } = self;
         n_step.push(step, observation, |first, discount| {
-            let place = [first.observation / HALF, first.observation % HALF, next - first.observation];
+            let place = [first.observation / RADIX, first.observation % RADIX, next - first.observation];
             transitions.push(&[&first.action, &[first.reward, discount], &place.map(|n| n as f32)]);
         });
         let oldest = self.transitions.len() - self.len();
@@ -146,7 +147,7 @@ impl Replay {
     }
 
     /// The transition that `drawn` below [`Replay::len`] stands for: its number modulo the capacity, as in a ring. So a seed draws the
-    /// same transitions as when this memory was one.
+    /// same transitions as from a ring buffer, which this memory was before.
     fn drawn(&self, drawn: usize) -> usize {
         let oldest = self.transitions.len() - self.len();
         oldest + (drawn + self.capacity - oldest % self.capacity) % self.capacity
@@ -156,7 +157,7 @@ impl Replay {
     fn places(&self, transition: usize) -> [usize; 2] {
         let row = self.transitions.row(transition);
         let [high, low, further] = [2, 3, 4].map(|i| row[self.action_dim + i] as usize);
-        let observation = high * HALF + low;
+        let observation = high * RADIX + low;
         [observation, observation + further]
     }
 }

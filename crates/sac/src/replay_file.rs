@@ -85,8 +85,9 @@ pub(crate) fn write(folder: &Path, before: &Path, replay: &Replay) -> Result<(),
     for (name, log) in NAMES.into_iter().zip(logs) {
         for (number, segment) in (log.forgotten..).zip(&log.segments) {
             let (file, old) = (segment_path(folder, name, number), segment_path(before, name, number));
-            let linked = there.get(&old) == Some(&segment.hash) && fs::hard_link(&old, &file).is_ok();
-            // Not every drive knows second names.
+            let same = there.get(&old) == Some(&segment.hash) && is_long(&old, 4 * segment.numbers.len());
+            let linked = same && fs::hard_link(&old, &file).is_ok();
+            // Not every drive knows second names, and a file that was cut off is written anew.
             if !linked {
                 synced_file::write(&file, &bytes(&segment.numbers))?;
             }
@@ -109,6 +110,11 @@ pub(crate) fn write(folder: &Path, before: &Path, replay: &Replay) -> Result<(),
     }
     out.extend(blake3::hash(&out).as_bytes());
     synced_file::write(&folder.join(FILE), &out)
+}
+
+/// Whether a file has so many bytes.
+fn is_long(file: &Path, bytes: usize) -> bool {
+    fs::metadata(file).is_ok_and(|there| there.len() == bytes as u64)
 }
 
 /// Reads what [`write()`] wrote.

@@ -7,7 +7,7 @@
 
 /// Of the built-in spaces, and of those of the committed runs. Many are Okabe and Ito's, which colour-blind readers can
 /// tell apart; a space with force is of the kind of its space without.
-const SPACES: [(&str, &str); 35] = [
+const SPACES: [(&str, &str); 37] = [
     ("aforce", "#0072b2"),
     ("aforce-force", "#56b4e9"),
     ("variable", "#d55e00"),
@@ -43,6 +43,8 @@ const SPACES: [(&str, &str); 35] = [
     ("aforce-scaled", "#2e5d7d"),
     ("fixed-565", "#9acd32"),
     ("fixed-100", "#d4c400"),
+    ("fixed-300", "#2e8b57"),
+    ("variable-60", "#f4a582"),
 ];
 
 /// Of whatever is not in [`SPACES`]: far from what is there, and from each other.

@@ -152,7 +152,7 @@ impl Playback {
         let mut image = scene(env, view, width, height);
         let done = if self.episode.outcome().number("time_to_success_s").is_some() { "done" } else { "" };
         let fast = if speed == 1.0 { String::new() } else { format!("{speed}x ") };
-        // That both command a force goes without saying.
+        // Without ` + force`: both pictures are of spaces with it.
         let name = self.called.split(" + ").next().unwrap_or_default();
         heading(
             &mut image,

@@ -15,7 +15,7 @@ use physics::camera::Image;
 
 use crate::picture;
 
-pub use forest::{Forest, Ratio};
+pub use forest::{Forest, Ratio, two_digits};
 pub use heat_map::{HeatMap, HeatRow};
 
 mod forest;
@@ -232,12 +232,12 @@ mod tests {
         ];
         for count in [panels.len(), 1] {
             write_with_png("odd", &panels[..count], &path).unwrap();
+            let svg = std::fs::read_to_string(path.with_file_name("seed_0.5.svg")).unwrap();
+            assert!(svg.contains("(no data)") && !svg.contains("NaN") && !svg.contains("inf"));
         }
         let mut names: Vec<_> = folder.path().read_dir().unwrap().map(|entry| entry.unwrap().file_name()).collect();
         names.sort();
         assert_eq!(names, ["seed_0.5.png", "seed_0.5.svg"]);
-        let svg = std::fs::read_to_string(path.with_file_name("seed_0.5.svg")).unwrap();
-        assert!(svg.contains("(no data)") && !svg.contains("NaN") && !svg.contains("inf"));
     }
 
     #[test]

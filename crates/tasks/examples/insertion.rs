@@ -8,7 +8,7 @@ use aforce::ActionSpace;
 use tasks::{Env, EnvConfig, Outcome, Step, TaskName, play};
 use toml::Value;
 
-/// FORGE's two controllers as action spaces: K in N/m and Nm/rad against standstill.
+/// The controllers of FORGE and of Factory as action spaces: K in N/m and Nm/rad against standstill.
 const GAINS: [(&str, &str); 2] = [("factory", "[100.0, 30.0]"), ("forge", "[565.0, 28.0]")];
 
 /// Clearances (mm).

@@ -19,12 +19,13 @@ fn main() {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let [task, steps, file] = arguments.as_slice() else { usage() };
     let (Ok(task), Ok(steps)) = (task.parse::<TaskName>(), steps.parse::<u32>()) else { usage() };
+    let Some(joints) = joints(task) else { usage() };
     let space = "variable".parse().expect("a built-in space");
     let mut env = Env::new(EnvConfig { task, space, ..EnvConfig::default() }, 1).expect("defaults are valid");
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let mut out = String::new();
     for _ in 0..steps {
-        let before = state(task, env.simulation());
+        let before = state(task, joints, env.simulation());
         let action: Vec<f64> = (0..env.action_dim()).map(|_| rng.random_range(-1.0..=1.0)).collect();
         let step = env.step(&action);
         let torque = step.interval.mean_torque();
@@ -37,13 +38,17 @@ fn main() {
     fs::write(file, out).expect("the file is writable");
 }
 
-fn state(task: TaskName, simulation: &Simulation) -> Vec<f64> {
-    let joints = match task.as_str() {
-        "lift" => 9,
-        "door" => 11,
-        "wipe" => 7,
-        other => panic!("how many joints has the scene of {other}?"),
-    };
+/// Of the scene of a task that robosuite has too.
+fn joints(task: TaskName) -> Option<usize> {
+    match task.as_str() {
+        "lift" => Some(9),
+        "door" => Some(11),
+        "wipe" => Some(7),
+        _ => None,
+    }
+}
+
+fn state(task: TaskName, joints: usize, simulation: &Simulation) -> Vec<f64> {
     let (mut positions, mut velocities): (Vec<f64>, Vec<f64>) = (0..joints).map(|i| simulation.joint(i)).unzip();
     if task == TaskName::LIFT {
         let cube = simulation.solids().last().and_then(|solid| solid.body).expect("the cube comes last and moves");

@@ -1,6 +1,6 @@
 //! What only a critic sees: in a simulation it may know what no policy could measure.
 
-use aforce::{ConfigError, Measurement};
+use aforce::ConfigError;
 use physics::{ContactReading, Simulation};
 use serde::{Deserialize, Serialize};
 
@@ -53,9 +53,9 @@ impl Privileged {
 
 /// Puts 8 numbers: the wrench that presses on hand and fingers (or tool) in the tool's axes, filtered as a controller's but without
 /// noise, bias or estimate; whether anything does; the force on the links short of the wrist.
-pub(crate) fn observe_contact(simulation: &Simulation, y: &Measurement, out: &mut Observer) {
+pub(crate) fn observe_contact(simulation: &Simulation, out: &mut Observer) {
     let ContactReading { filtered, touching, links, .. } = simulation.contact();
-    let wrench = in_tool_axes(y, filtered);
+    let wrench = in_tool_axes(&simulation.measure(), filtered);
     out.axes("contact", &wrench, ["N, tool", "Nm, tool"], [0.0; 2], [0.05, 0.5]);
     out.put("contact_touching", f64::from(*touching), "0 or 1", 0.0, 1.0);
     out.put("contact_links", links.sustained, "N", 0.0, 0.05);

@@ -108,7 +108,10 @@ impl RunConfig {
                 // One of them would give its name to the other's settings.
                 Some((earlier, other)) if other != preset => {
                     let here = source.name();
-                    return Err(bad(format!("preset = {value} ({here}) contradicts {earlier}: take it out of one")));
+                    let twice = if here == earlier { ", where another stands above the groups" } else { "" };
+                    return Err(bad(format!(
+                        "preset = {value} ({here}) contradicts {earlier}{twice}: take it out of one"
+                    )));
                 }
                 _ => named = Some((source.name(), preset)),
             }

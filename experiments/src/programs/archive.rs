@@ -11,7 +11,7 @@ use crate::report::summary::{RunSummary, find_runs};
 use crate::run::folder::RunFolder;
 use crate::run::kept;
 use crate::run::which::Which;
-use anyhow::{Result, ensure};
+use anyhow::{Result, bail, ensure};
 use clap::Parser;
 use output::program;
 
@@ -57,11 +57,29 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     ensure!(!experiments.is_empty(), "{}: no run below it that is done", arguments.runs.display());
     for (experiment, new) in experiments {
+        each_once(&new)?;
         let folder = arguments.out.join(&experiment);
         let mut all = if archive::is_archive(&folder) { archive::read_listed(&folder)? } else { vec![] };
         let known: Vec<RunId> = all.iter().map(|record| RunId::of(&record.config)).collect();
         let (there, added): (Vec<_>, Vec<_>) =
             new.iter().cloned().partition(|record| known.contains(&RunId::of(&record.config)));
+        for record in &there {
+            let kept = all.iter().find(|kept| RunId::of(&kept.config) == RunId::of(&record.config));
+            if let Some(kept) = kept.filter(|kept| made_by(kept) != made_by(record)) {
+                let [there, here] = [kept, record].map(|run| {
+                    let Record { config, manifest, .. } = run;
+                    format!(
+                        "{} actions, commit {}, configuration {}",
+                        config.steps, manifest.commit, manifest.config_hash
+                    )
+                });
+                program::tell(format_args!(
+                    "not taken: {}: {} has the run already ({there}), here it is another ({here})",
+                    record.path.display(),
+                    folder.display()
+                ));
+            }
+        }
         all.extend(added.iter().cloned());
         let order = |record: &Record| {
             let RunId { task, space, variant, seed } = RunId::of(&record.config);
@@ -78,6 +96,24 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         ));
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// By what: a run that another program or configuration has trained once more, or longer, is not the one whose rows are kept.
+fn made_by(record: &Record) -> (&str, &str, u64) {
+    (&record.manifest.commit, &record.manifest.config_hash, record.config.steps)
+}
+
+/// No run stands there twice, as it does beside a copy of its folder: an archive of it could not be read.
+fn each_once(records: &[Record]) -> Result<()> {
+    let mut places: Vec<(RunId, &Path)> = vec![];
+    for record in records {
+        let id = RunId::of(&record.config);
+        if let Some((_, other)) = places.iter().find(|(known, _)| *known == id) {
+            bail!("{} and {} are the same run, {id}; move one away", other.display(), record.path.display());
+        }
+        places.push((id, &record.path));
+    }
+    Ok(())
 }
 
 /// Of every group the policy of the run nearest to the median, among the runs `found` now and the one kept before.
@@ -98,8 +134,6 @@ fn keep_policies(all: &[Record], found: &[Record], which: Option<Which>, folder:
         for (record, _) in &runs {
             pack_folder(&place(record))?;
         }
-        // A run that another program or configuration has trained once more is not the one whose rows are kept.
-        let made_by = |record: &Record| (record.manifest.commit.clone(), record.manifest.config_hash.clone());
         let is_it = |new: &&Record, record: &Record| {
             RunId::of(&new.config) == RunId::of(&record.config) && made_by(new) == made_by(record)
         };

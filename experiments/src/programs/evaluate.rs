@@ -51,7 +51,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         Some(path) => disturbances::read(path, player.config.env.task)?
             .into_iter()
             .map(|case| {
-                let env = EnvConfig { disturbance: case.disturbance.clone(), ..player.config.env.clone() };
+                let mut env = EnvConfig { disturbance: case.disturbance.clone(), ..player.config.env.clone() };
+                // A policy that only plays needs no critic, which may see a disturbance that a case does not have.
+                env.observation.critic.clear();
                 let env = Env::new(env, 0).with_context(|| format!("{}: case {:?}", path.display(), case.name))?;
                 Ok((case, env))
             })

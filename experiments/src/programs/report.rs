@@ -13,6 +13,7 @@ use crate::report::disturbed::{DisturbedRow, disturbed, heat_map};
 use crate::report::energy_ratio::energy_ratios;
 use crate::report::groups::{Group, Section, groups, sections, summary};
 use crate::report::markdown;
+use crate::report::outside::is_outside;
 use crate::report::over_tasks::{aggregates, profiles};
 use crate::report::pooled::pooled;
 use crate::report::reached::reached;
@@ -35,7 +36,7 @@ use show::plot;
 /// aggregates.csv (interquartile means over the tasks of a space), robustness.csv (what disturbances cost, where `evaluate --disturb` left a disturbed.csv in the folders of runs) with a picture of it, with
 /// --hypotheses verdicts.csv and pooled.csv (hypotheses judged one by one, and over experiments that ask the same),
 /// and, in the folder of each experiment, tables.md (the paper's table of each task, beside what others published), curves_TASK
-/// (learning curves, at most four spaces in a figure); and NAME from every NAME.j2 in these folders: text
+/// (learning curves, at most four spaces in a panel); and NAME from every NAME.j2 in these folders: text
 /// that people wrote, with figures from the tables. Where the folder has an energy_ratio.toml, energy_ratio.csv and a plot of
 /// it are the ratios of energy that it asks for; where it has a derived.toml, so are the tables that it asks for. Runs are compared within the folder that holds their tasks: an
 /// experiment. A sweep that is still going on is reported as far as it has come. A finished run that cannot be read is left
@@ -49,7 +50,7 @@ pub struct Arguments {
     /// Where to write (default: the same folder)
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// What was expected before the runs: writes verdicts.csv (repeatable; each file is corrected by itself)
+    /// What was expected before the runs: writes verdicts.csv (repeatable; p is corrected within each task of a file)
     #[arg(long, value_name = "FILE")]
     hypotheses: Vec<PathBuf>,
     /// Only fill in the texts (NAME.j2) of this folder and those below it, but for folders that have a report of their own
@@ -127,7 +128,9 @@ fn find(root: &Path) -> Result<Found> {
     ensure!(!all.is_empty(), "{}: no run folder below it that is not a search's (search.csv)", root.display());
     let mut found = Found { runs: vec![], rows: vec![], all_read: true };
     for run in all {
-        let read = run.map_err(|(folder, reason)| (folder.path().to_path_buf(), folder.done().exists(), reason));
+        let read = run.map_err(|(folder, reason)| {
+            (folder.path().to_path_buf(), folder.done().exists() || is_outside(folder.path()), reason)
+        });
         let summed_up = read.and_then(|run| match RunSummary::of(&run, root) {
             Ok(row) => Ok((run, row)),
             Err(reason) => Err((run.path, run.done, reason)),
@@ -260,7 +263,7 @@ impl<'a> Report<'a> {
             for figure in curves::figures(&of_section)? {
                 let curves = out.join(format!("curves_{}{}", section.task, figure.suffix));
                 plot::write(&figure.title, &figure.panels, &curves)?;
-                pictures.push(curves.with_extension("svg"));
+                pictures.push(file::with_suffix(&curves, ".svg"));
             }
             let names: Vec<_> = pictures.iter().filter_map(|path| path.file_name()?.to_str()).collect();
             let of_experiment = tables.entry(section.experiment).or_default();
@@ -269,8 +272,29 @@ impl<'a> Report<'a> {
         }
         for (experiment, tables) in tables {
             let path = self.out.join(experiment).join("tables.md");
+            self.forget_curves(&path)?;
             file::replace(&path, tables.join("\n").as_bytes())?;
             self.written.push(path);
+        }
+        Ok(())
+    }
+
+    /// Removes the curves that an earlier report showed in the tables `at` and that were not drawn now: they would speak of other runs.
+    ///
+    /// # Errors
+    /// If the tables are somebody else's, which are not to be replaced.
+    fn forget_curves(&self, at: &Path) -> Result<()> {
+        if !at.exists() {
+            return Ok(());
+        }
+        let earlier = fs_err::read_to_string(at).unwrap_or_default();
+        let is_ours = earlier.starts_with("# ") && earlier.contains("\n| space |");
+        ensure!(is_ours, "{}: not of report, and not replaced; move it away", at.display());
+        let names = earlier.lines().filter_map(|line| line.strip_prefix("![Learning curves](")?.strip_suffix(')'));
+        for picture in names.map(|name| at.with_file_name(name)) {
+            if picture.exists() && !self.written.contains(&picture) {
+                fs_err::remove_file(picture)?;
+            }
         }
         Ok(())
     }

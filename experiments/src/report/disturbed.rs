@@ -178,10 +178,14 @@ fn of_its_policies(run: &Record, played: &Columns) -> Result<[bool; 2]> {
     let better = |best: (f64, f64), next: (f64, f64)| if next.1 > best.1 { next } else { best };
     let best = evaluations.iter().copied().reduce(better).map_or(f64::NAN, |evaluation| evaluation.0);
     let last = evaluations.last().map_or(f64::NAN, |evaluation| evaluation.0);
-    let of = [best, last].map(|of| played.iter().all(|&step| step == of));
+    // The last policy is saved where the last episode ends, which need not be where the last evaluation was.
+    let trained = run.csv(Table::Episodes)?.map(|episodes| episodes.steps()).transpose()?.unwrap_or_default();
+    let end = trained.last().map_or(last, |&step| step as f64);
+    let is = |of: f64| played.iter().all(|&step| step == of);
+    let of = [is(best), is(last) || is(end)];
     ensure!(
         of.contains(&true),
-        "{}: neither of the best policy, which is of action {best}, nor of the last, of action {last}: evaluate --disturb again",
+        "{}: neither of the best policy, which is of action {best}, nor of the last, of action {end}: evaluate --disturb again",
         path.display()
     );
     Ok(of)
@@ -260,5 +264,8 @@ mod tests {
         rewrite(&folders[1].eval(), "return", |row, old| if row < 3 { "1e3".into() } else { old.into() });
         let told = of_step(&folders[1], 80_000).unwrap_err().to_string();
         assert!(told.contains("some runs played their best policy, others their last"), "{told}");
+        // Where episodes may end early, the last one ends beyond the last evaluation.
+        rewrite(&folders[0].episodes(), "step", |_, _| "80461".into());
+        assert_eq!(of_step(&folders[0], 80_461).unwrap(), "last");
     }
 }

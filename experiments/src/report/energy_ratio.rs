@@ -100,6 +100,9 @@ fn of_runs(wanted: &Wanted, runs: &[RunSummary]) -> Result<Option<EnergyRatioRow
     if a.is_empty() || b.is_empty() {
         return Ok(None);
     }
+    if let Some((label, _)) = [(&space, &a), (&against, &b)].into_iter().find(|(_, side)| !mean(side).is_finite()) {
+        return Err(format!("{label} has no energy_per_action_j"));
+    }
     let ci = ratio_interval(&a, &b);
     Ok(Some(EnergyRatioRow {
         task: wanted.task.as_str().into(),

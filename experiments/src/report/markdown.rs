@@ -9,6 +9,7 @@ use crate::report::published::{self, Published};
 use crate::report::run_tables::SOLVED;
 use crate::report::summary::RunSummary;
 use output::statistics::{FEWEST_FOR_INTERVAL, deviation, iqm, iqm_interval, mean, range};
+use show::plot;
 
 /// The runs of a section in Markdown: notes, the pictures with its `curves`, return, energy, the comparison with `aforce`, safety.
 pub fn tables(section: Section, groups: &[Group], comparison: &[ComparisonRow], curves: &[&str]) -> String {
@@ -23,7 +24,10 @@ pub fn tables(section: Section, groups: &[Group], comparison: &[ComparisonRow], 
         .filter_map(|run| Some(format!("{} m and {} rad", run.position_step_m?, run.rotation_step_rad?)))
         .collect();
     let steps = steps.into_iter().collect::<Vec<_>>().join(" or ");
-    let mut parts = vec![format!("# {title}\n\n{of}An action moves the goal by at most {steps} along an axis.\n")];
+    // Runs of other learners do not tell theirs.
+    let steps =
+        if steps.is_empty() { steps } else { format!("An action moves the goal by at most {steps} along an axis.") };
+    let mut parts = vec![format!("# {title}\n\n{}\n", format!("{of}{steps}").trim_end())];
     parts.extend(notes(&groups));
     parts.extend(curves.iter().map(|picture| format!("![Learning curves]({picture})\n")));
     let mut tables = vec![returns(&groups), energies(&groups)];
@@ -138,22 +142,13 @@ fn compared_with(reference: &str, groups: &[&Group], comparison: &[&ComparisonRo
                 _ => format!("{:.2}", row.value),
             })
         }));
-        cells.push(theirs.map_or(String::new(), |(space, reference)| two_digits(space / reference)));
+        cells.push(theirs.map_or(String::new(), |(space, reference)| plot::two_digits(space / reference)));
         table.rows.push(cells);
     }
     table
 }
 
 /// As exact as what is published: a ratio with two digits.
-fn two_digits(ratio: f64) -> String {
-    let digits = match ratio {
-        ratio if ratio < 1.0 => 2,
-        ratio if ratio < 10.0 => 1,
-        _ => 0,
-    };
-    format!("{ratio:.digits$}")
-}
-
 fn safety(groups: &[&Group]) -> MarkdownTable {
     let mut table = MarkdownTable::new(&[
         "space",
@@ -306,7 +301,8 @@ mod tests {
 
     #[test]
     fn a_published_ratio_keeps_two_digits() {
-        assert_eq!([131.0 / 7.0, 19.5 / 1.8, 4.04, 1.0 / 1.8].map(two_digits), ["19", "11", "4.0", "0.56"]);
+        assert_eq!([131.0 / 7.0, 19.5 / 1.8, 4.04, 1.0 / 1.8].map(plot::two_digits), ["19", "11", "4.0", "0.56"]);
+        assert_eq!([9.96, 0.996].map(plot::two_digits), ["10", "1.0"]);
     }
 
     #[test]

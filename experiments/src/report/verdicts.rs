@@ -258,14 +258,16 @@ fn worst(metric: &str, numbers: &Value) -> Option<f64> {
     (waits && failed).then_some(if is_share { f64::NEG_INFINITY } else { f64::INFINITY })
 }
 
-/// That can be between two means of a metric: a share lies between 0 and 1.
+/// The largest possible difference of two means of this metric: a share lies between 0 and 1.
 fn largest_difference(metric: &str) -> f64 {
-    let of_episode = ["sampled_", "final_", "end_"].iter().find_map(|policy| metric.strip_prefix(policy));
-    let is_share = of_episode.is_some_and(|name| {
+    let policies = ["last_sampled_", "sampled_", "final_", "end_"];
+    let of_episode = policies.iter().find_map(|policy| metric.strip_prefix(policy));
+    let is_success = of_episode.is_some_and(|name| {
         let ways = ["", "_any", "_held", "_by_hand", "_without_hand", "_before_stop"];
         name.strip_prefix("success").is_some_and(|way| ways.contains(&way))
     });
-    if is_share { 1.0 } else { f64::MAX }
+    let is_part = metric.starts_with("at_k_") || metric.ends_with("_share") || metric.contains("_share_");
+    if is_success || is_part { 1.0 } else { f64::MAX }
 }
 
 /// All but what depends on the other hypotheses.

@@ -51,8 +51,8 @@ public:
 
     CallbackReturn on_activate(const rclcpp_lifecycle::State &) override {
         AforceState state = read();
-        // The torque commanded so far, from which the limits on its rate count: of an arm that the law holds that of gravity, not the last
-        // of an earlier activation. Where the arm itself compensates gravity (interface.gravity = "arm") it is 0.
+        // The torque commanded so far, from which the limits on its rate count. If the law compensates gravity, this is the gravity torque,
+        // not the last torque of an earlier activation. If the arm itself does (interface.gravity = "arm"), it is 0.
         for (int i = 0; i < 7; i++) state.tau[i] = tau_[i] = state.gravity[i];
         taken_ = received_;             // actions from before do not count
         double pose[16];

@@ -37,6 +37,8 @@ pub enum End {
     Asked(Ask),
     /// The host stopped the law.
     Fault(Fault),
+    /// The host did not begin with the law.
+    Unstarted(Fault),
     /// So did a gripper that does not do what it is told.
     Gripper,
     /// The robot stopped by itself.
@@ -52,7 +54,7 @@ impl End {
     pub fn status(&self) -> &'static str {
         match self {
             Self::Over | Self::Asked(_) => "over",
-            Self::Fault(_) | Self::Gripper => "fault",
+            Self::Fault(_) | Self::Unstarted(_) | Self::Gripper => "fault",
             Self::Reflex(_) => "reflex",
             Self::Recovered => "recovered",
             Self::Refused(_) => "refused",
@@ -63,7 +65,7 @@ impl End {
     pub fn reason(&self) -> Option<String> {
         match self {
             Self::Over | Self::Asked(_) | Self::Recovered => None,
-            Self::Fault(fault) => Some(fault.to_string()),
+            Self::Fault(fault) | Self::Unstarted(fault) => Some(fault.to_string()),
             Self::Gripper => Some("the gripper has failed".into()),
             Self::Reflex(reason) | Self::Refused(reason) => Some(reason.clone()),
         }
@@ -72,7 +74,7 @@ impl End {
     /// The number of the host's fault.
     pub fn fault(&self) -> Option<u32> {
         match self {
-            Self::Fault(fault) => Some(fault.code()),
+            Self::Fault(fault) | Self::Unstarted(fault) => Some(fault.code()),
             _ => None,
         }
     }
@@ -82,6 +84,7 @@ impl End {
         match (self, self.reason()) {
             (Self::Reflex(_), Some(reason)) => bail!("the robot has stopped: {reason}"),
             (Self::Refused(_), Some(reason)) => bail!(reason),
+            (Self::Unstarted(_), Some(reason)) => bail!("{reason}: the law did not begin"),
             (_, Some(reason)) => bail!("{reason}: the arm held its posture, relaxed, and was let go"),
             (_, None) => Ok(()),
         }
@@ -139,7 +142,7 @@ impl Act<'_> {
             let begins = course.cycles == 0;
             // From where the arm is now, with the torque that it has now.
             if begins && let Err(fault) = self.host.start(&arm, &model_pose(&state, self.model)) {
-                break Ok(End::Fault(fault));
+                break Ok(End::Unstarted(fault));
             }
             let dt = if begins { 0.0 } else { period.as_secs_f64() };
             course.add(&arm, self.setup, dt, state.control_command_success_rate);
@@ -319,6 +322,7 @@ mod tests {
             (End::Asked(Ask::Reset), "over", None),
             (End::Recovered, "recovered", None),
             (End::Fault(Fault::Mass), "fault", Some(", relaxed, and was let go")),
+            (End::Unstarted(Fault::Mass), "fault", Some(": the law did not begin")),
             (End::Gripper, "fault", Some("the gripper has failed: the arm")),
             (End::Reflex("tau".into()), "reflex", Some("the robot has stopped: tau")),
             (End::Refused("why".into()), "refused", Some("why")),

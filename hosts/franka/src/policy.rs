@@ -1,6 +1,7 @@
 //! A policy in a process of its own: a line of JSON in, a line of JSON out.
 
 use std::io::{BufRead, BufReader, Write};
+use std::os::unix::process::CommandExt;
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, sync_channel};
@@ -37,6 +38,8 @@ impl Policy {
             .args(words)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
+            // A terminal's Ctrl-C is for the host: the policy's input is closed, and it saves what it has learned.
+            .process_group(0)
             .spawn()
             .with_context(|| format!("--policy {command}"))?;
         let mut input = child.stdin.take().context("the policy's input")?;
@@ -143,6 +146,9 @@ mod tests {
         let expected = Expected::new(&"aforce".parse().unwrap(), false).unwrap();
         let mut policy = Policy::start(&format!("sh {}", program.display()), expected).unwrap();
         let (mut host, (mut arm, _)) = (testing::host(), testing::panda());
+        let group = std::fs::read_to_string(format!("/proc/{}/stat", policy.child.id())).unwrap();
+        let group = group.rsplit(')').next().and_then(|fields| fields.split_whitespace().nth(2)).unwrap();
+        assert_eq!(group, policy.child.id().to_string(), "a group of its own");
         let (begin, mut answers, mut at_last_answer) = (Instant::now(), 0, arm.q[6]);
         while answers < 10 {
             assert!(begin.elapsed() < PATIENCE, "{answers} answers");

@@ -42,6 +42,9 @@ pub fn run(args: &Args) -> Result<()> {
     if let Ok(rows @ 1..) = lost {
         eprintln!("note: the log lacks {rows} rows, which the disk was too slow to take");
     }
+    if let (Err(_), Err(lost)) = (&outcome, &lost) {
+        eprintln!("error: {lost:#}");
+    }
     outcome.and(lost.map(drop))
 }
 

@@ -35,7 +35,7 @@ const MOTION_SHARE: f64 = 0.25;
 const JACOBIAN_JUMP: f64 = 0.02;
 /// Change of a gravity torque while no joint moves, as a share of the largest torque: a load of 3 kg may be told while it is held.
 const GRAVITY_JUMP: f64 = 0.3;
-/// After a start, the time in which the arm shows how gravity moves it, and the time before which that says nothing (s).
+/// After a start, the time before which the arm's motion says nothing of gravity, and the time until which it is watched (s).
 const TRIAL: [f64; 2] = [0.005, 0.1];
 /// The share of gravity's torques that may be missing or too much, and the torque below which that says nothing (Nm).
 const GRAVITY_SHARE: f64 = 0.6;
@@ -195,6 +195,11 @@ impl Agreement {
             return Err(Fault::MassFloor { joint: joint + 1, inertia, min: INERTIA });
         }
         for (joint, column) in state.jacobian.column_iter().enumerate() {
+            // An arm of six joints has a seventh that moves nothing: an empty column, and no inertia shared with another joint.
+            let shares = (0..7).any(|other| other != joint && mass[(joint, other)] != 0.0);
+            if !shares && column.iter().all(|entry| *entry == 0.0) {
+                continue;
+            }
             let length = column.fixed_rows::<3>(3).norm();
             if (length - 1.0).abs() > self.scale * AXIS {
                 return Err(Fault::JacobianAxis { joint: joint + 1, length });
@@ -326,6 +331,24 @@ mod tests {
         let other = Pose::from_parts(to.translation, negated);
         assert!((difference(&other, &from) - difference(&to, &from)).norm() < 1e-15);
         assert!((difference(&other, &from)[5] - 1e-3).abs() < 1e-9);
+    }
+
+    /// As of an arm of six joints. A column that nobody filled is another matter: that joint shares inertia with the others.
+    #[test]
+    fn a_joint_that_moves_nothing_has_no_axis() {
+        let mut y = gantry([1.0; 6]);
+        y.jacobian = Jacobian::from_fn(|row, joint| if joint < 6 && row == 5 { 1.0 } else { 0.0 });
+        y.mass = JointMatrix::identity();
+        let agreement = Agreement::new(1.0, &Arm::PANDA, CompensatedBy::Law);
+        let start = |mass: JointMatrix| {
+            let (zeros, pose, jacobian) = (JointVector::zeros(), y.pose, y.jacobian);
+            let (wrench, q, qd) = (Vector6::zeros(), y.q, zeros);
+            let (gravity, coriolis, tau) = (zeros, zeros, zeros);
+            agreement.by_itself(&ArmState { q, qd, pose, jacobian, mass, gravity, coriolis, wrench, tau })
+        };
+        assert_eq!(start(y.mass), Ok(()));
+        (y.mass[(6, 0)], y.mass[(0, 6)]) = (0.1, 0.1);
+        assert!(matches!(start(y.mass), Err(Fault::JacobianAxis { joint: 7, .. })));
     }
 
     /// While an arm moves its torque is not gravity's alone, so that a start then is not judged by it.

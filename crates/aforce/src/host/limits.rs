@@ -36,7 +36,8 @@ pub struct HostLimits {
     pub contact_loss: f64,
     /// Largest difference of the arm's pose from the model's at the start (m, rad).
     pub kinematics_tolerance: [f64; 2],
-    /// Parts of the arm's state may disagree by so many times the tolerances in `agreement.rs`; infinite: they are not compared.
+    /// Parts of the arm's state may disagree by so many times the tolerances in `agreement.rs`, but those of the mass matrix's symmetry
+    /// and least inertia; infinite: they are not compared.
     pub disagreement_max: f64,
     /// What the active parts may put into the arm.
     pub tank: TankConfig,

@@ -33,6 +33,8 @@ pub struct Host {
     bounds: Bounds,
     agreement: Agreement,
     sent: Sent,
+    /// Whether rates count from what the arm has: before the first start, from the first torque that it tells.
+    counted: bool,
     hold: Hold,
     observer: Option<MomentumObserver>,
     mode: Mode,
@@ -69,6 +71,7 @@ impl Host {
             bounds: Bounds::new(&setup.limits, &setup.arm, contact_off, setup.space.unit),
             agreement: Agreement::new(setup.limits.disagreement_max, &setup.arm, setup.interface.gravity),
             sent: Sent::new(&JointVector::zeros()),
+            counted: false,
             hold: Hold::new(setup.limits.hold),
             observer: None,
             mode: Mode::Stopped,
@@ -100,8 +103,7 @@ impl Host {
         self.observer = observer;
         self.agreement.reset(state, &y);
         self.controller.reset(&y);
-        self.controller.limiter().reset(&state.tau);
-        self.sent = Sent::new(self.controller.limiter().previous());
+        self.count_from(&state.tau);
         self.bounds.reset(self.controller.own_stiffness());
         (self.mode, self.silence, self.empty) = (Mode::Running, 0.0, 0);
         (self.bias, self.y) = (y.bias, Some(y));
@@ -154,6 +156,9 @@ impl Host {
         let y = self.read(state, step);
         if state.has_bias() {
             self.bias = self.interface.bias(state);
+        }
+        if !self.counted && state.has_torque() {
+            self.count_from(&state.tau);
         }
         let taken = if state.has_torque() { self.sent.taken(&state.tau, step) } else { Ok(None) };
         let wanted = match self.mode {
@@ -279,6 +284,13 @@ impl Host {
             return self.bias;
         }
         self.hold.torque(&state.q, &state.qd, dt) + self.bias
+    }
+
+    /// The arm has the torque `tau` (Nm): rates count from it.
+    fn count_from(&mut self, tau: &JointVector) {
+        self.controller.limiter().reset(tau);
+        self.sent = Sent::new(self.controller.limiter().previous());
+        self.counted = true;
     }
 
     fn leave(&mut self, mode: Mode) {

@@ -13,6 +13,7 @@ use crate::law::built_in::{RecordError, UnknownActionSpace};
 use crate::law::commanded_psi::PsiParameter;
 use crate::law::config::ControllerConfig;
 use crate::law::controller::Controller;
+use crate::law::goal::GoalRule;
 use crate::law::interpolator::Interpolation;
 use crate::record::{self, Problem};
 use crate::spatial::Vector3;
@@ -195,11 +196,18 @@ impl HostSetup {
         Ok(())
     }
 
-    /// A set-point on a straight ramp that would be faster than the arm's tool may be; a jerk-limited one keeps its limits by itself.
+    /// A set-point on a straight ramp that would be faster than the arm's tool may be, three entries of 1 at once; a jerk-limited one keeps
+    /// its limits by itself.
     fn steps_fit(&self) -> Result<(), ConfigError> {
         let ControllerConfig { policy_hz, position_step, rotation_step, interpolation, .. } = self.controller;
         let Interpolation::Linear { ramp_ratio } = interpolation else { return Ok(()) };
-        let way = |[speed, ..]: [f64; 3]| speed * ramp_ratio / f64::from(policy_hz);
+        if matches!(self.space.goal, GoalRule::Absolute { .. }) {
+            let reason =
+                "linear: an absolute goal may be the whole reach away, \"jerk-limited\" would be right".to_owned();
+            return Err(ConfigError::Contradiction { field: "controller.interpolation".into(), reason });
+        }
+        // Rounded down, for the message's sake.
+        let way = |[speed, ..]: [f64; 3]| (1e4 * speed * ramp_ratio / f64::from(policy_hz) / 3f64.sqrt()).floor() / 1e4;
         let [most, turn] = [self.arm.cartesian.translation, self.arm.cartesian.rotation].map(way);
         within("controller.position_step", position_step, 0.0..=most)?;
         within("controller.rotation_step", rotation_step, 0.0..=turn)
@@ -370,8 +378,12 @@ mod tests {
         assert_eq!(jumps, "space.set_point: \"jump\": on an arm a set-point moves, \"interpolated\" would be right");
         // A set-point that is faster than the tool may be.
         let ramp = |lines: &str| error(&format!("{FILE}interpolation.linear.ramp_ratio = 0.5\n{lines}"));
-        assert_eq!(ramp("position_step = 0.1"), "controller.position_step = 0.1 is not allowed; allowed: 0 to 0.075");
-        assert_eq!(ramp(""), "controller.rotation_step = 0.15 is not allowed; allowed: 0 to 0.0625");
+        assert_eq!(ramp("position_step = 0.1"), "controller.position_step = 0.1 is not allowed; allowed: 0 to 0.0433");
+        assert_eq!(ramp(""), "controller.rotation_step = 0.15 is not allowed; allowed: 0 to 0.036");
+        let far = FILE.replace("'aforce-force'", "{ extends = 'aforce', name = 'far', goal.absolute = { reach_position = 0.5, reach_rotation = 0.5, leash_position = 0.05, leash_rotation = 0.2 } }");
+        let told =
+            error(&format!("{far}interpolation.linear.ramp_ratio = 0.5\nposition_step = 0.01\nrotation_step = 0.01"));
+        assert!(told.starts_with("controller.interpolation: linear: an absolute goal"), "{told}");
         // What would fault in every cycle, before every action, or overshoot.
         let slow = error(&FILE.replace("1000", "40"));
         assert!(

@@ -80,7 +80,7 @@ pub enum Fault {
         /// Its name.
         field: &'static str,
     },
-    /// A period that is no period, or too long: the loop has stalled. Or many of no length in a row: its clock has.
+    /// The time since the last cycle is negative, not a number or too long, or it was zero too many times in a row.
     #[error("{period} s since the last cycle; allowed: up to {max}, and 0 a few times in a row")]
     Period {
         /// As given (s).

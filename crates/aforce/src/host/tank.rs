@@ -53,7 +53,7 @@ impl Tank {
     /// The share in which parts may act that cost `costs` joules in this sample, each positive or a gain.
     pub(crate) fn share(&self, costs: &[f64]) -> f64 {
         let cost = expense(costs);
-        // A full share as long as the level is not low; one that costs more than there is, what there is.
+        // The share is 1 while the level is at least `low`. A cost above the level takes what there is.
         let valve = if self.level >= self.config.low { 1.0 } else { self.level / self.config.low };
         if cost > self.level { valve * self.level / cost } else { valve }
     }

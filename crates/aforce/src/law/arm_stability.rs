@@ -31,11 +31,14 @@ fn stable_with(space: &ActionSpace, psi: &Psi, y: &Measurement) -> Result<(), Co
     if psi.allow_unstable || arm.is_stable(psi.alpha.vector()) {
         return Ok(());
     }
-    let [translation, rotation] = [0, 3].map(|first| arm.limit(first, psi.alpha.vector().amax()));
+    let [translation, rotation] = [0, 3].map(|first| {
+        let alpha = psi.alpha.map(|axis, alpha| if axis / 3 == first / 3 { alpha } else { 0.0 });
+        LoopOnArm { psi: &Psi { alpha, ..*psi }, ..arm.clone() }.limit(first, psi.alpha.vector().amax())
+    });
     Err(ConfigError::Contradiction {
         field: "stiffness.adaptive.alpha".into(),
         reason: format!(
-            "unstable on this arm in its present posture: each with the other as it is, the limits there are {translation:.0} and {rotation:.1} \
+            "unstable on this arm in its present posture: each with the other at 0, the limits there are {translation:.0} and {rotation:.1} \
              {}; lower it, raise k_min, or set allow_unstable = true",
             space.unit.alpha_name()
         ),
@@ -220,6 +223,7 @@ mod tests {
             told.starts_with("stiffness.adaptive.alpha: unstable on this arm") && told.contains("N/(m s)"),
             "{told}"
         );
+        assert!(!told.contains(" 0 and") && !told.contains("and 0.0 "), "limits that help: {told}");
         space.unit = StiffnessUnit::PerSecondSquared;
         assert!(stable_on(&space, &y).unwrap_err().to_string().contains(" 1/s^3; "));
         let Stiffness::Adaptive(psi) = &mut space.stiffness else { panic!("aforce adapts") };

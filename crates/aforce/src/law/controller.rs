@@ -169,7 +169,7 @@ impl Controller {
         self.space.goal.next_goal(&self.start, &self.goal, &y.pose, &command.delta)
     }
 
-    /// Takes a goal; false, and the old goal stays, if no move to it can be planned.
+    /// Takes a goal; false if no move to it can be planned: then the set-point stands still, and [`goal`](Self::goal) tells the old one.
     pub(crate) fn move_to(&mut self, goal: &Pose) -> bool {
         // A diverged plant must not poison the goal; `update` counts the fault.
         let readable = all_finite(&goal.translation.vector) && all_finite(&goal.rotation.coords);

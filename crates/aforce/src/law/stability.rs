@@ -1,5 +1,7 @@
 //! When the adaptive loop is stable: a closed-form certificate for one axis.
 
+use std::cmp::Ordering;
+
 use crate::law::psi::Psi;
 
 /// How far the feed-forward gain of an axis is from its limit, at the lowest stiffness.
@@ -41,7 +43,13 @@ pub fn stability_margin(psi: &Psi, axis: usize, inertia: f64, damping: f64) -> S
     let no_divergence = if s_delta < 0.0 { (k + d * mu) / -s_delta } else { f64::INFINITY };
     // Both sides times T, which is zero without damping and forgetting: then no alpha is below the limit.
     let slope = 1.0 - s_delta * t;
-    let no_oscillation = if slope > 0.0 { (k * d / inertia + d * mu * t) / slope } else { f64::INFINITY };
+    let damped = k * d / inertia + d * mu * t;
+    let no_oscillation = match slope.total_cmp(&0.0) {
+        Ordering::Greater => damped / slope,
+        // 0 < damped, whatever alpha.
+        Ordering::Equal if damped <= 0.0 => 0.0,
+        _ => f64::INFINITY,
+    };
     StabilityMargin { alpha: psi.alpha[axis], alpha_max: no_divergence.min(no_oscillation), damping }
 }
 
@@ -88,6 +96,11 @@ mod tests {
             }
         }
         // Without delta's damping there is none, however the limit reads.
+        // With delta mu = 1 exactly the loop swings for ever.
+        let forever = Psi { mu: Gains::all(20.0), ..law(100.0, 1.0, 0.05, DeltaSign::Damping) };
+        assert!(
+            !stability_margin(&forever, 0, 4.0, 0.0).is_stable() && stability_margin(&forever, 0, 4.0, 1.0).is_stable()
+        );
         let ahead = |alpha| Psi { mu: Gains::all(20.0), ..law(100.0, alpha, 0.1, DeltaSign::Damping) };
         assert!(!stability_margin(&ahead(0.0), 0, 4.0, 0.0).is_stable());
         assert!(stability_margin(&ahead(1.0), 0, 4.0, 0.0).is_stable());

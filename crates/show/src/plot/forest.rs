@@ -122,9 +122,19 @@ fn ticks() -> impl Iterator<Item = f64> {
 
 /// The ratio and its interval, as text.
 fn numbers(ratio: &Ratio) -> String {
-    let digits = |value: f64| if value < 9.95 { format!("{value:.1}") } else { format!("{value:.0}") };
-    let interval = ratio.interval.map(|[low, high]| format!(" ({} to {})", digits(low), digits(high)));
-    digits(ratio.value) + &interval.unwrap_or_default()
+    let interval = ratio.interval.map(|[low, high]| format!(" ({} to {})", two_digits(low), two_digits(high)));
+    two_digits(ratio.value) + &interval.unwrap_or_default()
+}
+
+/// A ratio with two digits that count, above 99 with all of its whole ones.
+pub fn two_digits(ratio: f64) -> String {
+    let digits = match ratio {
+        ratio if ratio < 0.0995 => 3,
+        ratio if ratio < 0.995 => 2,
+        ratio if ratio < 9.95 => 1,
+        _ => 0,
+    };
+    format!("{ratio:.digits$}")
 }
 
 fn line(from: (f64, f64), to: (f64, f64), color: &str, width: f64) -> Primitive {

@@ -1,7 +1,7 @@
 //! How stiff the arm was, and what the law did.
 
 use super::Over::{Baseline, Training};
-use super::Statistic::{Mean, PerAction};
+use super::Statistic::{Mean, Median, PerAction};
 use super::{Cell, Column, Parts, number};
 use crate::axis_group::AxisGroup;
 
@@ -37,17 +37,24 @@ pub(super) const COLUMNS: &[Column] = &[
         "stiffness_translation_n_per_m",
         "N/m",
         "K, whatever the space's unit: mean over time and three axes, the contact axis included while a force controller has taken it \
-         over (there K does not act, and AFORCE's sinks)",
+         over (there K does not act, and AFORCE's sinks); a K in 1/s2 acts times the inertia, which is very large in some poses, so medians \
+         are what to compare",
         |e| mean(e, TRANSLATION, |sums| sums.sum_stiffness),
     )
     .printed("stiffness, N/m")
     .scalar("contact/stiffness_translation_n_per_m")
-    .of_runs(&[number("stiffness_translation_n_per_m", Training, Mean)]),
+    .of_runs(&[
+        number("stiffness_translation_n_per_m", Training, Mean),
+        number("median_stiffness_translation_n_per_m", Training, Median),
+    ]),
     Column::new("stiffness_rotation_nm_per_rad", "Nm/rad", "the same about three axes", |e| {
         mean(e, ROTATION, |sums| sums.sum_stiffness)
     })
     .printed("stiffness, Nm/rad")
-    .of_runs(&[number("stiffness_rotation_nm_per_rad", Training, Mean)]),
+    .of_runs(&[
+        number("stiffness_rotation_nm_per_rad", Training, Mean),
+        number("median_stiffness_rotation_nm_per_rad", Training, Median),
+    ]),
     Column::new(
         "feedforward_spring_translation_n_per_m",
         "N/m",

@@ -44,7 +44,7 @@ impl Env {
         out.begin();
         for entry in &self.config.observation.critic {
             match entry {
-                Privileged::Contact => observe_contact(simulation, y, out),
+                Privileged::Contact => observe_contact(simulation, out),
                 Privileged::Controller => observe_controller(&self.controller, y, out),
                 Privileged::Disturbance => self.config.disturbance.observe(&self.drawn, out),
                 Privileged::Force => self.sensor.observe(y, out),

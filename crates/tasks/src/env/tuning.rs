@@ -5,6 +5,7 @@ use physics::Push;
 
 use super::Env;
 use crate::disturbance::{Disturbance, Draw};
+use crate::privileged::Privileged;
 
 impl Env {
     /// Somebody's hand: pushes a moving body until it is set again or the episode ends.
@@ -30,8 +31,13 @@ impl Env {
     /// How late the joint torques act (s) from now on, in this episode and the next ones; to the next whole control sample.
     ///
     /// # Errors
-    /// If it is not between 0 and 0.2 s.
+    /// If it is not between 0 and 0.2 s, or a critic sees the disturbance, which would get a number more.
     pub fn set_torque_delay(&mut self, delay: f64) -> Result<(), ConfigError> {
+        let is_new = self.config.disturbance.torque_delay_s.is_none();
+        if is_new && self.config.observation.critic.contains(&Privileged::Disturbance) {
+            let reason = "a critic sees \"disturbance\", which had no delay when it began".into();
+            return Err(ConfigError::Contradiction { field: "env.disturbance.torque_delay_s".into(), reason });
+        }
         let torque_delay_s = Some(Draw::Fixed(delay));
         let disturbance = Disturbance { torque_delay_s, ..self.config.disturbance.clone() };
         disturbance.validate(self.config.task).map_err(|error| error.below("env"))?;

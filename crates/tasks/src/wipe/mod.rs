@@ -171,9 +171,10 @@ impl Task for Wipe {
     }
 
     /// How high the tool is above the table as it stands, whether it lies flat on it, how much is wiped.
-    fn observe_privileged(&self, simulation: &Simulation, y: &Measurement, out: &mut Observer) {
+    fn observe_privileged(&self, simulation: &Simulation, _: &Measurement, out: &mut Observer) {
         let Running { scene, markers, raised, .. } = self.running();
-        let height = y.pose.translation.z - self.table().0 - raised;
+        // Without the noise of the policy's measurement.
+        let height = simulation.measure().pose.translation.z - self.table().0 - raised;
         out.put("height_above_table", height, "m", 0.0, 20.0);
         out.put("tool_flat", f64::from(scene.is_flat(simulation)), "0 or 1", 0.0, 1.0);
         out.put("wiped_share", markers.wiped_share(), "1", 0.5, 2.0);

@@ -51,7 +51,7 @@ fn holds_circles_and_rehearses_a_wipe_without_a_reflex() {
     assert!(numbers(&log, "tank_j").iter().all(|&level| level >= 0.0));
 }
 
-/// A robot that loses or drops one packet in twenty: rates count from the torque that it took.
+/// A robot that loses or drops one state in fifty and one command in 25: rates count from the torque that it took.
 #[test]
 fn packets_that_are_lost_or_late_are_no_fault() {
     let (_robot, _lock) = robot_or_skip!("--lose", "0.02", "--late", "0.02");

@@ -33,6 +33,21 @@ fn a_fault_latches_holds_and_relaxes_until_a_new_start() {
     assert!(matches!(plant.act(&[0.0; 6], 50), Status::Running | Status::Limited(_)));
 }
 
+/// A host that was never started takes over the torque that the arm has, at the rate that the arm allows.
+#[test]
+fn before_the_first_start_rates_count_from_the_torque_that_the_arm_has() {
+    let setup = setup("aforce");
+    let mut host = Host::new(&setup).unwrap();
+    let plant = Plant::new(&setup);
+    let tau = JointVector::from_fn(|joint, _| 0.5 * setup.arm.torque_max[joint]);
+    let command = host.update(&state(&plant.y, &tau), DT);
+    assert_eq!(command.status, Status::Stopped);
+    for joint in 0..7 {
+        let (change, most) = ((command.tau[joint] - tau[joint]).abs(), setup.arm.torque_rate_max[joint] * DT);
+        assert!(change <= most * (1.0 + 1e-9), "joint {joint}: {change} Nm in a cycle, not {most}");
+    }
+}
+
 /// A gantry that has just begun to move, and where it is.
 fn moving() -> (Plant, Vector3<f64>) {
     let mut plant = Plant::new(&setup("aforce"));

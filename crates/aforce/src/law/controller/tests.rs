@@ -128,7 +128,7 @@ fn press(space: &ActionSpace, force_entry: f64) -> (f64, Controller) {
     let filter = 1.0 - (-dt * std::f64::consts::TAU * 100.0).exp();
     for sample in 0..2000 {
         if sample % 25 == 0 {
-            // Down at 5 cm/s until contact has engaged the force controller.
+            // Down at 2 cm/s until contact has engaged the force controller.
             let down = if control.engagement() == 0.0 { -0.05 } else { 0.0 };
             control.set_goal(&action(&space, [0.0, 0.0, down, 0.0, 0.0, 0.0], force_entry), &y);
         }
