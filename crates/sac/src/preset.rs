@@ -127,8 +127,9 @@ fn swift() -> Config {
     }
 }
 
-/// Stable-Baselines3 2.9's `SAC("MlpPolicy", env)`. Two things are this crate's: the weights begin orthogonal, and the log standard deviation
-/// is bounded through a tanh (in Stable-Baselines3 it is clamped), so that the first policy's noise is 0.2 before the squashing and not 1.
+/// Stable-Baselines3 2.9's `SAC("MlpPolicy", env)`. Four things are this crate's: the weights begin orthogonal; the log standard deviation
+/// is bounded through a tanh (in Stable-Baselines3 it is clamped), so that the first policy's noise is 0.2 before the squashing and not 1; its
+/// lower bound is -5 and not -20; the temperature's gradient is multiplied by the temperature.
 fn plain() -> Config {
     Config {
         hidden: vec![256, 256],

@@ -167,6 +167,12 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_ratio_keeps_two_digits() {
+        assert_eq!([131.0 / 7.0, 19.5 / 1.8, 4.04, 1.0 / 1.8].map(two_digits), ["19", "11", "4.0", "0.56"]);
+        assert_eq!([9.96, 0.996, 0.0996, 0.0123].map(two_digits), ["10", "1.0", "0.10", "0.012"]);
+    }
+
+    #[test]
     fn every_number_stands_beside_its_mark_and_a_heading_once() {
         let ratio =
             |label: &str, value, interval| Ratio { heading: "Lift".into(), label: label.into(), value, interval };
