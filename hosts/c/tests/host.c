@@ -28,7 +28,7 @@ static const char *const SETUP =
     "torque_max = [80, 80, 80, 80, 80, 12, 12]\n"
     "torque_rate_max = [1e9, 1e9, 1e9, 1e9, 1e9, 1e9, 1e9]\n"
     "rotor_inertia = [0, 0, 0, 0, 0, 0, 0]\n"
-    "cartesian = { translation = [1.7, 13, 6500], rotation = [25, 25, 12500] }\n"
+    "cartesian = { translation = [17, 13, 6500], rotation = [25, 25, 12500] }\n"
     "[limits]\n"
     "silence_max = inf\n"
     "error_max = [inf, inf]\n"
