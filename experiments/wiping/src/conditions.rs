@@ -5,7 +5,7 @@ use std::path::Path;
 use aforce::{ActionSpace, Damping, DeltaSign, Interpolation, Psi, RateRule, Stiffness};
 use anyhow::Result;
 use output::parallel;
-use tasks::{Disturbance, Draw, WrenchSource};
+use tasks::{Disturbance, Draw, SensedWrench};
 
 use crate::metrics::{measure, write_wipes};
 use crate::setup::Setup;
@@ -24,7 +24,7 @@ pub struct Condition {
 /// What neither the script nor the controller's model knows.
 pub fn disturbances() -> Vec<Condition> {
     fn exact(setup: &mut Setup) {
-        setup.sensing.source = WrenchSource::Exact;
+        setup.sensing.source = SensedWrench::Exact;
     }
     fn worse(setup: &mut Setup) {
         let sensing = &mut setup.sensing;

@@ -9,7 +9,7 @@ use output::program::bad;
 use physics::SimulationConfig;
 use physics::robots::{Robot, RobotName};
 use serde::{Deserialize, Serialize};
-use tasks::{Sensing, WrenchSource};
+use tasks::{SensedWrench, Sensing};
 
 use crate::spaces::{AFORCE, spaces};
 
@@ -60,7 +60,7 @@ impl Default for Setup {
             period,
             spot_radius: 0.07,
             wiping_force: [5.0, 60.0],
-            sensing: Sensing { source: WrenchSource::Estimated, ..Sensing::default() },
+            sensing: Sensing { source: SensedWrench::Estimated, ..Sensing::default() },
             simulation: SimulationConfig::default(),
             controller: ControllerConfig {
                 control_hz: 1000,
