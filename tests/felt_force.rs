@@ -2,7 +2,7 @@
 //! what the policy does not.
 
 use aforce::{Vector3, Wrench};
-use tasks::{Disturbance, Draw, Env, EnvConfig, ObservationOptions, Privileged, Sensing, TaskName, WrenchSource};
+use tasks::{Disturbance, Draw, Env, EnvConfig, ObservationOptions, Privileged, SensedWrench, Sensing, TaskName};
 
 const NAMES: [&str; 6] = ["force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z"];
 
@@ -121,7 +121,7 @@ fn noise_is_as_strong_as_said() {
 fn the_bias_of_an_estimate_is_tared_too() {
     let largest = |bias: f64| {
         let sensing =
-            Sensing { source: WrenchSource::Estimated, bias: [bias, 0.0], noise: [0.0; 2], ..Sensing::default() };
+            Sensing { source: SensedWrench::Estimated, bias: [bias, 0.0], noise: [0.0; 2], ..Sensing::default() };
         let mut env = Env::new(EnvConfig { sensing, ..feeling(TaskName::LIFT, "osc") }, 1).unwrap();
         env.reset(Some(1));
         let action = still(&env);

@@ -92,12 +92,12 @@ impl Record {
             let rows = observation.chunks_exact(seen).zip(action.chunks_exact(ACTIONS));
             rows.flat_map(|(observation, action)| [observation, action].concat()).collect()
         };
-        let batch = &mut sac.memory.batch;
+        let batch = &mut sac.scratch.batch;
         batch.input = rows(get("observation"), get("action"));
         // The policy's action belongs in the place of the NaN.
         batch.next_input = rows(get("next_observation"), vec![f32::NAN; get("action").len()]);
         (batch.reward, batch.discount) = (get("reward"), get("discount"));
-        (sac.memory.next.noise, sac.memory.present.noise) = (get("next_noise"), get("noise"));
+        (sac.scratch.next.noise, sac.scratch.present.noise) = (get("next_noise"), get("noise"));
     }
 }
 
@@ -138,11 +138,11 @@ fn differences(record: &str, slip: Slip) -> Vec<String> {
         compare("log_temperature.adam_v", &sac.temperature_adam.v, OF_SQUARES);
         for (networks, values, suffix, tolerance) in [
             (&sac.actor.network, &sac.actor.network.values[..], "", OF_STATE),
-            (&sac.actor.network, &sac.memory.actor_gradient.values, ".gradient", OF_GRADIENT),
+            (&sac.actor.network, &sac.scratch.actor_gradient.values, ".gradient", OF_GRADIENT),
             (&sac.actor.network, &sac.actor_adam.m, ".adam_m", OF_GRADIENT),
             (&sac.actor.network, &sac.actor_adam.v, ".adam_v", OF_SQUARES),
             (&sac.critics, &sac.critics.values, "", OF_STATE),
-            (&sac.critics, &sac.memory.critic_gradient.values, ".gradient", OF_GRADIENT),
+            (&sac.critics, &sac.scratch.critic_gradient.values, ".gradient", OF_GRADIENT),
             (&sac.critics, &sac.critic_adam.m, ".adam_m", OF_GRADIENT),
             (&sac.critics, &sac.critic_adam.v, ".adam_v", OF_SQUARES),
             (&sac.critics, &sac.targets.values, ".target", OF_STATE),
@@ -166,16 +166,16 @@ fn three_updates_leave_what_pytorch_leaves() {
 #[test]
 fn any_slip_is_noticed() {
     let slips: [(&str, Slip); 20] = [
-        ("a discount of gamma^2 for gamma^3", |sac| sac.memory.batch.discount[0] /= 0.97),
-        ("a discount after a termination", |sac| sac.memory.batch.discount[5] = 0.97),
-        ("a reward", |sac| sac.memory.batch.reward[3] += 1e-3),
-        ("an observation", |sac| sac.memory.batch.input[OBSERVATIONS - 1] += 1e-3),
-        ("an action", |sac| sac.memory.batch.input[OBSERVATIONS] += 1e-3),
-        ("a next observation", |sac| sac.memory.batch.next_input[0] += 1e-3),
-        ("next noise", |sac| sac.memory.next.noise[0] += 1e-3),
-        ("present noise", |sac| *sac.memory.present.noise.last_mut().unwrap() += 1e-3),
+        ("a discount of gamma^2 for gamma^3", |sac| sac.scratch.batch.discount[0] /= 0.97),
+        ("a discount after a termination", |sac| sac.scratch.batch.discount[5] = 0.97),
+        ("a reward", |sac| sac.scratch.batch.reward[3] += 1e-3),
+        ("an observation", |sac| sac.scratch.batch.input[OBSERVATIONS - 1] += 1e-3),
+        ("an action", |sac| sac.scratch.batch.input[OBSERVATIONS] += 1e-3),
+        ("a next observation", |sac| sac.scratch.batch.next_input[0] += 1e-3),
+        ("next noise", |sac| sac.scratch.next.noise[0] += 1e-3),
+        ("present noise", |sac| *sac.scratch.present.noise.last_mut().unwrap() += 1e-3),
         ("noise the wrong way round", |sac| {
-            std::mem::swap(&mut sac.memory.next.noise, &mut sac.memory.present.noise);
+            std::mem::swap(&mut sac.scratch.next.noise, &mut sac.scratch.present.noise);
         }),
         ("the temperature", |sac| sac.log_temperature += 1e-4),
         ("a weight of a target", |sac| sac.targets.values[0] += 1e-4),
@@ -195,12 +195,12 @@ fn any_slip_is_noticed() {
         assert!(!differences(RECORDS[0], slip).is_empty(), "{what} makes no difference");
     }
     let of_critics: [(&str, Slip); 4] = [
-        ("what only critics see", |sac| sac.memory.batch.input[OBSERVATIONS] += 1e-3),
-        ("what only critics see next", |sac| sac.memory.batch.next_input[OBSERVATIONS] += 1e-3),
-        ("the last of the actor's numbers", |sac| sac.memory.batch.input[OBSERVATIONS - 1] += 1e-3),
+        ("what only critics see", |sac| sac.scratch.batch.input[OBSERVATIONS] += 1e-3),
+        ("what only critics see next", |sac| sac.scratch.batch.next_input[OBSERVATIONS] += 1e-3),
+        ("the last of the actor's numbers", |sac| sac.scratch.batch.input[OBSERVATIONS - 1] += 1e-3),
         ("an action after it", |sac| {
             let seen = sac.sizes.whole_observation();
-            sac.memory.batch.input[seen] += 1e-3;
+            sac.scratch.batch.input[seen] += 1e-3;
         }),
     ];
     for (what, slip) in of_critics {

@@ -121,7 +121,7 @@ fn every_derivative_agrees_with_autograd() {
         let alpha = f64::from(sac.temperature());
         let losses = sac.update(&replay);
 
-        let (m, actors) = (&sac.memory, losses.actor.unwrap());
+        let (m, actors) = (&sac.scratch, losses.actor.unwrap());
         let (next_noise, noise) = (tensor(&m.next.noise, actions), tensor(&m.present.noise, actions));
         // The actor sees the first part of what the critics see.
         let of_actor = |seen: &Tensor| seen.narrow(1, 0, observations as i64);

@@ -16,7 +16,7 @@ use crate::{Config, Error, Sizes};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Replay {
     /// Of what the critics see.
-    pub(crate) observation_dim: usize,
+    pub(crate) whole_observation: usize,
     pub(crate) action_dim: usize,
     pub(crate) capacity: usize,
     /// As they were seen.
@@ -46,8 +46,8 @@ pub(crate) struct Batch {
 
 impl Batch {
     /// Of `size` transitions, all zero.
-    pub fn zeros(size: usize, observation_dim: usize, action_dim: usize) -> Self {
-        let input = vec![0.0; size * (observation_dim + action_dim)];
+    pub fn zeros(size: usize, whole_observation: usize, action_dim: usize) -> Self {
+        let input = vec![0.0; size * (whole_observation + action_dim)];
         Self { next_input: input.clone(), input, reward: vec![0.0; size], discount: vec![0.0; size] }
     }
 }
@@ -56,12 +56,12 @@ impl Replay {
     /// An empty memory.
     pub fn new(config: &Config, sizes: impl Into<Sizes>) -> Self {
         let sizes = sizes.into();
-        let (observation_dim, action_dim) = (sizes.whole_observation(), sizes.action);
+        let (whole_observation, action_dim) = (sizes.whole_observation(), sizes.action);
         Self {
-            observation_dim,
+            whole_observation,
             action_dim,
             capacity: config.replay_capacity,
-            observations: Log::new(observation_dim),
+            observations: Log::new(whole_observation),
             transitions: Log::new(action_dim + BESIDES_ACTION),
             n_step: NStep::new(config.n_step, config.gamma),
         }
@@ -87,8 +87,8 @@ impl Replay {
     ///
     /// If a slice has the wrong length.
     pub fn push(&mut self, step: &Transition) -> Result<(), Error> {
-        assert_eq!(step.observation.len(), self.observation_dim, "length of observation");
-        assert_eq!(step.next_observation.len(), self.observation_dim, "length of next_observation");
+        assert_eq!(step.observation.len(), self.whole_observation, "length of observation");
+        assert_eq!(step.next_observation.len(), self.whole_observation, "length of next_observation");
         assert_eq!(step.action.len(), self.action_dim, "length of action");
         let parts = [
             ("observation", step.observation),
@@ -134,7 +134,7 @@ impl Replay {
     /// Draws transitions, each uniformly and with replacement, into `places` of the batch.
     pub(crate) fn sample(&self, places: Range<usize>, rng: &mut ChaCha8Rng, batch: &mut Batch) {
         assert!(!self.is_empty(), "an update needs at least one transition in the replay memory");
-        let (o, a) = (self.observation_dim, self.action_dim);
+        let (o, a) = (self.whole_observation, self.action_dim);
         for i in places {
             let transition = self.drawn(rng.random_range(0..self.len() as u32) as usize);
             let (row, [observation, next]) = (self.transitions.row(transition), self.places(transition));

@@ -95,7 +95,7 @@ pub(crate) fn write(folder: &Path, before: &Path, replay: &Replay) -> Result<(),
     }
     let pending = &replay.n_step.pending;
     let lengths = logs.map(|log| [log.forgotten, log.segments.len(), log.tail.len()]);
-    let sizes = [replay.observation_dim, replay.action_dim, replay.capacity];
+    let sizes = [replay.whole_observation, replay.action_dim, replay.capacity];
     let counts = [&sizes[..], lengths.as_flattened(), &[pending.len()]].concat();
     let mut out = MAGIC.to_vec();
     out.extend(counts.into_iter().flat_map(|n| (n as u64).to_le_bytes()));
@@ -124,7 +124,7 @@ pub(crate) fn read(folder: &Path, config: &Config, sizes: impl Into<Sizes>) -> R
     whole(&content).map_err(|problem| Error::checkpoint(&path, problem))?;
     let (head, mut rest) = Head::read(&content)?;
     let mut replay = Replay::new(config, sizes);
-    let expected = [replay.observation_dim, replay.action_dim, replay.capacity];
+    let expected = [replay.whole_observation, replay.action_dim, replay.capacity];
     if head.sizes != expected {
         let words = |[observations, actions, capacity]: [usize; 3]| {
             format!("{observations} observations, {actions} actions and room for {capacity} transitions")

@@ -8,11 +8,11 @@ use rand_distr::{Distribution, StandardNormal};
 use crate::actor::{Act, Actor};
 use crate::adam::Adam;
 use crate::losses::{ActorLosses, Losses, mean, norm};
-use crate::memory::Memory;
 use crate::network::Networks;
 use crate::nudge::Nudges;
 use crate::pink::Pink;
 use crate::replay::Replay;
+use crate::scratch::Scratch;
 use crate::simd::wide;
 use crate::{Config, Error, Sizes};
 
@@ -41,7 +41,7 @@ pub struct Sac {
     pink: Option<Pink>,
     /// What the present episode tries, if anything. Not saved either.
     nudges: Option<Nudges>,
-    pub(crate) memory: Memory,
+    pub(crate) scratch: Scratch,
 }
 
 /// Streams of random numbers, one for each purpose: a new consumer must not shift the others.
@@ -96,7 +96,7 @@ impl Sac {
             noise_rng: rng,
             pink: None,
             nudges: None,
-            memory: Memory::new(config, sizes, &actor, &critics),
+            scratch: Scratch::new(config, sizes, &actor, &critics),
             sizes,
             targets: critics.clone(),
             average: actor.network.clone(),
@@ -179,19 +179,19 @@ impl Sac {
     fn learn_from(&mut self, memories: &[&Replay]) -> Losses {
         let n = self.config.batch_size;
         for (k, replay) in memories.iter().enumerate() {
-            assert_eq!(replay.observation_dim, self.sizes.whole_observation(), "observations in the replay memory");
+            assert_eq!(replay.whole_observation, self.sizes.whole_observation(), "observations in the replay memory");
             assert_eq!(replay.action_dim, self.sizes.action, "actions in the replay memory");
             let places = k * n / memories.len()..(k + 1) * n / memories.len();
-            replay.sample(places, &mut self.batch_rng, &mut self.memory.batch);
+            replay.sample(places, &mut self.batch_rng, &mut self.scratch.batch);
         }
         let noise_rng = &mut self.noise_rng;
-        for drawn in [&mut self.memory.next, &mut self.memory.present] {
+        for drawn in [&mut self.scratch.next, &mut self.scratch.present] {
             drawn.noise.fill_with(|| StandardNormal.sample(noise_rng));
         }
         self.learn()
     }
 
-    /// One update from the batch and the noise in memory.
+    /// One update from the batch and the noise in the scratch space.
     pub(crate) fn learn(&mut self) -> Losses {
         self.updates += 1;
         let (critic_loss, grad_norm_critic) = self.critic_step();
@@ -213,7 +213,7 @@ impl Sac {
     /// Moves both critics towards y = r + discount (min Q_target(s', a') - alpha log pi(a'|s')). Returns loss and norm of the gradient.
     fn critic_step(&mut self) -> (f32, f32) {
         let alpha = self.temperature();
-        let Memory { batch, next, done, critic_pass, target_pass, critic_gradient, .. } = &mut self.memory;
+        let Scratch { batch, next, done, critic_pass, target_pass, critic_gradient, .. } = &mut self.scratch;
         next.draw(&self.actor, &batch.next_input);
         target_pass.forward(&self.targets, &next.input.view);
         done.copy_from_slice(&batch.input);
@@ -245,7 +245,7 @@ impl Sac {
     /// parameters, and Q the smaller of both values.
     fn actor_step(&mut self) -> ActorLosses {
         let (alpha, t) = (self.temperature(), self.actor_steps());
-        let Memory { batch, present, critic_pass, actor_gradient, action_gradient, .. } = &mut self.memory;
+        let Scratch { batch, present, critic_pass, actor_gradient, action_gradient, .. } = &mut self.scratch;
         present.draw(&self.actor, &batch.input);
         critic_pass.forward(&self.critics, &present.input.view);
 

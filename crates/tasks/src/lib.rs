@@ -70,7 +70,7 @@ pub use privileged::Privileged;
 pub use protection::{Protection, StopReason};
 pub use reward_terms::RewardTerms;
 pub use sample::Sample;
-pub use sensing::{Sensing, WrenchSource};
+pub use sensing::{SensedWrench, Sensing};
 pub use spot::Spot;
 pub use start::{Fingers, Start};
 pub use step::Step;

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields, default)]
 pub struct Sensing {
     /// Which wrench is measured.
-    pub source: WrenchSource,
+    pub source: SensedWrench,
     /// Cut-off of the observer that estimates (Hz).
     pub cutoff_hz: f64,
     /// Largest constant error of each component of an estimated wrench, drawn anew in each episode (N, Nm).
@@ -20,10 +20,10 @@ pub struct Sensing {
     pub noise: [f64; 2],
 }
 
-/// Where a wrench comes from.
+/// Whether the law and the policy feel the simulated wrench itself.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum WrenchSource {
+pub enum SensedWrench {
     /// Estimated from commanded joint torques by a [`MomentumObserver`], with bias and noise: what an arm without a force
     /// sensor has.
     Estimated,
@@ -34,7 +34,7 @@ pub enum WrenchSource {
 
 impl Default for Sensing {
     fn default() -> Self {
-        Sensing { source: WrenchSource::Exact, cutoff_hz: 25.0, bias: [0.5, 0.05], noise: [0.3, 0.03] }
+        Sensing { source: SensedWrench::Exact, cutoff_hz: 25.0, bias: [0.5, 0.05], noise: [0.3, 0.03] }
     }
 }
 
@@ -55,7 +55,7 @@ impl Sensing {
     /// What estimates in the episode with the given seed, which starts with `y`; `None` where nothing is estimated. `damping`
     /// is the joints' (Nm s/rad).
     pub(crate) fn estimator(&self, seed: u64, damping: JointVector, y: &Measurement) -> Option<Estimator> {
-        let estimates = self.source == WrenchSource::Estimated;
+        let estimates = self.source == SensedWrench::Estimated;
         // The complement of the seed: the task draws its scene from the seed itself, and the two shall not go together.
         estimates.then(|| Estimator::new(self, damping, y, ChaCha8Rng::seed_from_u64(!seed)))
     }

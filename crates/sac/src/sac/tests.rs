@@ -76,7 +76,7 @@ fn half_of_a_batch_is_prior_data() {
     sac.update_with_prior(&own, &prior);
     // Of three steps, or of as many as were left.
     let unit = |reward: f32| [1.0, 1.97, 2.9109].iter().any(|sum| (reward - sum).abs() < 1e-5);
-    let rewards = &sac.memory.batch.reward;
+    let rewards = &sac.scratch.batch.reward;
     assert!(rewards[..2].iter().all(|&r| unit(r)) && rewards[2..].iter().all(|&r| unit(r / 2.0)), "{rewards:?}");
 }
 

@@ -2,7 +2,7 @@ use super::*;
 use crate::force_record::ForceRecord;
 use crate::penalty::{ForcePenalty, Sensor};
 use crate::protection::Protection;
-use crate::sensing::{Sensing, WrenchSource};
+use crate::sensing::{SensedWrench, Sensing};
 use crate::step::Step;
 use aforce::{Gains, Stiffness};
 
@@ -174,12 +174,12 @@ fn an_estimated_wrench_has_bias_and_noise() {
         forces.split_off(1) // The first is that of the reset.
     };
     let default = Sensing::default().bias;
-    assert!(forces(WrenchSource::Exact, default, 3).iter().all(|&force| force == 0.0));
-    let estimated = forces(WrenchSource::Estimated, default, 3);
-    assert!(estimated == forces(WrenchSource::Estimated, default, 3));
-    assert!(estimated != forces(WrenchSource::Estimated, default, 4));
+    assert!(forces(SensedWrench::Exact, default, 3).iter().all(|&force| force == 0.0));
+    let estimated = forces(SensedWrench::Estimated, default, 3);
+    assert!(estimated == forces(SensedWrench::Estimated, default, 3));
+    assert!(estimated != forces(SensedWrench::Estimated, default, 4));
     // Noise is drawn alike with and without a bias, so the bias is all that differs, and it stays.
-    let unbiased = forces(WrenchSource::Estimated, [0.0; 2], 3);
+    let unbiased = forces(SensedWrench::Estimated, [0.0; 2], 3);
     let bias: Vec<f64> = estimated.iter().zip(&unbiased).map(|(with, without)| with - without).collect();
     assert!(bias[0].abs() > 1e-3 && bias.iter().all(|value| (value - bias[0]).abs() < 1e-9), "{bias:?}");
     // From one sample to the next only the noise changes, 0.3 N.

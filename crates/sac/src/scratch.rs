@@ -1,4 +1,4 @@
-//! What one update works on, made once.
+//! Space that updates work in, made once.
 
 use tch::Tensor;
 
@@ -10,9 +10,9 @@ use crate::pass::Pass;
 use crate::replay::Batch;
 use crate::{Config, Sizes};
 
-/// What one update works on; holds nothing from one update to the next.
+/// Space that an update works in; holds nothing from one update to the next.
 #[derive(Debug)]
-pub(crate) struct Memory {
+pub(crate) struct Scratch {
     pub batch: Batch,
     /// The policy's actions for the next observations.
     pub next: Drawn,
@@ -32,7 +32,7 @@ pub(crate) struct Memory {
 #[derive(Debug)]
 pub(crate) struct Drawn {
     /// Numbers that the critics see besides an action.
-    observation_dim: usize,
+    whole_observation: usize,
     /// Standard normal, `(batch, action)`.
     pub noise: Vec<f32>,
     /// `(batch, action)`.
@@ -46,7 +46,7 @@ pub(crate) struct Drawn {
     pub pass: Pass,
 }
 
-impl Memory {
+impl Scratch {
     pub fn new(config: &Config, sizes: Sizes, actor: &Actor, critics: &Networks) -> Self {
         let n = config.batch_size;
         let (observations, actions) = (sizes.whole_observation(), sizes.action);
@@ -70,10 +70,10 @@ impl Memory {
 
 impl Drawn {
     fn new(actor: &Actor, sizes: Sizes, rows: usize, back: bool) -> Self {
-        let (observation_dim, actions) = (sizes.whole_observation(), sizes.action);
-        let input = Matrix::zeros(rows, observation_dim + actions);
+        let (whole_observation, actions) = (sizes.whole_observation(), sizes.action);
+        let input = Matrix::zeros(rows, whole_observation + actions);
         Self {
-            observation_dim,
+            whole_observation,
             noise: vec![0.0; rows * actions],
             samples: Samples::zeros(rows * actions),
             log_prob: vec![0.0; rows],
@@ -89,12 +89,12 @@ impl Drawn {
         self.pass.forward(&actor.network, &self.observations);
         let actions = actor.action_dim();
         actor.policy.sample(self.pass.result(), &self.noise, actions, &mut self.samples);
-        let rows = self.log_prob.iter_mut().zip(self.input.chunks_exact_mut(self.observation_dim + actions));
+        let rows = self.log_prob.iter_mut().zip(self.input.chunks_exact_mut(self.whole_observation + actions));
         for (row, (log_prob, input)) in rows.enumerate() {
             *log_prob = 0.0;
             for i in 0..actions {
                 *log_prob += self.samples.log_prob(row * actions + i);
-                input[self.observation_dim + i] = self.samples.action(row * actions + i);
+                input[self.whole_observation + i] = self.samples.action(row * actions + i);
             }
         }
     }
