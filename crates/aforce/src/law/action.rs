@@ -32,7 +32,7 @@ pub(crate) fn decode<'a>(space: &ActionSpace, config: &ControllerConfig, action:
         _ => None,
     };
     Decoded {
-        stiffness: range.map(|range| Vector6::from_fn(|axis, _| range.at(axis, clip(stiffness[axis], 0.0)))),
+        stiffness: range.map(|range| range.commanded(stiffness)),
         psi,
         delta: Vector6::from_fn(|axis, _| clip(pose_and_force[axis], 0.0) * space.step(config, axis)),
         force: space.force.then(|| 0.5 * (clip(pose_and_force[6], -1.0) + 1.0) * config.force.force_max),
@@ -57,6 +57,7 @@ pub fn encode(space: &ActionSpace, config: &ControllerConfig, delta: &Vector6, f
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::law::gains::Gains;
     use approx::assert_relative_eq;
 
     #[test]
@@ -82,6 +83,19 @@ mod tests {
         assert_eq!(command.stiffness, Some(Vector6::new(0.0, 150.0, 300.0, 225.0, 75.0, 300.0)));
         assert_eq!(command.delta, Vector6::new(0.05, -0.025, 0.0, 0.05, 0.0, -0.5));
         assert_eq!(command.force, Some(30.0));
+    }
+
+    #[test]
+    fn a_shared_entry_commands_every_axis() {
+        let mut space: ActionSpace = "variable".parse().unwrap();
+        let Stiffness::Commanded(range) = &mut space.stiffness else { unreachable!() };
+        (range.shared, range.high) = (true, Gains::pair(300.0, 100.0));
+        let config = ControllerConfig::default();
+        assert_eq!((space.dim(), space.entries(&config)[0].name, space.entries(&config).len()), (7, "kp", 7));
+        let command = decode(&space, &config, &[0.5, 1.0, 0.0, 0.0, 0.0, 0.0, -1.0]);
+        assert_eq!(command.stiffness, Some(Vector6::new(225.0, 225.0, 225.0, 75.0, 75.0, 75.0)));
+        assert_eq!(command.delta, Vector6::new(0.05, 0.0, 0.0, 0.0, 0.0, -0.5));
+        assert_eq!(toml::from_str::<ActionSpace>(&space.to_toml()).unwrap(), space);
     }
 
     #[test]

@@ -95,7 +95,7 @@ impl ActionSpace {
 
     /// Entries of an action that command stiffness.
     pub(crate) fn commanded_stiffness(&self) -> usize {
-        if matches!(self.stiffness, Stiffness::Commanded(_)) { 6 } else { 0 }
+        if let Stiffness::Commanded(range) = &self.stiffness { range.entries() } else { 0 }
     }
 
     /// How far an action entry of 1 moves the goal along (m) or about (rad) an axis, of 0 to 5.
@@ -129,9 +129,11 @@ impl ActionSpace {
         const WORLD: &str = "world axes, at the tool point";
         let mut entries = Vec::with_capacity(self.dim());
         if let Stiffness::Commanded(range) = &self.stiffness {
-            for (axis, name) in STIFFNESS.into_iter().enumerate() {
+            const ALL: &str = "all axes; unit and range of the translational ones";
+            let (names, frame) = if range.shared { (&["kp"][..], ALL) } else { (&STIFFNESS[..], WORLD) };
+            for (axis, &name) in names.iter().enumerate() {
                 let (low, high) = (range.low[axis], range.high[axis]);
-                entries.push(ActionEntry { name, unit: self.unit.name(axis), frame: WORLD, low, high });
+                entries.push(ActionEntry { name, unit: self.unit.name(axis), frame, low, high });
             }
         }
         for range in self.commanded_psi.iter().flat_map(|psi| &psi.ranges) {
@@ -294,7 +296,7 @@ mod tests {
                 .contains("stiffness.adaptive.mu (axis x) = 10000 is not allowed; allowed: 0 to 500")
         );
         let too_stiff = |s: &mut ActionSpace, stiffness| (s.stiffness, s.commanded_psi) = (stiffness, None);
-        let range = StiffnessRange { low: Gains::all(0.0), high: Gains::all(1e6), scale: Scale::Linear };
+        let range = StiffnessRange { low: Gains::all(0.0), high: Gains::all(1e6), scale: Scale::Linear, shared: false };
         for message in [
             error(|s| psi_of(s).k_max = Gains::all(1e6)),
             error(|s| too_stiff(s, Stiffness::Fixed(Gains::all(1e6)))),

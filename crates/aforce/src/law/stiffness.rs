@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
+use crate::law::entry::clip;
 use crate::law::gains::{Gains, MAX_STIFFNESS};
 use crate::law::operational_space::OperationalSpace;
 use crate::law::psi::Psi;
@@ -91,6 +92,9 @@ pub struct StiffnessRange {
     pub high: Gains,
     /// How the entry spans the range.
     pub scale: Scale,
+    /// One entry for all axes, in place of one for each.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub shared: bool,
 }
 
 /// How an entry of an action spans a range.
@@ -104,6 +108,21 @@ pub enum Scale {
 }
 
 impl StiffnessRange {
+    /// Entries of an action that command it.
+    #[must_use]
+    pub fn entries(&self) -> usize {
+        if self.shared { 1 } else { 6 }
+    }
+
+    /// K that the `entries` of an action command; one that is not a number asks for the middle.
+    ///
+    /// # Panics
+    /// If there are too few.
+    #[must_use]
+    pub(crate) fn commanded(&self, entries: &[f64]) -> Vector6 {
+        Vector6::from_fn(|axis, _| self.at(axis, clip(entries[if self.shared { 0 } else { axis }], 0.0)))
+    }
+
     /// K of an axis that an entry in [-1, 1] commands.
     #[must_use]
     pub fn at(&self, axis: usize, entry: f64) -> f64 {
@@ -136,7 +155,7 @@ impl Stiffness {
     pub(crate) fn validate(&self, control_hz: u32) -> Result<(), ConfigError> {
         match self {
             Self::Adaptive(psi) => psi.validate(control_hz),
-            Self::Commanded(StiffnessRange { low, high, scale }) => {
+            Self::Commanded(StiffnessRange { low, high, scale, shared: _ }) => {
                 match scale {
                     Scale::Linear => low.not_negative("stiffness.commanded.low")?,
                     Scale::Log => low.positive("stiffness.commanded.low")?,
