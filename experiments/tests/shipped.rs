@@ -37,7 +37,13 @@ fn the_shipped_table_has_the_papers_steps_and_units() {
 #[test]
 fn committed_runs_are_those_of_the_shipped_sweeps() {
     let study = ["table-1", "parts", "hidden", "prior", "prior-parts", "tuned", "same-steps", "nudges"];
-    let others = ["second-study/learners.toml", "insert/force.toml", "insert/spaces.toml", "insert/parts.toml"];
+    let others = [
+        "second-study/learners.toml",
+        "second-study/stops.toml",
+        "insert/force.toml",
+        "insert/spaces.toml",
+        "insert/parts.toml",
+    ];
     let others = others.map(String::from);
     let nameless = |mut run: RunConfig| {
         (run.env.space.name, run.variant, run.checkpoint_every) = ("any".into(), String::new(), 1);
