@@ -40,6 +40,7 @@ fn committed_runs_are_those_of_the_shipped_sweeps() {
     let others = [
         "second-study/learners.toml",
         "second-study/stops.toml",
+        "second-study/entries.toml",
         "insert/force.toml",
         "insert/spaces.toml",
         "insert/parts.toml",
@@ -103,6 +104,14 @@ fn tuned_spaces_are_the_winners_of_the_search() {
         let aforce = tuned.iter().find(|other| (other.env.task, other.seed) == (run.env.task, run.seed)).unwrap();
         let (env, variant) = (EnvConfig { space: run.env.space.clone(), ..aforce.env.clone() }, run.variant.clone());
         assert_eq!(run, RunConfig { env, variant, ..aforce.clone() });
+    }
+    // The constant that is trained under hidden disturbances.
+    let like = tuned.iter().find(|run| run.env.space.name == "osc-force").unwrap();
+    let hidden = shipped_sweep("second-study/hidden.toml").runs;
+    let constants: Vec<_> = hidden.iter().filter(|run| run.variant.ends_with("tuned")).collect();
+    assert_eq!(constants.len(), 15);
+    for RunConfig { env, .. } in constants {
+        assert_eq!((&env.controller, &env.space), (&like.env.controller, &like.env.space));
     }
 }
 

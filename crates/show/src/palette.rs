@@ -7,7 +7,7 @@
 
 /// Of the built-in spaces, and of those of the committed runs. Many are Okabe and Ito's, which colour-blind readers can
 /// tell apart; a space with force is of the kind of its space without.
-const SPACES: [(&str, &str); 37] = [
+const SPACES: [(&str, &str); 40] = [
     ("aforce", "#0072b2"),
     ("aforce-force", "#56b4e9"),
     ("variable", "#d55e00"),
@@ -45,6 +45,9 @@ const SPACES: [(&str, &str); 37] = [
     ("fixed-100", "#d4c400"),
     ("fixed-300", "#2e8b57"),
     ("variable-60", "#f4a582"),
+    ("aforce-idle", "#6a9fc8"),
+    ("variable-shared", "#b8860b"),
+    ("osc-idle", "#3c9f6b"),
 ];
 
 /// Of whatever is not in [`SPACES`]: far from what is there, and from each other.
