@@ -6,7 +6,7 @@ use approx::assert_relative_eq;
 use physics::robots::RobotName;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use tasks::{Env, EnvConfig, ForcePenalty, MarkerView, ObservationOptions, Sensor, Step, TaskName};
+use tasks::{CountedForce, Env, EnvConfig, ForcePenalty, MarkerView, ObservationOptions, Step, TaskName};
 
 fn space(name: &str) -> ActionSpace {
     name.parse().unwrap()
@@ -63,7 +63,7 @@ fn every_term_of_a_reward_is_earned_by_the_expert() {
 fn an_action_is_recorded_as_it_acted() {
     let mut config = EnvConfig { task: TaskName::DOOR, ..EnvConfig::default() };
     config.controller.policy_hz = 500;
-    config.force_penalty = ForcePenalty { of: Sensor::Hand, limit: 5.0, ..ForcePenalty::default() };
+    config.force_penalty = ForcePenalty { of: CountedForce::Hand, limit: 5.0, ..ForcePenalty::default() };
     let dt = config.controller.dt();
     let mut env = Env::new(config, 1).unwrap();
     env.reset(Some(1));

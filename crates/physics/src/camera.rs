@@ -40,7 +40,9 @@ impl Camera {
     /// Unit vectors (world): into the picture, to its right, to its top.
     fn axes(&self) -> [Vector3; 3] {
         let forward = (Vector3::from(self.target) - Vector3::from(self.eye)).normalize();
-        let right = forward.cross(&Vector3::z()).normalize();
+        let right = forward.cross(&Vector3::z());
+        // Straight down or up: the picture's top is where x points.
+        let right = right.try_normalize(1e-9).unwrap_or_else(|| forward.cross(&Vector3::x()));
         [forward, right, right.cross(&forward)]
     }
 
@@ -73,6 +75,8 @@ mod tests {
         near(at(0.0, 1.0, 1.0), 250.0, 100.0);
         near(at(0.0, 0.0, 2.0), 200.0, 50.0);
         assert!(at(3.0, 0.0, 1.0).is_none());
+        let below = Camera { target: [2.0, 0.0, 0.0], ..camera };
+        near(below.project(&Vector3::new(3.0, 1.0, 0.0), 200, 200), 0.0, 0.0);
         let side = camera.from_direction([0.0, -3.0, 0.0]);
         assert!((Vector3::from(side.eye) - Vector3::new(0.0, -2.0, 1.0)).norm() < 1e-12);
     }

@@ -7,7 +7,7 @@ use nalgebra::Point3;
 use thiserror::Error;
 
 use crate::engine::ground_below;
-use crate::scene::{Axis, Body, Geom, Inertial, Joint, Role, Scene, Shape, Stop};
+use crate::scene::{Axis, Body, Geom, Inertial, Joint, Role, Scene, Stop};
 
 /// What is wrong with a scene, in one line.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -201,15 +201,7 @@ impl Geom {
         if matches!(self.role, Role::Link(link) if !(1..=7).contains(&link)) {
             return Err(format!("{:?}; an arm has links 1 to 7", self.role));
         }
-        let sizes = match &self.shape {
-            Shape::Box(half) => vec![half.x, half.y, half.z],
-            Shape::Capsule { half_length, radius } | Shape::Cylinder { half_length, radius } => {
-                vec![*half_length, *radius]
-            }
-            Shape::Sphere { radius } => vec![*radius],
-            Shape::Convex(_) => vec![],
-        };
-        match sizes.iter().find(|&&size| !(size > 0.0 && size.is_finite())) {
+        match self.shape.sizes().iter().find(|&&size| !(size > 0.0 && size.is_finite())) {
             Some(size) => Err(format!("a size of {size} m; it must be finite and above 0")),
             None => Ok(()),
         }

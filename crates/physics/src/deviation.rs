@@ -11,7 +11,7 @@ pub struct Deviation {
     pub payload: f64,
     /// Factor on every coefficient of sliding friction.
     pub friction: f64,
-    /// Factor on mass and inertia of free bodies.
+    /// Factor on mass and inertia of every body with a free joint. Bodies that are fixed to it keep theirs.
     pub object_mass: f64,
     /// Factor on viscous damping and dry friction of the joint `hinge`.
     pub hinge_damping: f64,
@@ -46,6 +46,17 @@ impl Change {
             Change::JointSpring(_) => "Nm/rad or N/m",
             Change::BodyMass(_) | Change::BodyFriction(_) | Change::JointFriction(_) | Change::JointDamping(_) => "1",
         }
+    }
+
+    /// The values that leave a body or a joint that can be: masses are above 0, friction and damping are not negative.
+    #[must_use]
+    pub fn is_possible(self, value: f64) -> bool {
+        value.is_finite()
+            && match self {
+                Change::BodyMass(_) => value > 0.0,
+                Change::BodyFriction(_) | Change::JointFriction(_) | Change::JointDamping(_) => value >= 0.0,
+                Change::JointSpring(_) => true,
+            }
     }
 
     /// Makes the change in `scene`.

@@ -1,4 +1,4 @@
-//! The plant: a torque-controlled arm of seven joints ([`robots`]) and the scenes it works in.
+//! The plant: a torque-controlled arm of six or seven joints ([`robots`]) and the scenes it works in.
 //!
 //! One description of a scene ([`scene::Scene`]) feeds three consumers: the Rapier
 //! world that is simulated ([`Simulation`]), the MJCF file with which MuJoCo checks it

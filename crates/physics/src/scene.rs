@@ -197,13 +197,25 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// Its kind and its sizes (m), as a page reads them: half extents; half length and radius; radius; or three corners of each triangle.
+    /// Its sizes (m): half extents; half length and radius; radius; none of a hull, which was checked when it was made.
+    pub fn sizes(&self) -> Vec<f64> {
+        match self {
+            Shape::Box(half) => vec![half.x, half.y, half.z],
+            Shape::Capsule { half_length, radius } | Shape::Cylinder { half_length, radius } => {
+                vec![*half_length, *radius]
+            }
+            Shape::Sphere { radius } => vec![*radius],
+            Shape::Convex(_) => vec![],
+        }
+    }
+
+    /// Its kind, and as a page reads it its sizes, or of a hull three corners of each triangle (m).
     pub fn kind_and_sizes(&self) -> (&'static str, Vec<f64>) {
         match self {
-            Shape::Box(half) => ("box", vec![half.x, half.y, half.z]),
-            Shape::Capsule { half_length, radius } => ("capsule", vec![*half_length, *radius]),
-            Shape::Cylinder { half_length, radius } => ("cylinder", vec![*half_length, *radius]),
-            Shape::Sphere { radius } => ("sphere", vec![*radius]),
+            Shape::Box(_) => ("box", self.sizes()),
+            Shape::Capsule { .. } => ("capsule", self.sizes()),
+            Shape::Cylinder { .. } => ("cylinder", self.sizes()),
+            Shape::Sphere { .. } => ("sphere", self.sizes()),
             Shape::Convex(hull) => {
                 let corners = hull.triangles().as_flattened().iter().map(|&i| hull.corners()[i as usize]);
                 ("triangles", corners.flat_map(|corner| [corner.x, corner.y, corner.z]).collect())

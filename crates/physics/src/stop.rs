@@ -19,7 +19,7 @@ const WIDTH: f64 = 1e-3;
 /// Passes over the joints: their stops act on one another through the inertia.
 const PASSES: usize = 50;
 
-/// The stops of the seven joints.
+/// The stops of the arm's joints. An arm of six joints has none in the seventh place.
 pub(crate) struct ArmStops {
     /// Infinite for a joint without such a stop (rad).
     range: [[f64; 2]; 7],

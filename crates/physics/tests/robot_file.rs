@@ -34,6 +34,25 @@ fn a_urdf_alone_is_a_robot_that_starts_like_the_panda() {
 }
 
 #[test]
+fn what_no_scene_could_hold_is_refused_with_the_robot() {
+    let told = |change: fn(&mut Robot)| {
+        let mut robot = RobotName::Fr3.robot();
+        change(&mut robot);
+        robot.validate().unwrap_err().to_string()
+    };
+    let twice = told(|robot| {
+        let geom = robot.links[0].geoms[0].clone();
+        robot.links[1].geoms.push(geom);
+    });
+    assert!(
+        twice.starts_with("shapes: body \"link2\": the name ") && twice.ends_with("is that of two geoms"),
+        "{twice}"
+    );
+    let slippery = told(|robot| robot.links[3].geoms[0].friction = -1.0);
+    assert!(slippery.starts_with("shapes: body \"link4\": geom "), "{slippery}");
+}
+
+#[test]
 fn a_robot_file_says_what_the_urdf_does_not() {
     let folder = folder("says", 6);
     let text = "urdf = 'small.urdf'\nbase = 'base'\ntool = 'l6'\nflange = { xyz = [0.0, 0.0, 0.2], rpy = [0.0, 0.0, 0.5] }\n\

@@ -44,8 +44,8 @@ impl NStep {
         Self { n, gamma: gamma as f32, pending: VecDeque::with_capacity(n) }
     }
 
-    /// Takes one step, whose observation is kept at `observation`, and hands every step that is now complete to `emit`, together with the discount of the value of
-    /// `step.next_observation`: gamma^k, or 0 after a termination. The critic's target is `reward + discount * V(next_observation)`.
+    /// Takes one step, whose observation is kept at `observation`. Every step that is now complete goes to `emit` with the discount of the
+    /// value of `step.next_observation`: gamma^k, or 0 after a termination. The critic's target is `reward + discount * V(next_observation)`.
     pub fn push(&mut self, step: &Transition, observation: usize, mut emit: impl FnMut(&Pending, f32)) {
         for pending in &mut self.pending {
             pending.reward += pending.discount * step.reward;

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::drawn::Drawn;
 use crate::observer::Observer;
-use crate::task_name::TaskName;
+use crate::own_disturbance::OwnDisturbance;
 
 /// A number, or the range from which one is drawn for every episode, each value as likely as any other.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -124,17 +124,26 @@ const KINDS: [Kind; 14] = [
 /// This kind was added later: it has a random stream of its own.
 const TORQUE_GAIN: &str = "torque_gain";
 
+/// Whether a disturbance that every task may have, or only some, has this key.
+pub(crate) fn is_known(key: &str) -> bool {
+    KINDS.iter().any(|kind| kind.key == key)
+}
+
 /// Whether some tasks have a disturbance of this key and others have not.
 pub(crate) fn is_of_some_tasks(key: &str) -> bool {
     KINDS.iter().any(|kind| kind.key == key && !kind.everywhere)
 }
 
 impl Disturbance {
-    /// Checks every value, and that `task` has what is disturbed.
-    ///
-    /// # Errors
-    /// The first value that is not allowed, with its key.
-    pub fn validate(&self, task: TaskName) -> Result<(), ConfigError> {
+    /// Checks every value, and that the task called `task` has what is disturbed: of what only some tasks have the keys `has`, and `known`
+    /// ones of its own. `owners` are the tasks that have a key.
+    pub(crate) fn check(
+        &self,
+        task: &str,
+        has: &[&str],
+        known: &[OwnDisturbance],
+        owners: impl Fn(&str) -> Vec<&'static str>,
+    ) -> Result<(), ConfigError> {
         let contradiction =
             |key: &str, reason| Err(ConfigError::Contradiction { field: format!("disturbance.{key}"), reason });
         let in_range = |key: &str, draw: Draw, [low, high]: [f64; 2]| {
@@ -149,14 +158,11 @@ impl Disturbance {
         };
         for Kind { key, allowed, everywhere, of, .. } in KINDS {
             let Some(draw) = of(self) else { continue };
-            let has_it = |task: &TaskName| task.kind().disturbances.contains(&key);
-            if !everywhere && !has_it(&task) {
-                let owners: Vec<&str> = TaskName::all().into_iter().filter(has_it).map(TaskName::as_str).collect();
-                return contradiction(key, format!("{} has it, {} has not", owners.join(", "), task.as_str()));
+            if !everywhere && !has.contains(&key) {
+                return contradiction(key, format!("{} has it, {task} has not", owners(key).join(", ")));
             }
             in_range(key, draw, allowed)?;
         }
-        let known = task.kind().own_disturbances;
         for (key, &draw) in &self.own {
             let keys: Vec<&str> = known.iter().map(|own| own.key).collect();
             let Some(own) = known.iter().find(|own| own.key == key) else {
@@ -165,10 +171,7 @@ impl Disturbance {
                     None if keys.is_empty() => "it has no disturbances of its own".into(),
                     None => format!("known are {}", keys.join(", ")),
                 };
-                return contradiction(
-                    &format!("own.{key}"),
-                    format!("{} has no such disturbance; {hint}", task.as_str()),
-                );
+                return contradiction(&format!("own.{key}"), format!("{task} has no such disturbance; {hint}"));
             };
             in_range(&format!("own.{key}"), draw, own.allowed)?;
         }
@@ -195,9 +198,9 @@ impl Disturbance {
         Deviation { table_height, ..Deviation::default() }
     }
 
-    /// The values of an episode of `task` with the given seed. They have a stream of their own: episodes of one seed start alike,
+    /// The values of an episode with the given seed, of a task with these `known` disturbances of its own. They have a stream of their own: episodes of one seed start alike,
     /// whatever disturbs them.
-    pub(crate) fn draw(&self, seed: u64, task: TaskName) -> Drawn {
+    pub(crate) fn draw(&self, seed: u64, known: &[OwnDisturbance]) -> Drawn {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(1);
         // A stream of its own keeps the directions and the noise of a seed, which the first stream gives, as they were before this kind existed.
@@ -212,7 +215,7 @@ impl Disturbance {
         // A stream of their own keeps the values above as they are, whatever a task adds.
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(2);
-        for own in task.kind().own_disturbances {
+        for own in known {
             let share = rng.random::<f64>();
             if let Some(draw) = self.own.get(own.key) {
                 let [low, high] = draw.ends();

@@ -10,10 +10,10 @@ use physics::{Plant, Simulation};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
+use crate::normalisation::normalisation;
 use crate::observer::Observer;
 use crate::task::{Reward, Task, Waypoint};
 use crate::task_kind::TaskKind;
-use crate::wipe::normalisation;
 
 /// Door as programs know it.
 pub(crate) const KIND: TaskKind =

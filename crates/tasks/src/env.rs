@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use aforce::{ActionEntry, ConfigError, Controller, Measurement, Vector3, stable_on};
 use physics::robots::Robot;
-use physics::{Plant, Simulation};
+use physics::{Deviation, Plant, Simulation};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -83,7 +83,7 @@ impl Env {
         Env::begin_with(config.create_task()?, config, seed)
     }
 
-    /// As [`Env::new`], with a task that need not be registered: `config.task` says no more than which disturbances it may have.
+    /// As [`Env::new`], with a task that need not be registered. `config.task` says which disturbances and options are allowed.
     ///
     /// # Errors
     /// As [`EnvConfig::validate`], if the arm stands in the scene's way at its start, and if two observed numbers or two terms of the
@@ -101,7 +101,7 @@ impl Env {
     fn begin_with(mut task: Box<dyn Task>, config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
         let robot = config.robot.robot();
         let controller = Controller::new(&config.space, &config.controller, &robot.arm, Vector3::z_axis())?;
-        let drawn = config.disturbance.draw(0, config.task);
+        let drawn = config.disturbance.draw(0, config.task.kind().own_disturbances);
         let deviation = config.disturbance.highest_table();
         let table_height = deviation.table_height;
         let plant = Plant { robot, dt: config.controller.dt(), config: config.simulation, deviation };
@@ -109,7 +109,10 @@ impl Env {
         let start = task.start(&plant.robot);
         put(&mut simulation, task.as_ref(), &start, &start.q);
         if simulation.overlap() >= LARGEST_OVERLAP {
-            let raised = table_height > 0.0;
+            let as_modelled = Plant { deviation: Deviation::default(), ..plant.clone() };
+            let mut lower = task.reset(&as_modelled, &mut ChaCha8Rng::seed_from_u64(0));
+            put(&mut lower, task.as_ref(), &start, &start.q);
+            let raised = table_height > 0.0 && lower.overlap() < LARGEST_OVERLAP;
             let field = if raised { "env.disturbance.table_height_m" } else { "env.task" };
             let reason = if raised {
                 format!("{table_height} m raise the table into the arm at its start; lower it")
@@ -167,7 +170,7 @@ impl Env {
     pub fn try_reset(&mut self, seed: Option<u64>) -> Result<&[f32], ConfigError> {
         let seed = seed.unwrap_or_else(|| self.episodes.next_u64());
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        self.drawn = self.config.disturbance.draw(seed, self.config.task);
+        self.drawn = self.config.disturbance.draw(seed, self.config.task.kind().own_disturbances);
         self.plant.deviation = self.drawn.deviation.clone();
         self.simulation = self.task.reset(&self.plant, &mut rng);
         let noise = self.config.initial_noise;
@@ -208,7 +211,7 @@ impl Env {
         Ok(())
     }
 
-    /// What the terms of [`Step::reward_terms`](crate::Step::reward_terms) are for, in order.
+    /// Names of the terms of the reward, in the order of [`Step::reward_terms`](crate::Step::reward_terms).
     pub fn reward_terms(&self) -> impl Iterator<Item = &'static str> {
         self.nothing_earned.names()
     }

@@ -6,7 +6,7 @@ use physics::{ContactReading, Plant};
 use crate::axis_group::AxisGroup;
 use crate::force_record::ForceRecord;
 use crate::motion::Motion;
-use crate::penalty::{ForcePenalty, Sensor};
+use crate::penalty::{CountedForce, ForcePenalty};
 use crate::protection::{Protection, StopReason, speed_share};
 
 /// A sustained force beyond the wrist above this counts as a hard one (N): the AI for Industry Challenge's threshold.
@@ -41,13 +41,13 @@ pub struct Interval {
     pub link_contact_time: f64,
     /// Time with contact between two parts of the arm (s).
     pub self_contact_time: f64,
-    /// Deepest overlap of any two bodies (m): contact is hard, so millimetres would be a defect of the simulation.
+    /// Deepest overlap of any two bodies (m). Bodies are rigid, so millimetres would be a defect of the simulation.
     pub overlap: f64,
     /// Sum over samples of the mean translational stiffness, in the action space's own unit (1/s2 or N/m).
     pub sum_own_stiffness: f64,
     /// The impedance of the translational axes and of the rotational ones.
     pub impedance: [AxisGroup; 2],
-    /// Sum over samples of the share of joints whose torque was limited.
+    /// Sum over samples of the share of joints whose torque a limit cut.
     pub sum_saturated: f64,
     /// How far the tool went (m, world).
     pub displacement: Vector3,
@@ -138,10 +138,10 @@ impl Interval {
     }
 
     /// The force of the hand or of the whole arm.
-    pub fn force(&self, of: Sensor) -> &ForceRecord {
+    pub fn force(&self, of: CountedForce) -> &ForceRecord {
         match of {
-            Sensor::Arm => &self.arm,
-            Sensor::Hand => &self.hand,
+            CountedForce::Arm => &self.arm,
+            CountedForce::Hand => &self.hand,
         }
     }
 
@@ -196,7 +196,7 @@ mod tests {
     #[test]
     fn sums_means_and_extremes_are_over_all_samples() {
         const DT: f64 = 0.002;
-        let penalty = ForcePenalty { limit: 15.0, of: Sensor::Hand, ..ForcePenalty::default() };
+        let penalty = ForcePenalty { limit: 15.0, of: CountedForce::Hand, ..ForcePenalty::default() };
         // Sustained forces of 10, 80 and 20 N; moments are no forces. The low-pass outlasts the touch.
         let contact = |x: f64, y: f64, z: f64, touching| {
             let sustained = Wrench::new(x, y, z, 500.0, 500.0, 500.0);

@@ -5,7 +5,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::pixels::ObservedCamera;
 use crate::privileged::Privileged;
-use crate::wipe::MarkerView;
 
 /// Options of the observation, the same for every action space.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -24,6 +23,20 @@ pub struct ObservationOptions {
     /// The camera whose pictures are observed beside the numbers, for learners in Python: `train` has no network for them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub camera: Option<ObservedCamera>,
+}
+
+/// How Wipe's markers are seen.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum MarkerView {
+    /// Share of the wiped ones; centroid and radius of the others: robosuite's default. Where the line lies is hidden.
+    Condensed,
+    /// That, and where the nearest and the farthest of the others lie, seen from the tool: the default here.
+    #[default]
+    Ends,
+    /// Every marker's place, whether it is wiped, and where it lies seen from the tool: robosuite's form without
+    /// condensation.
+    All,
 }
 
 impl ObservationOptions {

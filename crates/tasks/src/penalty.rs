@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields, default)]
 pub struct ForcePenalty {
     /// Whose force counts.
-    pub of: Sensor,
+    pub of: CountedForce,
     /// Force (N) above which an action is penalised.
     pub limit: f64,
     /// Reward lost per newton: of the whole force, not of the excess.
@@ -16,7 +16,7 @@ pub struct ForcePenalty {
 
 impl Default for ForcePenalty {
     fn default() -> Self {
-        ForcePenalty { of: Sensor::Arm, limit: 60.0, weight: 0.05 }
+        ForcePenalty { of: CountedForce::Arm, limit: 60.0, weight: 0.05 }
     }
 }
 
@@ -30,7 +30,7 @@ impl ForcePenalty {
 /// Whose contact force counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Sensor {
+pub enum CountedForce {
     /// The force beyond the wrist and those on the links, with the scene and with the arm itself. A policy that pushes with
     /// its forearm pays as well.
     Arm,

@@ -57,7 +57,7 @@ impl TaskKind {
         TaskKind { defaults, ..self }
     }
 
-    /// With keys of [`Disturbance`](crate::Disturbance) that not every task has: `table_height_m`, `cube_mass` (of every free body),
+    /// With keys of [`Disturbance`](crate::Disturbance) that not every task has: `table_height_m`, `cube_mass` (of every body with a free joint),
     /// `hinge_damping` and `hinge_spring` (of a joint called `hinge`).
     pub const fn disturbed_by(self, disturbances: &'static [&'static str]) -> Self {
         TaskKind { disturbances, ..self }

@@ -9,7 +9,8 @@ use aforce::{ConfigError, name};
 use serde::de::{Error, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::disturbance::is_of_some_tasks;
+use crate::disturbance::{Disturbance, is_known, is_of_some_tasks};
+use crate::own_disturbance::OwnDisturbance;
 use crate::task_kind::TaskKind;
 use crate::{door, insert, lift, wipe};
 
@@ -45,7 +46,8 @@ pub fn register(kinds: &[TaskKind]) -> Result<(), ConfigError> {
     Ok(())
 }
 
-/// That the name can be that of a folder, and that there are disturbances of the names that it has.
+/// That the name can be that of a folder, that there are disturbances of the names that it has, and that its own ones can be told from
+/// these and leave bodies and joints that can be.
 fn check_kind(kind: &TaskKind) -> Result<(), ConfigError> {
     let fits = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
     let wrong = |reason: String| Err(ConfigError::Contradiction { field: format!("task {:?}", kind.name), reason });
@@ -56,6 +58,15 @@ fn check_kind(kind: &TaskKind) -> Result<(), ConfigError> {
     if let Some(key) = kind.disturbances.iter().find(|key| !is_of_some_tasks(key)) {
         return wrong(format!("{key:?} is no disturbance that only some tasks have"));
     }
+    for OwnDisturbance { key, change, allowed } in kind.own_disturbances {
+        if is_known(key) {
+            return wrong(format!("its disturbance {key:?} has the key of one that is built in"));
+        }
+        if allowed[0] > allowed[1] || !allowed.iter().all(|&end| change.is_possible(end)) {
+            let wanted = "wanted are two finite ends, the lower first; a mass above 0, no negative friction or damping";
+            return wrong(format!("its disturbance {key:?} allows {allowed:?}; {wanted}"));
+        }
+    }
     let mut keys: Vec<&str> = kind.own_disturbances.iter().map(|own| own.key).collect();
     keys.sort_unstable();
     match keys.windows(2).find(|pair| pair[0] == pair[1]) {
@@ -64,8 +75,8 @@ fn check_kind(kind: &TaskKind) -> Result<(), ConfigError> {
     }
 }
 
-/// Makes a task known that is written while the program runs, and may be written again: it takes the place of one of its name. One that says
-/// the same but for its defaults stays.
+/// Registers a task that may be written again while the program runs. It takes the place of one of its name, but if all save the defaults is
+/// the same the old one stays.
 ///
 /// # Errors
 /// If the name is that of a task that is made here, or cannot be the name of a folder; if a disturbance is unknown or there twice.
@@ -120,6 +131,20 @@ impl TaskName {
     /// What is registered under the name.
     pub(crate) fn kind(self) -> &'static TaskKind {
         self.0
+    }
+}
+
+impl Disturbance {
+    /// Checks every value, and that `task` has what is disturbed.
+    ///
+    /// # Errors
+    /// The first value that is not allowed, with its key.
+    pub fn validate(&self, task: TaskName) -> Result<(), ConfigError> {
+        let TaskKind { disturbances, own_disturbances, .. } = task.kind();
+        self.check(task.as_str(), disturbances, own_disturbances, |key| {
+            let owners = TaskName::all().into_iter().filter(|task| task.kind().disturbances.contains(&key));
+            owners.map(TaskName::as_str).collect()
+        })
     }
 }
 
@@ -190,7 +215,7 @@ impl<'de> Deserialize<'de> for TaskName {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::EnvConfig;
+    use crate::{Change, EnvConfig};
 
     #[test]
     fn a_task_goes_by_its_name() {
@@ -228,6 +253,20 @@ mod tests {
         }
         let misspelt = kind("press").disturbed_by(&["cube_mas"]);
         assert!(register(&[misspelt]).unwrap_err().to_string().contains("\"cube_mas\" is no disturbance"));
+        let own = |key, change, allowed| {
+            let own: &'static [OwnDisturbance] = vec![OwnDisturbance { key, change, allowed }].leak();
+            register(&[kind("press").own_disturbances(own)]).unwrap_err().to_string()
+        };
+        let mass = Change::BodyMass("block");
+        assert!(own("friction", mass, [0.5, 2.0]).contains("\"friction\" has the key of one that is built in"));
+        for (change, allowed) in [
+            (mass, [0.0, 2.0]),
+            (mass, [2.0, 0.5]),
+            (mass, [0.5, f64::INFINITY]),
+            (Change::JointDamping("slide"), [-0.1, 2.0]),
+        ] {
+            assert!(own("mine", change, allowed).contains("\"mine\" allows"), "{change:?} {allowed:?}");
+        }
         assert_eq!(TaskName::all(), TaskName::BUILT_IN, "what is refused leaves nothing behind");
     }
 }

@@ -158,9 +158,11 @@ impl Columns {
     /// # Errors
     /// As [`Columns::values`].
     pub fn success_by_hand(&self) -> Result<f64> {
-        let held = self.points("success_held")?.into_iter();
-        let rows: Vec<_> = held.zip(self.points("success_without_hand")?).collect();
-        Ok(mean_of(&rows, |((_, held), (_, without_hand))| held * (1.0 - without_hand)))
+        let held = self.values("success_held")?.into_iter();
+        let by_hand =
+            held.zip(self.values("success_without_hand")?).map(|(held, without_hand)| held * (1.0 - without_hand));
+        // NaN is a row that does not tell one of the two.
+        Ok(mean(&by_hand.filter(|share| !share.is_nan()).collect::<Vec<_>>()))
     }
 }
 
@@ -217,6 +219,9 @@ mod tests {
         assert_eq!(table().success_by_hand().unwrap(), 2.0 / 5.0);
         assert_eq!(table().after(1.0).unwrap().success_by_hand().unwrap(), 1.0 / 3.0);
         assert!(table().after(3.0).unwrap().success_by_hand().unwrap().is_nan());
+        // A row that lacks one of the two does not shift the others.
+        fs_err::write(&path, format!("{header}\n6,1,,false\n6,1,true,true\n6,2,true,false\n")).unwrap();
+        assert_eq!(table().success_by_hand().unwrap(), 1.0 / 2.0);
     }
 
     #[test]

@@ -1,9 +1,10 @@
 //! What rliable reports (Agarwal et al. 2021): performance profiles, and aggregates over the tasks of a space.
 //!
-//! A return is at most one per action in robosuite's tasks, so their returns have one scale.
+//! A return is at most one per action in robosuite's tasks, so their returns have one scale. Other tasks are not pooled with them.
 
 use output::statistics::{FEWEST_FOR_INTERVAL, interval, iqm, mean, median, stratified_iqm_interval};
 use serde::Serialize;
+use tasks::TaskName;
 
 use crate::report::groups::Group;
 
@@ -52,10 +53,11 @@ pub struct ProfileRow {
 struct OverTasks<'a>(Vec<&'a Group<'a>>);
 
 impl<'a> OverTasks<'a> {
-    /// Every group with those of its other tasks, in the order of the first.
+    /// Every group of a task of robosuite with those of its other tasks, in the order of the first.
     fn all(groups: &'a [Group<'a>]) -> Vec<Self> {
         let mut all: Vec<OverTasks> = vec![];
-        for group in groups {
+        let is_robosuites = |task: &str| TaskName::ROBOSUITE.iter().any(|name| name.as_str() == task);
+        for group in groups.iter().filter(|group| is_robosuites(group.section.task)) {
             match all.iter_mut().find(|OverTasks(known)| {
                 (known[0].section.experiment, known[0].name()) == (group.section.experiment, group.name())
             }) {
@@ -210,5 +212,9 @@ mod tests {
         };
         assert_eq!(of("osc")[..3], [(1.0, None), (1.0, None), (0.0, None)], "returns of 60 to 63 against 0, 50, 100");
         assert_eq!(of("aforce")[1], (1.0, Some(1.0)));
+        // Insert's returns have another scale than Lift's.
+        let inserted = runs("osc", 4).into_iter().map(|run| RunSummary { task: "insert".into(), ..run });
+        let all: Vec<RunSummary> = runs("osc", 4).into_iter().chain(inserted).collect();
+        assert_eq!(aggregates(&super::super::groups::groups(&all)), []);
     }
 }

@@ -20,7 +20,11 @@ use crate::run::csv_table::CsvTable;
 /// # Errors
 /// If a folder cannot be read.
 pub fn find_templates(root: &Path) -> Result<Vec<PathBuf>> {
-    let files: Vec<_> = WalkDir::new(root).into_iter().map(|entry| Ok(entry?.into_path())).collect::<Result<_>>()?;
+    let files: Vec<_> = WalkDir::new(root)
+        .sort_by_file_name()
+        .into_iter()
+        .map(|entry| Ok(entry?.into_path()))
+        .collect::<Result<_>>()?;
     Ok(files
         .into_iter()
         .filter(|path| path.extension().is_some_and(|extension| extension == "j2") && path.is_file())

@@ -291,6 +291,7 @@ fn row(hypothesis: &Hypothesis, task: &str, experiment: String, sides: [Side; 2]
         difference: mean_a.zip(mean_b).map(|(a, b)| a - b),
         ci_low: ci.map(|ci| ci[0]),
         ci_high: ci.map(|ci| ci[1]),
+        // Above 1 where `space` has less.
         ratio: mean_a.zip(mean_b).map(|(a, b)| b / a).filter(|ratio| ratio.is_finite()),
         above: both.then(|| probability_of_improvement(a, b)),
         p: both.then(|| p_value(a, b)),

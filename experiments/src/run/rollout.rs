@@ -120,7 +120,8 @@ pub fn evaluate(
     }
     Ok(outcomes)
 }
-/// Mean over episodes of what the column `name` says; NaN if one of them does not tell.
+
+/// Mean over episodes of the column `name`; NaN if an episode has no number there.
 pub fn mean_of_column(outcomes: &[Outcome], name: &str) -> f64 {
     mean_of(outcomes, |outcome| outcome.number(name).unwrap_or(f64::NAN))
 }

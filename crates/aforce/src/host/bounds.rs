@@ -19,7 +19,7 @@ pub(crate) struct Bounds {
     /// The space's unit of stiffness.
     unit: StiffnessUnit,
     tank: Tank,
-    /// What growth of K has been paid for and not given back (J).
+    /// Energy that the tank has paid for a stiffer spring and has not got back from a softer one (J).
     paid: f64,
     /// Of F_ff and F_cmd the parts against which the environment works (N, Nm).
     driven: Wrench,
@@ -87,9 +87,10 @@ impl Bounds {
         clipped
     }
 
-    /// What was cut off the last sample, seen at the tool: K does not grow along it. `e` is the error that the adaptation sees.
+    /// What the adaptation is told was cut off the last sample, seen at the tool: K does not grow along it. `e` is the error that the adaptation sees.
     pub(crate) fn excess(&self, excess: &Vector6, e: &Vector6) -> Vector6 {
-        // Two units: they do not add up. Along each axis the cut counts where it stops the spring, -K e, else the joints' excess.
+        // A wrench that was cut and a joint's excess have different units and cannot be added. Along an axis where the cut opposes the
+        // spring, -K e, the cut counts, along the others the joints' excess.
         excess.zip_zip_map(&self.cut, e, |excess, cut, e| if -e * cut > 0.0 { cut } else { excess })
     }
 
@@ -122,8 +123,8 @@ impl Bounds {
         Adapted { stiffness: self.stiffness, feedforward: share * wanted.feedforward, force: share * force }
     }
 
-    /// Share of F_cmd that is left (Schindlbeck and Haddadin 2015): all in contact; out of it, less and less the further the tool
-    /// goes the way it pushed. `n` is the contact axis.
+    /// Share of F_cmd that acts (Schindlbeck and Haddadin 2015): 1 in contact. After it the share falls to 0 over `contact_loss` metres
+    /// in the direction in which the tool pushed. `n` is the contact axis.
     fn contact_share(&mut self, n: &Vector3, y: &Measurement) -> f64 {
         let position = y.pose.translation.vector;
         if linear(&y.wrench).dot(n) >= self.contact_off {

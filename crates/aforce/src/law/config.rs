@@ -130,6 +130,8 @@ mod tests {
             message(|c| c.interpolation = Interpolation::Linear { ramp_ratio: 1.5 }),
             "interpolation.linear.ramp_ratio = 1.5 is not allowed; allowed: above 0, at most 1"
         );
-        assert_eq!(message(|c| c.force.contact_off = 5.0), "force.contact_off = 5 is not allowed; allowed: 0 to 4");
+        let told = "force.contact_off = 0 is not allowed; allowed: above 0, at most 4";
+        assert_eq!(message(|c| c.force.contact_off = 0.0), told, "contact would not end in free air");
+        assert_eq!(message(|c| c.force.contact_off = 5.0), told.replace("= 0", "= 5"));
     }
 }

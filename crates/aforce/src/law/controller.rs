@@ -49,8 +49,9 @@ pub struct Controller {
 
 impl Controller {
     /// A controller for `space`. `contact_axis` is n: the direction, in world axes, in which the environment pushes on
-    /// the tool (+z for a table below), until [`set_contact_axis`](Self::set_contact_axis) turns it; only spaces with force use it. Of `arm` the torques keep to the limits, and
-    /// jerk-limited set-points to a share of what its tool may do. Call [`reset`](Self::reset) before use.
+    /// the tool (+z for a table below), until [`set_contact_axis`](Self::set_contact_axis) turns it; only spaces with force use it. The
+    /// torques keep to the limits of `arm`, jerk-limited set-points to a share of what its tool may do. The tool's limits are not checked
+    /// here ([`Arm::validate`]). Call [`reset`](Self::reset) before use.
     ///
     /// # Errors
     /// If a value of `space` or `config` is not allowed, a limit of a torque is NaN or negative, or the adaptive law is unstable.
@@ -108,7 +109,7 @@ impl Controller {
     }
 
     /// One policy action, entries in [-1, 1] (others are clipped): a new goal, counted from its origin; stiffness, psi and
-    /// force, if commanded, take effect at once.
+    /// force, if commanded, take effect at once. A goal to which no jerk-limited way can be planned is not taken.
     ///
     /// # Panics
     /// If `action` has not the length [`ActionSpace::dim`].

@@ -11,7 +11,7 @@ use crate::spatial::Vector6;
 pub enum Damping {
     /// D_i = 2 zeta sqrt(K_i m_i) with m_i the apparent inertia of axis i: about critical at any inertia.
     MassAware,
-    /// D = 2 zeta sqrt(K), as the paper prints it: critical at unit inertia only, 2-6 times too weak on an arm.
+    /// D = 2 zeta sqrt(K), as the paper prints it: critical for an inertia of 1 alone, 2 to 6 times too weak on an arm.
     Literal,
 }
 

@@ -26,11 +26,11 @@ pub struct ForceConfig {
     /// Time in which the desired force ramps to a request (s). Every request starts the ramp anew, the same one too: asked
     /// at 20 Hz for a constant force, 62 % of the way are done after one action and 86 % after two.
     pub ramp_time: f64,
-    /// Force above which contact begins (N).
+    /// Contact begins when the force is at least this for `contact_hold` (N).
     pub contact_on: f64,
-    /// Force below which contact ends (N).
+    /// Contact ends when the force is below this for `contact_hold` (N).
     pub contact_off: f64,
-    /// Time that either has to last (s).
+    /// How long the force has to stay past a threshold (s).
     pub contact_hold: f64,
     /// Time in which stiffness and feed-forward leave the axis after contact, and return (s).
     pub engagement_time: f64,
@@ -71,7 +71,7 @@ impl ForceConfig {
         positive("force.command_rate_max", self.command_rate_max)?;
         positive("force.ramp_time", self.ramp_time)?;
         positive("force.contact_on", self.contact_on)?;
-        within("force.contact_off", self.contact_off, 0.0..=self.contact_on)?;
+        within("force.contact_off", self.contact_off, f64::MIN_POSITIVE..=self.contact_on)?;
         not_negative("force.contact_hold", self.contact_hold)?;
         positive("force.engagement_time", self.engagement_time)?;
         not_negative("force.damping_min", self.damping_min)?;

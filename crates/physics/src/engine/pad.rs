@@ -21,6 +21,8 @@ pub(super) struct SoftLayer {
     pub pad: Pad,
     geoms: Vec<ColliderHandle>,
     surface: ColliderHandle,
+    /// Memory for a step's touches, kept so that a step takes none.
+    touches: Vec<SoftTouch>,
 }
 
 impl SoftLayer {
@@ -58,15 +60,21 @@ impl Engine {
         for &geom in &geoms {
             self.world.colliders[geom].set_active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS);
         }
-        SoftLayer { pad: *pad, geoms, surface: self.geoms[pad.surface].0 }
+        SoftLayer { pad: *pad, geoms, surface: self.geoms[pad.surface].0, touches: vec![] }
     }
 
     /// Pushes the tool off the surface in the next step.
     pub(super) fn push_on_soft_layer(&mut self) {
-        let touches: Vec<SoftTouch> = self.soft_touches().collect();
-        for touch in touches {
+        let Some(layer) = &mut self.soft_layer else { return };
+        let mut touches = std::mem::take(&mut layer.touches);
+        touches.clear();
+        touches.extend(self.soft_touches());
+        for touch in &touches {
             let body = self.world.colliders[touch.geom].parent().expect("a tool is carried by the arm");
             self.world.bodies[body].add_force_at_point(vector(&touch.force), vector(&touch.point), true);
+        }
+        if let Some(layer) = &mut self.soft_layer {
+            layer.touches = touches;
         }
     }
 

@@ -4,7 +4,8 @@ use aforce::{ConfigError, within};
 use nalgebra::Matrix3;
 
 use super::{JOINTS, Robot};
-use crate::scene::Shape;
+use crate::scene::Scene;
+use crate::scenes::{Table, add_fixtures};
 
 /// What rounding in published tables may take off the triangle inequality, as a share of the largest moment.
 const ROUNDED: f64 = 1e-3;
@@ -34,11 +35,16 @@ impl Robot {
         within("mount.height", self.mount.height, -10.0..=10.0)?;
         within("mount.behind_table", self.mount.behind_table, -10.0..=10.0)?;
         for geom in self.base.iter().chain(&self.mount.geoms).chain(self.links.iter().flat_map(|link| &link.geoms)) {
-            for size in sizes(&geom.shape) {
+            for size in geom.shape.sizes() {
                 within(&format!("size of the shape {:?}", geom.name), size, f64::MIN_POSITIVE..=100.0)?;
             }
         }
-        Ok(())
+        // What a scene asks of every body: names, poses, friction, roles.
+        let mut scene = Scene::default();
+        let table = Table { size: [1.0; 3], top: [0.0; 3], friction: 1.0 };
+        let base = add_fixtures(&mut scene, self, &table);
+        self.add_to(&mut scene, base);
+        scene.check().map_err(|wrong| ConfigError::Contradiction { field: "shapes".into(), reason: wrong.to_string() })
     }
 }
 
@@ -56,14 +62,4 @@ pub(super) fn impossible(inertia: &Matrix3<f64>) -> Option<String> {
     }
     (a + b < c * (1.0 - ROUNDED))
         .then(|| format!("{told}; no body has them, as the largest exceeds the sum of the others"))
-}
-
-fn sizes(shape: &Shape) -> Vec<f64> {
-    match shape {
-        Shape::Box(half) => half.iter().copied().collect(),
-        Shape::Capsule { half_length, radius } | Shape::Cylinder { half_length, radius } => vec![*half_length, *radius],
-        Shape::Sphere { radius } => vec![*radius],
-        // A hull was checked when it was made.
-        Shape::Convex(_) => vec![],
-    }
 }

@@ -8,7 +8,7 @@ pub(super) const COLUMNS: &[Column] = &[
     Column::new(
         "energy_j",
         "J",
-        "sum over samples and joints of abs(tau qd) dt, tau the limited torque, qd the mean velocity of the sample: the headline energy",
+        "sum over samples and joints of abs(tau qd) dt, tau the torque that acts, qd the mean velocity of the sample: the headline energy",
         |e| Cell::Real(e.whole.energy),
     )
     .of_runs(&[

@@ -79,7 +79,7 @@ pub(super) const COLUMNS: &[Column] = &[
         number("arm_max_contact_force_median_n", Baseline, Median),
         number("arm_max_contact_force_q90_n", Baseline, Quantile90),
     ]),
-    Column::new("arm_contact_time_s", "s", "time in which the scene touches a link short of the wrist", |e| {
+    Column::new("arm_contact_time_s", "s", "time in which the scene touches a link between base and wrist; the hand does not count", |e| {
         Cell::Real(e.sum(|s| s.interval.link_contact_time))
     }),
     Column::new("self_contact_time_s", "s", "time in which two parts of the arm touch each other", |e| {

@@ -28,7 +28,7 @@ pub(super) const COLUMNS: &[Column] = &[
         |e| Cell::Real(e.sum(|s| s.interval.mean_own_stiffness()) / e.actions()),
     )
     .of_runs(&[number("mean_stiffness", Training, Mean)]),
-    Column::new("saturated_fraction", "", "share of joint torques at their limit", |e| {
+    Column::new("saturated_fraction", "", "share of joint torques that a limit cut, of size or of rate", |e| {
         Cell::Real(e.sum(|s| s.interval.saturated()) / e.actions())
     })
     .printed("torques at their limit")

@@ -8,7 +8,7 @@ pub(super) const COLUMNS: &[Column] = &[
     Column::new(
         "return",
         "",
-        "sum of rewards, penalty taken off where the task does so, price of motion (`env.motion_price`) too",
+        "sum of rewards, less the penalty where the task has one and the prices of motion and of a stop (`env.motion_price`, `env.stop_price`)",
         |e| Cell::Real(e.sum(|s| s.reward)),
     )
     .printed("return")

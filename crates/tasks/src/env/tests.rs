@@ -1,6 +1,6 @@
 use super::*;
 use crate::force_record::ForceRecord;
-use crate::penalty::{ForcePenalty, Sensor};
+use crate::penalty::{CountedForce, ForcePenalty};
 use crate::protection::Protection;
 use crate::sensing::{SensedWrench, Sensing};
 use crate::step::Step;
@@ -39,6 +39,9 @@ fn a_stiffness_that_is_not_allowed_is_told_with_its_field() {
     psi.k_max = Gains::all(1.0);
     let crossed = told(Stiffness::Adaptive(psi));
     assert!(crossed.starts_with("env.space.stiffness.adaptive.k_"), "{crossed}");
+    psi.k_min = Gains::all(f64::NAN);
+    let no_number = told(Stiffness::Adaptive(psi));
+    assert!(no_number.starts_with("env.space.stiffness.adaptive.k_min = NaN"), "{no_number}");
 }
 
 /// What was given last is seen as it was given, zeros at the start; nothing else of the observation changes.
@@ -133,13 +136,13 @@ fn an_arm_that_is_to_stop_ends_the_episode_and_earns_nothing() {
 fn the_penalty_counts_whom_it_is_told_to() {
     let force = |max| ForceRecord { max, ..ForceRecord::default() };
     let interval = Interval { hand: force(10.0), arm: force(100.0), ..Interval::default() };
-    for (of, penalty) in [(Sensor::Arm, 5.0), (Sensor::Hand, 0.0)] {
+    for (of, penalty) in [(CountedForce::Arm, 5.0), (CountedForce::Hand, 0.0)] {
         let force_penalty = ForcePenalty { of, ..ForcePenalty::default() };
         let mut env = Env::new(EnvConfig { force_penalty, ..EnvConfig::default() }, 1).unwrap();
         let step = env.outcome(interval, false);
         assert_eq!((step.penalty, step.over_limit), (penalty, penalty > 0.0));
     }
-    assert_eq!(ForcePenalty::default().of, Sensor::Arm);
+    assert_eq!(ForcePenalty::default().of, CountedForce::Arm);
 }
 
 /// The energy of an action is that of the samples that a watcher sees.

@@ -22,6 +22,7 @@ impl Env {
     /// As [`aforce::Controller::set_stiffness`], and if the adaptive law would be unstable where the arm is now.
     pub fn set_stiffness(&mut self, stiffness: Stiffness) -> Result<(), ConfigError> {
         let space = ActionSpace { stiffness, ..self.config.space.clone() };
+        space.validate(self.config.controller.control_hz).map_err(|error| error.below("env"))?;
         stable_on(&space, &self.y).map_err(|error| error.below("env.space"))?;
         self.controller.set_stiffness(stiffness).map_err(|error| error.below("env"))?;
         self.config.space = space;

@@ -2,27 +2,13 @@
 
 use aforce::Vector3;
 use physics::scenes::wipe::{TABLE_CENTRE, TABLE_HEIGHT};
-use serde::{Deserialize, Serialize};
 
 use super::markers::Markers;
+use crate::observation_options::MarkerView;
 use crate::observer::Observer;
 
 /// A place in the middle of the table top (m, world).
 const MIDDLE: [f64; 3] = [TABLE_CENTRE[0], TABLE_CENTRE[1], TABLE_HEIGHT];
-
-/// How Wipe's markers are seen.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum MarkerView {
-    /// Share of the wiped ones; centroid and radius of the others: robosuite's default. Where the line lies is hidden.
-    Condensed,
-    /// That, and where the nearest and the farthest of the others lie, seen from the tool: the default here.
-    #[default]
-    Ends,
-    /// Every marker's place, whether it is wiped, and where it lies seen from the tool: robosuite's form without
-    /// condensation.
-    All,
-}
 
 impl MarkerView {
     /// Puts what is seen from a tool at `tool` of markers that are believed to lie `raised` lower than they do (m): 8, 14 or

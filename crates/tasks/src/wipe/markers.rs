@@ -7,15 +7,14 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use crate::normal::standard_normal;
+use crate::normalisation::MARKERS;
 
-/// Number of markers.
-pub const COUNT: usize = 100;
 /// Radius of a marker (m).
 pub const RADIUS: f64 = 0.02;
 /// Share of the table on which markers may lie.
 const COVERAGE: f64 = 0.6;
 /// Distance from one marker to the next (m): a path of half a metre.
-const SPACING: f64 = 0.5 / COUNT as f64;
+const SPACING: f64 = 0.5 / MARKERS as f64;
 /// Probability that the walk changes its heading at a marker, and the deviation of the
 /// change (rad).
 const TURN: (f64, f64) = (0.3, 0.5);
@@ -39,11 +38,11 @@ impl Markers {
         let limit = Vector2::from(TABLE_SIZE) * (0.5 * COVERAGE) - Vector2::repeat(RADIUS);
         let mut at = limit.map(|l| rng.random_range(-l..l));
         let mut heading = rng.random_range(-std::f64::consts::PI..std::f64::consts::PI);
-        let mut positions = Vec::with_capacity(COUNT);
+        let mut positions = Vec::with_capacity(MARKERS);
         loop {
             positions.push(Vector3::new(TABLE_CENTRE[0] + at.x, TABLE_CENTRE[1] + at.y, height));
-            if positions.len() == COUNT {
-                return Markers { wiped: vec![false; COUNT], positions };
+            if positions.len() == MARKERS {
+                return Markers { wiped: vec![false; MARKERS], positions };
             }
             if rng.random_bool(TURN.0) {
                 heading += TURN.1 * standard_normal(rng);
@@ -62,9 +61,9 @@ impl Markers {
         let golden_angle = std::f64::consts::PI * (3.0 - 5f64.sqrt());
         let marker = |i: usize| {
             let (sin, cos) = libm::sincos(golden_angle * i as f64);
-            centre + Vector3::new(cos, sin, 0.0) * radius * ((i as f64 + 0.5) / COUNT as f64).sqrt()
+            centre + Vector3::new(cos, sin, 0.0) * radius * ((i as f64 + 0.5) / MARKERS as f64).sqrt()
         };
-        Markers { positions: (0..COUNT).map(marker).collect(), wiped: vec![false; COUNT] }
+        Markers { positions: (0..MARKERS).map(marker).collect(), wiped: vec![false; MARKERS] }
     }
 
     /// Wipes the markers under the face of a tool at `pose`; returns how many are new.
@@ -100,7 +99,7 @@ impl Markers {
     /// Middle of the remaining markers (m, world), and the largest distance of one from it;
     /// `None` when all are wiped.
     pub fn centroid_and_radius(&self) -> Option<(Vector3, f64)> {
-        let count = COUNT - self.wiped_count();
+        let count = MARKERS - self.wiped_count();
         let centroid = self.remaining().sum::<Vector3>() / count as f64;
         let radius = self.remaining().map(|marker| (marker - centroid).norm()).fold(0.0, f64::max);
         (count > 0).then_some((centroid, radius))
@@ -141,7 +140,7 @@ mod tests {
                 *extent += (high - low) / LAYOUTS as f64;
             }
             let step = (markers.positions[57] - markers.positions[56]).norm();
-            assert!((step - SPACING).abs() < 1e-12 && markers.positions.len() == COUNT);
+            assert!((step - SPACING).abs() < 1e-12 && markers.positions.len() == MARKERS);
         }
         println!("radius {radius:.3} m, extents {extent:.3?} m");
         assert!((radius - 0.145).abs() < 0.01, "{radius}");
@@ -155,7 +154,7 @@ mod tests {
         let (middle, radius) = spot.centroid_and_radius().unwrap();
         assert!((middle - centre).norm() < 0.002 && (0.065..0.072).contains(&radius), "{middle} {radius}");
         let inner = spot.remaining().filter(|m| (m - centre).norm() < 0.035).count();
-        assert_eq!(inner, COUNT / 4, "a quarter of the area");
+        assert_eq!(inner, MARKERS / 4, "a quarter of the area");
         assert_eq!(spot.wiped_share(), 0.0);
         spot.wipe(&Pose::new(centre, Vector3::x() * std::f64::consts::PI));
         // The face covers 0.12 x 0.05 m of a disc of 0.0154 m2.

@@ -3,7 +3,6 @@
 
 mod marker_view;
 mod markers;
-mod normalisation;
 
 use aforce::{Measurement, Pose, Vector3};
 use nalgebra::Translation3;
@@ -14,19 +13,18 @@ use physics::wiping_tool::facing_down;
 use physics::{Plant, Simulation};
 use rand_chacha::ChaCha8Rng;
 
+use crate::normalisation::{COMPLETION_REWARD, CONTACT_REWARD, MARKER_REWARD, MARKERS, normalisation};
 use crate::observation::in_contact;
+use crate::observation_options::MarkerView;
 use crate::observer::Observer;
 use crate::spot::Spot;
 use crate::start::Start;
 use crate::task::{Reward, Task, Waypoint};
 use crate::task_kind::TaskKind;
 
-pub use marker_view::MarkerView;
 pub use markers::Markers;
-pub(crate) use normalisation::normalisation;
-use normalisation::{COMPLETION_REWARD, CONTACT_REWARD, MARKER_REWARD};
 
-/// Wipe as programs know it. Its option stands where the settings of every finished run have it, `env.observation.markers`.
+/// Wipe as programs know it. Its option is `env.observation.markers` and not below `env.options`, as the settings of finished runs have it there.
 pub(crate) const KIND: TaskKind = TaskKind::new("wipe", "wipe a line of markers off a table", |config| {
     Ok(Box::new(Wipe::new(config.horizon, config.observation.markers)))
 })
@@ -192,7 +190,7 @@ impl Task for Wipe {
         };
         let markers = &mut self.episode.as_mut().expect("reset before use").markers;
         let terms = reward_terms(markers, &y.pose, &touch).map(|(name, term)| (name, self.scale * term));
-        Reward { terms: terms.into(), success: markers.wiped_count() == markers::COUNT }
+        Reward { terms: terms.into(), success: markers.wiped_count() == MARKERS }
     }
 
     /// Level above the nearer end of the remaining line, down, and along it under pressure; up when nothing remains.

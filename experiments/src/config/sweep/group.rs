@@ -36,7 +36,7 @@ pub(super) struct Group {
 #[derive(Clone, Default)]
 struct Choice {
     variant: String,
-    pub(super) settings: Table,
+    settings: Table,
 }
 
 impl Choice {

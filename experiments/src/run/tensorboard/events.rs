@@ -29,8 +29,11 @@ impl EventFile {
     /// # Errors
     /// If the file cannot be written.
     pub fn create(folder: &Path, step: u64) -> Result<Self> {
+        // Two starts within a second have one name, whose second file has a number more.
         let name = format!("events.out.tfevents.{}.{step}", seconds() as u64);
-        let mut file = EventFile(File::create(folder.join(name))?);
+        let names = std::iter::once(name.clone()).chain((1..).map(|k| format!("{name}.{k}")));
+        let path = names.map(|name| folder.join(name)).find(|path| !path.exists()).expect("numbers do not end");
+        let mut file = EventFile(File::create(path)?);
         file.record(0, &message(FILE_VERSION, b"brain.Event:2"))?;
         file.record(step + 1, &message(SESSION_LOG, &[STATUS, START]))?;
         Ok(file)
@@ -112,5 +115,12 @@ mod tests {
         assert_eq!(crc32c(b"123456789"), 0xe306_9283);
         assert_eq!(varint(150), [0x96, 0x01]);
         assert_eq!(varint(0), [0]);
+    }
+
+    #[test]
+    fn a_second_start_within_a_second_leaves_the_first_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let kept: Vec<EventFile> = (0..3).map(|_| EventFile::create(folder.path(), 7).unwrap()).collect();
+        assert_eq!(fs_err::read_dir(folder.path()).unwrap().count(), kept.len());
     }
 }

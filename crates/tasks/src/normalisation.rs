@@ -1,6 +1,7 @@
 //! What a reward of Wipe is worth: Door measures its force penalty by it.
 
-use super::markers;
+/// Number of Wipe's markers.
+pub(crate) const MARKERS: usize = 100;
 
 // robosuite's rewards in Wipe, before normalisation.
 /// A marker.
@@ -12,9 +13,9 @@ pub(crate) const COMPLETION_REWARD: f64 = MARKER_REWARD * (CONTACT_REWARD + 0.5)
 
 /// robosuite's factor on every reward in an episode of `horizon` actions. With 500 an action earns at most 0.738 once
 /// everything is wiped.
-pub fn normalisation(horizon: u32) -> f64 {
+pub(crate) fn normalisation(horizon: u32) -> f64 {
     let horizon = f64::from(horizon);
-    let full = markers::COUNT as f64 * MARKER_REWARD + horizon * (CONTACT_REWARD + COMPLETION_REWARD);
+    let full = MARKERS as f64 * MARKER_REWARD + horizon * (CONTACT_REWARD + COMPLETION_REWARD);
     horizon / full
 }
 
