@@ -1,6 +1,7 @@
 //! What neither the controller's model nor the policy knows acts as its unit says, and nothing else does.
 
 use aforce::{JointVector, Vector3};
+use physics::robots::{RobotChoice, RobotName};
 use tasks::{Disturbance, Draw, Env, EnvConfig, TaskName};
 
 fn fixed(value: f64) -> Option<Draw> {
@@ -209,6 +210,14 @@ fn what_cannot_be_is_refused_in_one_line() {
         Disturbance { table_height_m: Some(Draw::Between([0.0, 0.19])), ..Disturbance::default() },
     );
     assert_eq!(error, "env.disturbance.table_height_m: 0.19 m raise the table into the arm at its start; lower it");
+    // An arm that stands too low is in the table however high that is.
+    let mut robot = RobotName::default().robot();
+    robot.mount.height -= 0.5;
+    let robot = RobotChoice::Own(Box::new(robot));
+    let disturbance = Disturbance { table_height_m: fixed(0.01), ..Disturbance::default() };
+    let config = EnvConfig { task: TaskName::WIPE, robot, disturbance, ..EnvConfig::default() };
+    let error = Env::new(config, 1).err().unwrap().to_string();
+    assert!(error.starts_with("env.task: the scene of wipe leaves"), "{error}");
     let error = refused(TaskName::LIFT, Disturbance { push_n: fixed(5.0), ..Disturbance::default() });
     assert_eq!(error, "env.disturbance.push_n: push_n and push_hz stand together or not at all");
     let mut slow = EnvConfig::default();

@@ -18,8 +18,7 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// The same target from the same distance, seen from `direction` (world, any length), which is
-    /// not quite vertical.
+    /// The same target from the same distance, seen from `direction` (world, any length).
     pub fn from_direction(&self, direction: [f64; 3]) -> Camera {
         let target = Vector3::from(self.target);
         let distance = (Vector3::from(self.eye) - target).norm();

@@ -54,7 +54,7 @@ impl ContactReading {
         self.raw.fixed_rows::<3>(0).norm() + self.links.raw
     }
 
-    /// Whether anything presses on a link short of the wrist, or two parts of the arm touch. What touches the hand does not count.
+    /// Whether anything presses on a link short of the wrist, or two parts of the arm touch. What the scene does to the hand does not count.
     pub fn arm_touches(&self) -> bool {
         self.links.raw > 0.0 || self.touching_itself
     }

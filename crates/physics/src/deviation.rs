@@ -48,14 +48,16 @@ impl Change {
         }
     }
 
-    /// The values that leave a body or a joint that can be: masses are above 0, friction and damping are not negative.
+    /// The values that leave a body or a joint that can be: masses are above 0, nothing else is negative.
     #[must_use]
     pub fn is_possible(self, value: f64) -> bool {
         value.is_finite()
             && match self {
                 Change::BodyMass(_) => value > 0.0,
-                Change::BodyFriction(_) | Change::JointFriction(_) | Change::JointDamping(_) => value >= 0.0,
-                Change::JointSpring(_) => true,
+                Change::BodyFriction(_)
+                | Change::JointFriction(_)
+                | Change::JointDamping(_)
+                | Change::JointSpring(_) => value >= 0.0,
             }
     }
 

@@ -45,11 +45,11 @@ fn what_no_scene_could_hold_is_refused_with_the_robot() {
         robot.links[1].geoms.push(geom);
     });
     assert!(
-        twice.starts_with("shapes: body \"link2\": the name ") && twice.ends_with("is that of two geoms"),
+        twice.starts_with("bodies: body \"link2\": the name ") && twice.ends_with("is that of two geoms"),
         "{twice}"
     );
     let slippery = told(|robot| robot.links[3].geoms[0].friction = -1.0);
-    assert!(slippery.starts_with("shapes: body \"link4\": geom "), "{slippery}");
+    assert!(slippery.starts_with("bodies: body \"link4\": geom "), "{slippery}");
 }
 
 #[test]

@@ -29,7 +29,8 @@ static OWN: RwLock<Vec<TaskName>> = RwLock::new(vec![]);
 /// once, before any of these.
 ///
 /// # Errors
-/// If a name is taken, or cannot be the name of a folder. No task is registered then.
+/// If a name is taken, or cannot be the name of a folder; if a disturbance is unknown, there twice, has the key of a built-in one or allows
+/// what no body or joint can have. No task is registered then.
 pub fn register(kinds: &[TaskKind]) -> Result<(), ConfigError> {
     let mut own = OWN.write().expect("no writer panics");
     let mut all = own.clone();
@@ -63,7 +64,7 @@ fn check_kind(kind: &TaskKind) -> Result<(), ConfigError> {
             return wrong(format!("its disturbance {key:?} has the key of one that is built in"));
         }
         if allowed[0] > allowed[1] || !allowed.iter().all(|&end| change.is_possible(end)) {
-            let wanted = "wanted are two finite ends, the lower first; a mass above 0, no negative friction or damping";
+            let wanted = "wanted are two finite ends, the lower first; a mass above 0, nothing negative";
             return wrong(format!("its disturbance {key:?} allows {allowed:?}; {wanted}"));
         }
     }
@@ -79,7 +80,7 @@ fn check_kind(kind: &TaskKind) -> Result<(), ConfigError> {
 /// the same the old one stays.
 ///
 /// # Errors
-/// If the name is that of a task that is made here, or cannot be the name of a folder; if a disturbance is unknown or there twice.
+/// As [`register`], but for a name that was registered in the same way.
 pub fn register_anew(kind: TaskKind) -> Result<TaskName, ConfigError> {
     check_kind(&kind)?;
     let mut own = OWN.write().expect("no writer panics");

@@ -33,7 +33,7 @@ use show::plot;
 /// Writes runs.csv (a row per run), summary.csv (each metric over seeds), comparison.csv (every space against aforce),
 /// tournament.csv (what each run reached after 3, 6, 12 and 24 minutes of CPU time, where its tables tell that time),
 /// reached.csv (actions until an evaluation returns 450, with runs that never come there), profiles.csv (the share of runs above each return),
-/// aggregates.csv (interquartile means over the tasks of a space), robustness.csv (what disturbances cost, where `evaluate --disturb` left a disturbed.csv in the folders of runs) with a picture of it, with
+/// aggregates.csv (interquartile means over robosuite's tasks of a space), robustness.csv (what disturbances cost, where `evaluate --disturb` left a disturbed.csv in the folders of runs) with a picture of it, with
 /// --hypotheses verdicts.csv and pooled.csv (hypotheses judged one by one, and over experiments that ask the same),
 /// and, in the folder of each experiment, tables.md (the paper's table of each task, beside what others published), curves_TASK
 /// (learning curves, at most four spaces in a panel); and NAME from every NAME.j2 in these folders: text

@@ -220,8 +220,8 @@ mod tests {
         assert_eq!(table().after(1.0).unwrap().success_by_hand().unwrap(), 1.0 / 3.0);
         assert!(table().after(3.0).unwrap().success_by_hand().unwrap().is_nan());
         // A row that lacks one of the two does not shift the others.
-        fs_err::write(&path, format!("{header}\n6,1,,false\n6,1,true,true\n6,2,true,false\n")).unwrap();
-        assert_eq!(table().success_by_hand().unwrap(), 1.0 / 2.0);
+        fs_err::write(&path, format!("{header}\n6,1,,true\n6,1,true,false\n6,2,true,false\n")).unwrap();
+        assert_eq!(table().success_by_hand().unwrap(), 1.0);
     }
 
     #[test]

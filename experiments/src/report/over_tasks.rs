@@ -79,7 +79,7 @@ impl<'a> OverTasks<'a> {
     }
 }
 
-/// Over the tasks of every space that has at least two in its experiment: the interquartile mean of all runs, its interval with each task
+/// Over robosuite's tasks of every space that has at least two of them in its experiment: the interquartile mean of all runs, its interval with each task
 /// redrawn by itself, and mean and median of the means of the tasks.
 pub fn aggregates(groups: &[Group]) -> Vec<AggregateRow> {
     let row = |over: &OverTasks, metric: &'static str| {
@@ -108,7 +108,7 @@ pub fn aggregates(groups: &[Group]) -> Vec<AggregateRow> {
     OverTasks::all(groups).iter().flat_map(|over| RETURNS.map(|metric| row(over, metric))).flatten().collect()
 }
 
-/// The share of runs whose final return lies above 0, 50, ... 450: of every group, and over the tasks of a space that has several.
+/// The share of runs whose final return lies above 0, 50, ... 450: of every group, and over robosuite's tasks of a space that has several.
 pub fn profiles(groups: &[Group]) -> Vec<ProfileRow> {
     let over_tasks = OverTasks::all(groups).into_iter().filter(|over| over.0.len() > 1);
     let each = groups.iter().map(|group| OverTasks(vec![group]));

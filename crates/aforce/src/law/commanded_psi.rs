@@ -37,7 +37,7 @@ pub struct PsiRange {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PsiParameter {
-    /// gamma/beta (m, rad): beta changes, gamma stays. Without effect where gamma is 0.
+    /// gamma/beta (m, rad): beta changes, gamma stays. Where gamma is 0 beta becomes 0, and K stays.
     Tolerance,
     /// See [`Psi`].
     Alpha,

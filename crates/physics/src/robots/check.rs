@@ -44,7 +44,7 @@ impl Robot {
         let table = Table { size: [1.0; 3], top: [0.0; 3], friction: 1.0 };
         let base = add_fixtures(&mut scene, self, &table);
         self.add_to(&mut scene, base);
-        scene.check().map_err(|wrong| ConfigError::Contradiction { field: "shapes".into(), reason: wrong.to_string() })
+        scene.check().map_err(|wrong| ConfigError::Contradiction { field: "bodies".into(), reason: wrong.to_string() })
     }
 }
 

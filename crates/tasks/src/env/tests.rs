@@ -41,7 +41,7 @@ fn a_stiffness_that_is_not_allowed_is_told_with_its_field() {
     assert!(crossed.starts_with("env.space.stiffness.adaptive.k_"), "{crossed}");
     psi.k_min = Gains::all(f64::NAN);
     let no_number = told(Stiffness::Adaptive(psi));
-    assert!(no_number.starts_with("env.space.stiffness.adaptive.k_min = NaN"), "{no_number}");
+    assert!(no_number.starts_with("env.space.stiffness.adaptive.k_min (axis x) = NaN"), "{no_number}");
 }
 
 /// What was given last is seen as it was given, zeros at the start; nothing else of the observation changes.
