@@ -87,7 +87,8 @@ impl Bounds {
         clipped
     }
 
-    /// What the adaptation is told was cut off the last sample, seen at the tool: K does not grow along it. `e` is the error that the adaptation sees.
+    /// What limits cut off the last sample at the tool, as the adaptation is told. K does not grow along it. `e` is the error that the
+    /// adaptation sees.
     pub(crate) fn excess(&self, excess: &Vector6, e: &Vector6) -> Vector6 {
         // A wrench that was cut and a joint's excess have different units and cannot be added. Along an axis where the cut opposes the
         // spring, -K e, the cut counts, along the others the joints' excess.
