@@ -14,11 +14,14 @@ use crate::normalisation::normalisation;
 use crate::observer::Observer;
 use crate::task::{Reward, Task, Waypoint};
 use crate::task_kind::TaskKind;
+use crate::task_name::TaskName;
 
 /// Door as programs know it.
 pub(crate) const KIND: TaskKind =
-    TaskKind::new("door", "turn a handle and pull a door open", |config| Ok(Box::new(Door::new(config.horizon))))
-        .disturbed_by(&["hinge_damping", "hinge_spring"]);
+    TaskKind::new(TaskName::DOOR.as_str(), "turn a handle and pull a door open", |config| {
+        Ok(Box::new(Door::new(config.horizon)))
+    })
+    .disturbed_by(&["hinge_damping", "hinge_spring"]);
 
 /// Opening (rad) from which the door counts as open; it stops at 0.4.
 const OPEN: f64 = 0.3;
@@ -61,7 +64,7 @@ impl Task for Door {
     }
 
     fn name(&self) -> &'static str {
-        "door"
+        TaskName::DOOR.as_str()
     }
 
     fn has_gripper(&self) -> bool {

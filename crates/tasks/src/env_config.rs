@@ -13,7 +13,6 @@ use crate::observation_options::ObservationOptions;
 use crate::penalty::ForcePenalty;
 use crate::protection::Protection;
 use crate::sensing::Sensing;
-use crate::task::Task;
 use crate::task_name::TaskName;
 
 /// Everything that defines an environment.
@@ -62,21 +61,6 @@ pub struct EnvConfig {
 }
 
 impl EnvConfig {
-    /// The settings of a task before anybody changes one: the defaults, and on them those that the task is registered with.
-    pub fn of(task: TaskName) -> Self {
-        let mut config = EnvConfig { task, ..EnvConfig::default() };
-        task.kind().apply_defaults(&mut config);
-        EnvConfig { task, ..config } // Defaults may not make another task of it.
-    }
-
-    /// The task, with its options.
-    ///
-    /// # Errors
-    /// If it has no such option.
-    pub fn create_task(&self) -> Result<Box<dyn Task>, ConfigError> {
-        self.task.kind().create(self)
-    }
-
     /// The options below `env.options` as the task's own type; a key that is absent has the type's default if that says
     /// `#[serde(default)]`. The type says `deny_unknown_fields`, so that a misspelt key is answered.
     ///
@@ -87,11 +71,11 @@ impl EnvConfig {
             .map_err(|problem| ConfigError::Contradiction { field: "env.options".into(), reason: problem.to_string() })
     }
 
-    /// Checks every value.
+    /// Checks every value that means the same in every task.
     ///
     /// # Errors
     /// The first value that is not allowed, with its field and range.
-    pub fn validate(&self) -> Result<(), ConfigError> {
+    pub(crate) fn check(&self) -> Result<(), ConfigError> {
         let ForcePenalty { limit, weight, .. } = self.force_penalty;
         within("env.horizon", f64::from(self.horizon), 1.0..=1e6)?;
         within("env.initial_noise", self.initial_noise, 0.0..=0.5)?;
@@ -105,14 +89,11 @@ impl EnvConfig {
                 return Err(ConfigError::Contradiction { field: "env.stop_price".into(), reason });
             }
         }
-        // The robot before the task, whose check may move it.
         if let RobotChoice::Own(robot) = &self.robot {
             robot.validate().map_err(|error| error.below("env.robot"))?;
         }
-        self.task.kind().check(self)?;
         self.protection.validate().map_err(|error| error.below("env"))?;
         self.observation.validate().map_err(|error| error.below("env"))?;
-        self.disturbance.validate(self.task).map_err(|error| error.below("env"))?;
         // A push above half the control rate aliases: sampled, it looks like a slower one or like a constant force.
         let push_hz = self.disturbance.push_hz.map_or(0.0, |draw| draw.ends()[1]);
         within("env.disturbance.push_hz", push_hz, 0.0..=f64::from(self.controller.control_hz) / 2.0)?;

@@ -12,10 +12,12 @@ use crate::grasp::{nearest_straight_down, straight_down};
 use crate::observer::Observer;
 use crate::task::{Reward, Task, Waypoint};
 use crate::task_kind::TaskKind;
+use crate::task_name::TaskName;
 
 /// Lift as programs know it.
 pub(crate) const KIND: TaskKind =
-    TaskKind::new("lift", "lift a cube off a table", |_| Ok(Box::<Lift>::default())).disturbed_by(&["cube_mass"]);
+    TaskKind::new(TaskName::LIFT.as_str(), "lift a cube off a table", |_| Ok(Box::<Lift>::default()))
+        .disturbed_by(&["cube_mass"]);
 
 /// Height of the cube's centre (m) from which it counts as lifted.
 const LIFTED: f64 = TABLE_HEIGHT + 0.04;
@@ -58,7 +60,7 @@ impl Task for Lift {
     }
 
     fn name(&self) -> &'static str {
-        "lift"
+        TaskName::LIFT.as_str()
     }
 
     fn has_gripper(&self) -> bool {

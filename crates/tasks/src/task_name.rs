@@ -1,151 +1,45 @@
-//! The registered tasks, by name.
+//! The name of a registered task.
 
 use std::fmt::{self, Debug, Formatter};
-use std::str::FromStr;
-use std::sync::RwLock;
 
-use aforce::record::nearest;
-use aforce::{ConfigError, name};
 use serde::de::{Error, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::disturbance::{Disturbance, is_known, is_of_some_tasks};
-use crate::own_disturbance::OwnDisturbance;
-use crate::task_kind::TaskKind;
-use crate::{door, insert, lift, wipe};
-
-/// A registered task: a name that stands for a [`TaskKind`].
+/// A registered task, by its name.
 #[derive(Clone, Copy)]
-pub struct TaskName(&'static TaskKind);
-
-/// The tasks of this crate.
-static BUILT_IN: [TaskKind; 4] = [lift::KIND, door::KIND, wipe::KIND, insert::KIND];
-
-/// Those of one's own, in the order of their registration. One list for the whole program, as names are read deep inside of files, where
-/// no caller could hand a list over.
-static OWN: RwLock<Vec<TaskName>> = RwLock::new(vec![]);
-
-/// Makes tasks of one's own known to everything that takes a task by its name: settings, files, flags and programs. To be called
-/// once, before any of these.
-///
-/// # Errors
-/// If a name is taken, or cannot be the name of a folder; if a disturbance is unknown, there twice, has the key of a built-in one or allows
-/// what no body or joint can have. No task is registered then.
-pub fn register(kinds: &[TaskKind]) -> Result<(), ConfigError> {
-    let mut own = OWN.write().expect("no writer panics");
-    let mut all = own.clone();
-    for kind in kinds {
-        let wrong = |reason: String| Err(ConfigError::Contradiction { field: format!("task {:?}", kind.name), reason });
-        check_kind(kind)?;
-        if TaskName::BUILT_IN.iter().chain(&all).any(|other| other.as_str() == kind.name) {
-            return wrong("the name is registered twice, or is that of a built-in task".into());
-        }
-        // It lives as long as the program.
-        all.push(TaskName(Box::leak(Box::new(*kind))));
-    }
-    *own = all;
-    Ok(())
-}
-
-/// That the name can be that of a folder, that there are disturbances of the names that it has, and that its own ones can be told from
-/// these and leave bodies and joints that can be.
-fn check_kind(kind: &TaskKind) -> Result<(), ConfigError> {
-    let fits = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-    let wrong = |reason: String| Err(ConfigError::Contradiction { field: format!("task {:?}", kind.name), reason });
-    if !kind.name.chars().all(fits) {
-        return wrong("a name has lower-case letters, digits and -".into());
-    }
-    name::check(kind.name).or_else(wrong)?;
-    if let Some(key) = kind.disturbances.iter().find(|key| !is_of_some_tasks(key)) {
-        return wrong(format!("{key:?} is no disturbance that only some tasks have"));
-    }
-    for OwnDisturbance { key, change, allowed } in kind.own_disturbances {
-        if is_known(key) {
-            return wrong(format!("its disturbance {key:?} has the key of one that is built in"));
-        }
-        if allowed[0] > allowed[1] || !allowed.iter().all(|&end| change.is_possible(end)) {
-            let wanted = "wanted are two finite ends, the lower first; a mass above 0, nothing negative";
-            return wrong(format!("its disturbance {key:?} allows {allowed:?}; {wanted}"));
-        }
-    }
-    let mut keys: Vec<&str> = kind.own_disturbances.iter().map(|own| own.key).collect();
-    keys.sort_unstable();
-    match keys.windows(2).find(|pair| pair[0] == pair[1]) {
-        Some(twice) => wrong(format!("two of its disturbances are called {:?}", twice[0])),
-        None => Ok(()),
-    }
-}
-
-/// Registers a task that may be written again while the program runs. It takes the place of one of its name, but if all save the defaults is
-/// the same the old one stays.
-///
-/// # Errors
-/// As [`register`], but for a name that was registered in the same way.
-pub fn register_anew(kind: TaskKind) -> Result<TaskName, ConfigError> {
-    check_kind(&kind)?;
-    let mut own = OWN.write().expect("no writer panics");
-    let mut others = TaskName::BUILT_IN.iter().chain(own.iter());
-    if others.any(|other| other.as_str() == kind.name && !other.0.is_made_elsewhere()) {
-        let field = format!("task {:?}", kind.name);
-        return Err(ConfigError::Contradiction { field, reason: "the name is that of a task in Rust".into() });
-    }
-    if let Some(same) = own.iter().find(|other| other.0.is_like(&kind)) {
-        return Ok(*same);
-    }
-    own.retain(|other| other.as_str() != kind.name);
-    // It lives as long as the program.
-    let name = TaskName(Box::leak(Box::new(kind)));
-    own.push(name);
-    Ok(name)
+pub struct TaskName {
+    name: &'static str,
+    /// Which registration: a task that was [registered anew](crate::register_anew) keeps its name.
+    id: usize,
 }
 
 impl TaskName {
     /// Lift a cube off a table.
-    pub const LIFT: TaskName = TaskName(&BUILT_IN[0]);
+    pub const LIFT: TaskName = TaskName::new("lift", 0);
     /// Turn a handle and pull a door open.
-    pub const DOOR: TaskName = TaskName(&BUILT_IN[1]);
+    pub const DOOR: TaskName = TaskName::new("door", 1);
     /// Wipe a line of markers off a table, pressing neither too little nor too hard.
-    pub const WIPE: TaskName = TaskName(&BUILT_IN[2]);
+    pub const WIPE: TaskName = TaskName::new("wipe", 2);
     /// Put a peg into a hole.
-    pub const INSERT: TaskName = TaskName(&BUILT_IN[3]);
+    pub const INSERT: TaskName = TaskName::new("insert", 3);
     /// robosuite's tasks, which are the paper's.
     pub const ROBOSUITE: [TaskName; 3] = [TaskName::LIFT, TaskName::DOOR, TaskName::WIPE];
     /// The tasks of this crate.
     pub const BUILT_IN: [TaskName; 4] = [TaskName::LIFT, TaskName::DOOR, TaskName::WIPE, TaskName::INSERT];
 
-    /// All tasks: the built-in ones, then those of one's own.
-    pub fn all() -> Vec<TaskName> {
-        let own = OWN.read().expect("no writer panics");
-        TaskName::BUILT_IN.into_iter().chain(own.iter().copied()).collect()
+    /// The name of registration `id`.
+    pub(crate) const fn new(name: &'static str, id: usize) -> Self {
+        TaskName { name, id }
     }
 
     /// The name used on command lines, in files and in folders.
-    pub fn as_str(self) -> &'static str {
-        self.0.name
+    pub const fn as_str(self) -> &'static str {
+        self.name
     }
 
-    /// What the task asks for: a verb and its object.
-    pub fn purpose(self) -> &'static str {
-        self.0.purpose
-    }
-
-    /// What is registered under the name.
-    pub(crate) fn kind(self) -> &'static TaskKind {
-        self.0
-    }
-}
-
-impl Disturbance {
-    /// Checks every value, and that `task` has what is disturbed.
-    ///
-    /// # Errors
-    /// The first value that is not allowed, with its key.
-    pub fn validate(&self, task: TaskName) -> Result<(), ConfigError> {
-        let TaskKind { disturbances, own_disturbances, .. } = task.kind();
-        self.check(task.as_str(), disturbances, own_disturbances, |key| {
-            let owners = TaskName::all().into_iter().filter(|task| task.kind().disturbances.contains(&key));
-            owners.map(TaskName::as_str).collect()
-        })
+    /// Which registration.
+    pub(crate) fn id(self) -> usize {
+        self.id
     }
 }
 
@@ -170,25 +64,6 @@ impl Debug for TaskName {
     }
 }
 
-impl FromStr for TaskName {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let all = TaskName::all();
-        all.iter().copied().find(|task| task.as_str() == text).ok_or_else(|| {
-            let names: Vec<&str> = all.iter().map(|task| task.as_str()).collect();
-            let hint = match nearest(text, &names) {
-                Some(name) => format!("did you mean {name:?}?"),
-                None => format!(
-                    "known are {}; a task of one's own is known to the program that registers it",
-                    names.join(", ")
-                ),
-            };
-            format!("no task is called {text:?}; {hint}")
-        })
-    }
-}
-
 impl Serialize for TaskName {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(self.as_str())
@@ -210,64 +85,5 @@ impl<'de> Deserialize<'de> for TaskName {
             }
         }
         deserializer.deserialize_str(Name)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{Change, EnvConfig};
-
-    #[test]
-    fn a_task_goes_by_its_name() {
-        for name in TaskName::BUILT_IN {
-            let config = EnvConfig { task: name, ..EnvConfig::default() };
-            assert_eq!(config.create_task().unwrap().name(), name.as_str());
-            assert_eq!(name.as_str().parse(), Ok(name));
-        }
-        let error = "walk".parse::<TaskName>().unwrap_err();
-        assert!(error.starts_with("no task is called \"walk\"; known are lift, door, wipe, insert"), "{error}");
-        assert_eq!("dor".parse::<TaskName>().unwrap_err(), "no task is called \"dor\"; did you mean \"door\"?");
-    }
-
-    #[test]
-    fn a_name_is_registered_once_and_fits_a_folder() {
-        let kind = |name| TaskKind::new(name, "do nothing", |_| unreachable!("never made"));
-        let error = |names: &[&'static str]| {
-            let kinds: Vec<TaskKind> = names.iter().map(|name| kind(name)).collect();
-            register(&kinds).unwrap_err().to_string()
-        };
-        assert_eq!(error(&["lift"]), "task \"lift\": the name is registered twice, or is that of a built-in task");
-        for names in [&["press", "press"] as &[_], &["press", "door"]] {
-            assert!(error(names).contains("registered twice"));
-        }
-        let long: &'static str = "n".repeat(300).leak();
-        for (name, reason) in [
-            ("My Task", "lower-case letters"),
-            ("a/b", "lower-case letters"),
-            ("", "is no name"),
-            ("-x", "letter or digit first"),
-            ("15", "reads as a number"),
-            (long, "is too long"),
-        ] {
-            assert!(error(&[name]).contains(reason), "{name}");
-        }
-        let misspelt = kind("press").disturbed_by(&["cube_mas"]);
-        assert!(register(&[misspelt]).unwrap_err().to_string().contains("\"cube_mas\" is no disturbance"));
-        let own = |key, change, allowed| {
-            let own: &'static [OwnDisturbance] = vec![OwnDisturbance { key, change, allowed }].leak();
-            register(&[kind("press").own_disturbances(own)]).unwrap_err().to_string()
-        };
-        let mass = Change::BodyMass("block");
-        assert!(own("friction", mass, [0.5, 2.0]).contains("\"friction\" has the key of one that is built in"));
-        for (change, allowed) in [
-            (mass, [0.0, 2.0]),
-            (mass, [2.0, 0.5]),
-            (mass, [0.5, f64::INFINITY]),
-            (Change::JointDamping("slide"), [-0.1, 2.0]),
-        ] {
-            assert!(own("mine", change, allowed).contains("\"mine\" allows"), "{change:?} {allowed:?}");
-        }
-        assert_eq!(TaskName::all(), TaskName::BUILT_IN, "what is refused leaves nothing behind");
     }
 }

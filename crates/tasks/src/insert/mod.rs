@@ -25,12 +25,13 @@ use crate::privileged::Privileged;
 use crate::start::{Fingers, Start};
 use crate::task::{Reward, Task, Waypoint};
 use crate::task_kind::TaskKind;
+use crate::task_name::TaskName;
 use options::Options;
 use script::{Script, Seen};
 
 /// Insert as programs know it.
 pub(crate) const KIND: TaskKind =
-    TaskKind::new("insert", "put a peg into a hole", |config| Ok(Box::new(Insert::new(config)?)))
+    TaskKind::new(TaskName::INSERT.as_str(), "put a peg into a hole", |config| Ok(Box::new(Insert::new(config)?)))
         .defaults(|env| {
             env.horizon = 200;
             env.initial_noise = 0.0;
@@ -192,7 +193,7 @@ impl Task for Insert {
     }
 
     fn name(&self) -> &'static str {
-        "insert"
+        TaskName::INSERT.as_str()
     }
 
     /// The fingers stay where they are.

@@ -21,14 +21,16 @@ use crate::spot::Spot;
 use crate::start::Start;
 use crate::task::{Reward, Task, Waypoint};
 use crate::task_kind::TaskKind;
+use crate::task_name::TaskName;
 
 pub use markers::Markers;
 
 /// Wipe as programs know it. Its option is `env.observation.markers` and not below `env.options`, as the settings of finished runs have it there.
-pub(crate) const KIND: TaskKind = TaskKind::new("wipe", "wipe a line of markers off a table", |config| {
-    Ok(Box::new(Wipe::new(config.horizon, config.observation.markers)))
-})
-.disturbed_by(&["table_height_m"]);
+pub(crate) const KIND: TaskKind =
+    TaskKind::new(TaskName::WIPE.as_str(), "wipe a line of markers off a table", |config| {
+        Ok(Box::new(Wipe::new(config.horizon, config.observation.markers)))
+    })
+    .disturbed_by(&["table_height_m"]);
 
 /// A marker is wiped while the tool presses with more than the first and at most the
 /// second (N).
@@ -156,7 +158,7 @@ impl Task for Wipe {
     }
 
     fn name(&self) -> &'static str {
-        "wipe"
+        TaskName::WIPE.as_str()
     }
 
     fn has_gripper(&self) -> bool {
