@@ -97,4 +97,7 @@ fn the_readme_tells_what_it_is_worth_to_feel_force() {
     let of_hypothesis = [("hypothesis", "AFORCE inserts more often than variable")];
     let [above, p] = ["above", "p_holm"].map(|column| numbers("insert/verdicts.csv", &of_hypothesis, column)[0]);
     assert!(page.contains("AFORCE inserts more often than commanded stiffness") && above == 1.0 && p < 0.05);
+    let of_hypothesis = [("hypothesis", "AFORCE inserts more often than FORGE's stiffness")];
+    let difference = numbers("insert/verdicts.csv", &of_hypothesis, "difference")[0];
+    assert!(page.contains("but no more often than a constant") && difference < 0.0);
 }
