@@ -143,6 +143,21 @@ impl Columns {
         Ok(if known == 0 { f64::NAN } else { self.points("stop_time_s")?.len() as f64 / known as f64 })
     }
 
+    /// The share of the episodes in which the task was first fulfilled before a force on the whole arm exceeded `limit` (N) or a joint its
+    /// speed limit; NaN if the tables do not know.
+    ///
+    /// # Errors
+    /// As [`Columns::values`].
+    pub fn success_within(&self, limit: f64) -> Result<f64> {
+        let known = self.points("success_before_stop")?.len();
+        // Both are NaN in an episode without success.
+        let until_success = self.values("max_force_to_success_n")?.into_iter();
+        let gentle = until_success
+            .zip(self.values("max_joint_speed_share_to_success")?)
+            .filter(|&(force, speed)| force <= limit && speed <= 1.0);
+        Ok(if known == 0 { f64::NAN } else { gentle.count() as f64 / known as f64 })
+    }
+
     /// Mean of the largest force (N) while the task stands fulfilled, over the rows in which it does.
     ///
     /// # Errors
@@ -222,6 +237,18 @@ mod tests {
         // A row that lacks one of the two does not shift the others.
         fs_err::write(&path, format!("{header}\n6,1,,true\n6,1,true,false\n6,2,true,false\n")).unwrap();
         assert_eq!(table().success_by_hand().unwrap(), 1.0);
+    }
+
+    #[test]
+    fn a_success_counts_within_a_force_if_no_joint_was_too_fast() {
+        let of = |rows: &str| {
+            let header = "step,success_before_stop,max_force_to_success_n,max_joint_speed_share_to_success";
+            Columns(CsvTable::parse(Path::new("end.csv"), &format!("{header}\n{rows}")).unwrap())
+        };
+        let table = of("1,true,80,0.5\n1,false,150,0.9\n1,false,90,1.2\n1,false,,\n");
+        let shares = [60.0, 100.0, 200.0].map(|limit| table.success_within(limit).unwrap());
+        assert_eq!(shares, [0.0, 0.25, 0.5]);
+        assert!(of("1,,80,\n").success_within(100.0).unwrap().is_nan(), "a table from before stops were recorded");
     }
 
     #[test]

@@ -25,13 +25,13 @@ pub struct PooledRow {
 
 /// A row for every task, metric and pair of groups (space and variant) that hypotheses of two or more experiments compare. Each experiment
 /// is a stratum of the rank test, so that nothing is compared across experiments; the p of all rows are corrected together. Two hypotheses on
-/// the same runs count as one.
+/// the same runs count as one. Files that say `pooled = false` ask something else.
 pub fn pooled(verdicts: &[VerdictRow]) -> Vec<PooledRow> {
     let question = |row: &VerdictRow| {
         let [space, against] = row.sides.each_ref().map(|side| side.label.clone());
         (row.task.clone(), row.metric.clone(), space, against)
     };
-    let with_runs: Vec<&VerdictRow> = verdicts.iter().filter(|row| row.p.is_some()).collect();
+    let with_runs: Vec<&VerdictRow> = verdicts.iter().filter(|row| row.p.is_some() && !row.stands_alone).collect();
     let mut questions: Vec<Vec<&VerdictRow>> = vec![];
     for row in with_runs {
         match questions.iter_mut().find(|rows| question(rows[0]) == question(row)) {
@@ -102,6 +102,7 @@ mod tests {
             row("b", "final_return", &high, &high_b),
             row("b", "curve_return", &high, &high_b),
             row("c", "final_return", &[], &[]),
+            VerdictRow { stands_alone: true, ..row("d", "final_return", &low, &low_b) },
         ];
         let rows = pooled(&all);
         let [row] = rows.as_slice() else { panic!("{rows:?}") };

@@ -16,11 +16,21 @@ pub const SOLVED: f64 = 450.0;
 const SUMMARISED: [&str; 5] =
     ["curve_return", "best_return", "sampled_success_by_hand", "last_sampled_success_by_hand", "stopped_episode_share"];
 
+/// Forces (N) at which a real arm may be set to stop, and what the share of the last policy's successes before them is called.
+const WITHIN: [(f64, &str); 6] = [
+    (60.0, "end_success_within_60n"),
+    (100.0, "end_success_within_100n"),
+    (150.0, "end_success_within_150n"),
+    (200.0, "end_success_within_200n"),
+    (300.0, "end_success_within_300n"),
+    (500.0, "end_success_within_500n"),
+];
+
 /// The names of the numbers that `summary.csv` summarises over seeds.
 pub fn summarised() -> impl Iterator<Item = &'static str> {
     let of_columns = COLUMNS.iter().flat_map(|column| column.of_runs);
     let of_columns = of_columns.filter(|number| number.over_seeds).map(|number| number.name);
-    of_columns.chain(SUMMARISED)
+    of_columns.chain(SUMMARISED).chain(WITHIN.map(|(_, name)| name))
 }
 
 /// What a run's numbers are made of.
@@ -94,7 +104,11 @@ impl RunTables {
         let last_but_one = returns.len().checked_sub(2).map_or(0.0, |i| returns[i].0);
         let very_last = last_sampled.clone().after(last_but_one)?;
         let power = last_sampled.mean("fulfilled_energy_j")? / last_sampled.mean("fulfilled_time_s")?;
-        Ok(vec![
+        let within = WITHIN.iter().map(|&(limit, name)| {
+            let share = self.end.as_ref().map(|end| end.success_within(limit)).transpose()?;
+            Ok((name, share.map_or(Cell::Empty, known)))
+        });
+        let mut beside = vec![
             ("curve_return", Cell::Real(mean_of(returns, |point| point.1))),
             ("best_return", Cell::Real(returns.iter().map(|point| point.1).fold(f64::MIN, f64::max))),
             ("steps_to_450", solved.map_or(Cell::Empty, |step| Cell::Count(step as u64))),
@@ -107,7 +121,9 @@ impl RunTables {
             ("sampled_fulfilled_power_w", known(power)),
             ("sampled_fulfilled_max_force_n", known(last_sampled.fulfilled_max_force()?)),
             ("stopped_episode_share", known(self.training.stopped_share()?)),
-        ])
+        ];
+        beside.extend(within.collect::<Result<Vec<_>>>()?);
+        Ok(beside)
     }
 }
 

@@ -27,6 +27,8 @@ pub const NO_RUNS: &str = "no runs";
 struct File {
     #[serde(default)]
     family: Family,
+    /// Whether the questions may be pooled with the same ones of other files; unless said, they may.
+    pooled: Option<bool>,
     hypothesis: Vec<Hypothesis>,
 }
 
@@ -98,6 +100,9 @@ pub struct VerdictRow {
     /// The values of both sides, and the groups' names with their variants.
     #[serde(skip)]
     pub sides: [Side; 2],
+    /// Its file says `pooled = false`.
+    #[serde(skip)]
+    pub stands_alone: bool,
 }
 
 /// One side of a hypothesis: space and variant, and a value per run.
@@ -131,7 +136,7 @@ pub fn judge_all(files: &[PathBuf], runs: &[RunSummary]) -> Result<Vec<VerdictRo
 /// If the file is not one of hypotheses, names a metric that runs do not have, or means runs of several groups as one.
 pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
     let wrong = |problem: String| bad(format!("{}: {problem}", file.display()));
-    let File { family, hypothesis: hypotheses } = parse(&settings::text(file)?).map_err(wrong)?;
+    let File { family, pooled, hypothesis: hypotheses } = parse(&settings::text(file)?).map_err(wrong)?;
     let numbers: Vec<Value> = runs.iter().map(|run| serde_json::to_value(run).expect("a row")).collect();
     let done: Vec<(&RunSummary, &Value)> = runs.iter().zip(&numbers).filter(|(run, _)| run.done).collect();
     let mut rows: Vec<VerdictRow> = vec![];
@@ -157,7 +162,8 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
         for task in tasks {
             let of_hypothesis = |problem: String| wrong(format!("{name:?}: {problem}"));
             let (experiment, sides) = sides(hypothesis, task.as_str(), runs, &done).map_err(of_hypothesis)?;
-            rows.push(row(hypothesis, task.as_str(), experiment, sides));
+            let row = row(hypothesis, task.as_str(), experiment, sides);
+            rows.push(VerdictRow { stands_alone: pooled == Some(false), ..row });
         }
     }
     let name = file.file_stem().unwrap_or_default().to_string_lossy();
@@ -264,7 +270,7 @@ fn largest_difference(metric: &str) -> f64 {
     let of_episode = policies.iter().find_map(|policy| metric.strip_prefix(policy));
     let is_success = of_episode.is_some_and(|name| {
         let ways = ["", "_any", "_held", "_by_hand", "_without_hand", "_before_stop"];
-        name.strip_prefix("success").is_some_and(|way| ways.contains(&way))
+        name.strip_prefix("success").is_some_and(|way| ways.contains(&way) || way.starts_with("_within_"))
     });
     let is_part = metric.starts_with("at_k_") || metric.ends_with("_share") || metric.contains("_share_");
     if is_success || is_part { 1.0 } else { f64::MAX }
@@ -302,6 +308,7 @@ fn row(hypothesis: &Hypothesis, task: &str, experiment: String, sides: [Side; 2]
         margin: hypothesis.margin,
         verdict: "",
         sides,
+        stands_alone: false,
     }
 }
 

@@ -164,7 +164,7 @@ fn what_is_wrong_is_named() {
     }
 }
 
-/// Two tasks with one hypothesis each: two families of one, or one of two.
+/// Two tasks with one hypothesis each: two families of one, or one of two. A file may also say that nothing of it is pooled.
 #[test]
 fn a_file_may_be_one_family() {
     let mut all = vec![];
@@ -178,6 +178,8 @@ fn a_file_may_be_one_family() {
     let corrected = |text: &str| judged(text, &all).unwrap().iter().map(|row| row.p_holm.unwrap()).collect::<Vec<_>>();
     let apart = corrected(&text);
     assert!(apart.iter().all(|p| (p - 0.1).abs() < 1e-12), "{apart:?}");
+    let alone = judged(&format!("pooled = false\n{text}"), &all).unwrap();
+    assert!(alone.iter().all(|row| row.stands_alone) && !judged(&text, &all).unwrap()[0].stands_alone);
     let together = corrected(&format!("family = 'file'\n{text}"));
     assert!(together.iter().all(|p| (p - 0.2).abs() < 1e-12), "{together:?}");
 }
