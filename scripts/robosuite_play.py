@@ -112,7 +112,7 @@ def complaint(policy):
     for key in ("force", "action", "camera"):
         if env["observation"].get(key):
             return f"env.observation.{key}: robosuite shows none to a policy"
-    for key, wanted in (("robot", "robosuite"), ("stops", False)):
+    for key, wanted in (("robot", "robosuite"), ("stops", False), ("horizon", 500), ("ends_on_success", False)):
         if env[key] != wanted:
             return f"env.{key} = {env[key]}: {wanted} is wanted, as it is in robosuite"
     if env["sensing"]["source"] != "exact":

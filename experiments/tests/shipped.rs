@@ -41,6 +41,7 @@ fn committed_runs_are_those_of_the_shipped_sweeps() {
         "second-study/learners.toml",
         "second-study/stops.toml",
         "second-study/entries.toml",
+        "second-study/door.toml",
         "insert/force.toml",
         "insert/spaces.toml",
         "insert/parts.toml",

@@ -19,9 +19,23 @@ pub fn numbers(value: &Bound<'_, PyAny>, name: &str, shape: &[usize]) -> PyResul
         error.set_cause(value.py(), Some(cause));
         error
     };
-    let array: PyArrayLikeDyn<'_, f64, AllowTypeChange> = value.extract().map_err(no_numbers)?;
+    let array = real(value).map_err(no_numbers)?;
     check_shape(name, array.shape(), shape)?;
     Ok(array.as_array().iter().copied().collect())
+}
+
+/// An array-like of real numbers: numpy itself would read strings as numbers too, and drop imaginary parts.
+///
+/// # Errors
+/// `TypeError` if it holds something else.
+pub fn real<'py>(value: &Bound<'py, PyAny>) -> PyResult<PyArrayLikeDyn<'py, f64, AllowTypeChange>> {
+    let array = value.py().import("numpy")?.call_method1("asarray", (value,))?;
+    let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
+    // Booleans, whole numbers of both kinds, floating-point numbers, and objects that float() takes.
+    if !["b", "i", "u", "f", "O"].contains(&kind.as_str()) {
+        return Err(PyTypeError::new_err(format!("an array of {}", array.getattr("dtype")?)));
+    }
+    array.extract()
 }
 
 /// An action, or several: finite numbers.

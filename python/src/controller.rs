@@ -296,7 +296,7 @@ impl Controller {
         self.0.with(|law| Ok(law.controller.saturated()))
     }
 
-    /// Samples since reset whose measurement or torque was not finite.
+    /// Samples since reset without a torque: measurement or torque was not finite, or the mass matrix not positive definite.
     #[getter]
     fn faults(&self) -> PyResult<u64> {
         self.0.with(|law| Ok(law.controller.faults()))
@@ -316,7 +316,8 @@ impl Controller {
 
 fn direction(axis: Vec<f64>) -> PyResult<UnitVector3<f64>> {
     UnitVector3::try_new(Vector3::from_vec(axis), 1e-9)
-        .filter(|axis| axis.iter().all(|entry| entry.is_finite()))
+        // The norm of large entries overflows, and what is divided by it is no unit vector.
+        .filter(|axis| (axis.norm() - 1.0).abs() < 1e-6)
         .ok_or_else(|| value_error("contact_axis has no direction"))
 }
 

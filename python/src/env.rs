@@ -67,7 +67,9 @@ impl Env {
             episodes.seed()?;
             let Some(camera) = episodes.env.config().observation.camera else { return Ok(None) };
             let shape = |channels| (camera.height as usize, camera.width as usize, channels);
-            let pixels = py.detach(move || episodes.env.pixels());
+            let env = &mut episodes.env;
+            let pixels = py.detach(move || env.pixels());
+            episodes.check_query()?;
             Ok(match pixels {
                 None => None,
                 Some(Pixels::Depth(depths)) => Some(array(py, shape(1), depths)?),

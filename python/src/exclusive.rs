@@ -17,7 +17,9 @@ impl<T> Exclusive<T> {
     fn guard(&self) -> PyResult<MutexGuard<'_, Option<T>>> {
         self.0.try_lock().map_err(|error| {
             PyRuntimeError::new_err(match error {
-                TryLockError::WouldBlock => "another thread is using this object: one thread at a time",
+                TryLockError::WouldBlock => {
+                    "this object is in use, by another thread or by the task's method that called it: one at a time"
+                }
                 TryLockError::Poisoned(_) => "this object failed earlier: make a new one",
             })
         })

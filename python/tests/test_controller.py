@@ -96,6 +96,7 @@ def test_the_contact_axis_turns():
         ("torque_limits has shape (3,), must have (7,)", {"torque_limits": [1, 2, 3]}),
         ("torque_limits.max (joint 2) = -1 is not allowed", {"torque_limits": [1, -1, 1, 1, 1, 1, 1]}),
         ("contact_axis has no direction", {"contact_axis": [0, 0, 0]}),
+        ("contact_axis has no direction", {"contact_axis": [0, 0, 1e200]}),
         ("contact_axis has no direction", {"contact_axis": [np.inf, 0, 1]}),
     ],
 )

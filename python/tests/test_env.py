@@ -246,6 +246,8 @@ def test_bad_settings_are_answered(kind, words, keywords):
         (ValueError, "action: entry 2 is NaN, must be a finite number", np.array([0, 0, np.nan, 0, 0, 0, 0])),
         (ValueError, "entry 0 is inf", np.full(7, np.inf, np.float32)),
         (TypeError, "action must be an array of numbers", "forward"),
+        (TypeError, "action must be an array of numbers", ["0"] * 7),
+        (TypeError, "action must be an array of numbers", np.ones(7) * 1j),
         (ValueError, "action has shape (), must have (7,)", None),
     ],
 )
@@ -326,7 +328,7 @@ def test_two_threads_on_one_environment_are_told_so():
         except RuntimeError as error:
             errors.append(str(error))
     drawing.join()
-    assert "another thread is using this object: one thread at a time" in errors
+    assert "this object is in use, by another thread or by the task's method that called it: one at a time" in errors
     env.step(np.zeros(7))
 
 

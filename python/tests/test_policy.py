@@ -127,6 +127,9 @@ def test_what_is_no_policy_is_answered(tmp_path):
         (lambda folder: weights(folder, lambda data: data[:1000]), "no file of weights"),
         (lambda folder: weights(folder, lambda data: b""), "no file of weights"),
         (lambda folder: (folder / "state.json").write_text('{"format": 9}'), "format 9, this version reads 1"),
+        (lambda folder: (folder / "state.json").write_text("{}"), "state.json: no state of a run, or a damaged one: KeyError"),
+        (lambda folder: (folder / "state.json").write_text("{"), "state.json: no state of a run, or a damaged one: JSONDecodeError"),
+        (lambda folder: (folder / "actor.safetensors").write_bytes(b"\2" + 7 * b"\0" + b"[]"), "actor.safetensors: no file of weights"),
     ]:
         with pytest.raises(ValueError, match=words):
             Policy.load(damaged(change))

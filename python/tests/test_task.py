@@ -164,6 +164,54 @@ def test_a_state_tells_what_is():
         state.joint("hinj")
 
 
+def test_velocities_are_those_of_origins_at_the_moment():
+    seen = {}
+
+    class Swings(Plain):
+        scene = {"bodies": [
+            {"name": "door", "pose": [0, 0.3, 0.9], "density": 500, "shapes": [{"box": [0.05, 0.01, 0.05], "pose": [0.05, 0, 0]}],
+             "joint": {"hinge": [0, 0, 1], "name": "hinge", "range": [-2, 2], "spring": 2.0, "rest": 1.0}},
+            {"name": "knob", "parent": "door", "pose": [0.1, 0, 0.02], "mass": 0.1, "shapes": [{"sphere": 0.01}]},
+        ]}
+
+        def observe(self, state):
+            seen["state"] = state
+            return {"angle": state.joint("hinge")}
+
+    env = aforce.Env(task=Swings, initial_noise=0.0)
+    env.reset(seed=1)
+    for _ in range(3):
+        env.step(np.zeros(7))
+        state = seen["state"]
+        turning = np.array([0, 0, state.joint_velocity("hinge")])
+        door, knob = state.body("door"), state.body("knob")
+        assert abs(turning[2]) > 0.1 and np.allclose(knob.angular_velocity, turning, atol=1e-12)
+        assert np.allclose(door.velocity, 0, atol=1e-12)
+        assert np.allclose(knob.velocity, np.cross(turning, knob.position - door.position), atol=1e-12)
+
+
+def test_what_a_joint_carries_comes_into_the_hand_too():
+    class Holds(Plain):
+        scene = {"bodies": [
+            {"name": "box", "joint": "free", "pose": [0, 0.3, 0.85], "mass": 0.1, "shapes": [{"box": [0.02, 0.02, 0.02]}]},
+            {"name": "lid", "parent": "box", "pose": [0, 0.03, 0], "mass": 0.02, "shapes": [{"box": [0.01, 0.005, 0.01]}],
+             "joint": {"hinge": [1, 0, 0], "name": "lid", "range": [-1, 1], "damping": 0.01}},
+        ]}
+
+        def reset(self, rng):
+            return {"holding": {"body": "box", "width": 0.04}}
+
+        def observe(self, state):
+            return {"tool": state.tool.position, "box": state.body("box").position, "lid": state.body("lid").position}
+
+    env = aforce.Env(task=Holds, initial_noise=0.0)
+    observation, _ = env.reset(seed=1)
+    for steps in range(5):
+        tool, box, lid = observation[:3], observation[3:6], observation[6:9]
+        assert np.linalg.norm(box - tool) < 0.005 and np.linalg.norm(lid - box) == pytest.approx(0.03, abs=1e-4), steps
+        observation, *_ = env.step([0, 0, 0, 0, 0, 0, 1])
+
+
 @pytest.mark.parametrize(
     "kind, words, task",
     [
@@ -211,12 +259,19 @@ def test_a_state_tells_what_is():
         (TypeError, 'Wrong.reset: unknown key "pose"; did you mean "poses"?', returning("reset", {"pose": {}})),
         (ValueError, 'no body "bal"; known are ball', returning("reset", {"poses": {"bal": [0, 0, 1]}})),
         (ValueError, 'no joint "ball"; known are none', returning("reset", {"joints": {"ball": 1}})),
-        (ValueError, "fingers 0.2 m apart; 0 to 0.079", returning("reset", {"fingers": 0.2})),
+        (ValueError, "fingers 0.2 m; 0 to 0.079", returning("reset", {"fingers": 0.2})),
+        (ValueError, "holding: width 0.2 m; 0 to 0.079", returning("reset", {"holding": {"body": "ball", "width": 0.2}})),
+        (ValueError, "fingers and holding; one of them", returning("reset", {"fingers": 0.04, "holding": {"body": "ball", "width": 0.2}})),
+        (ValueError, "free and friction are for a URDF", with_scene({"file": "ball.xml", "free": True})),
+        (TypeError, '"ball" is [\'0\', \'1\']; a number or an array', returning("observe", {"ball": ["0", "1"]})),
+        (ValueError, '"ball" holds 1', returning("observe", {"ball": 1e300})),
+        (TypeError, '"bal" is not observed; observed are ball, far', type("Wrong", (Plain,), {"units": {"bal": "m"}, "observe_critic": lambda self, _: {"far": 1}})),
         (ValueError, "arm: joint 1 at 9 rad", returning("reset", {"arm": [9, 0, 0, 0, 0, 0, 0]})),
         (ValueError, "nothing that stands still is below", returning("reset", {"poses": {"ball": [9, 0, 1]}})),
         (ValueError, "overlap", returning("reset", {"poses": {"ball": [-0.1, 0, 1.0]}})),
         (TypeError, 'Wrong.defaults: unknown key "env.horzon"', type("Wrong", (Plain,), {"defaults": {"horzon": 3}})),
         (ValueError, "a typical deviation of [0.0]; above 0", type("Wrong", (Plain,), {"scaling": {"ball": (0, 0)}})),
+        (ValueError, "a typical deviation of [1e-320]; above 0", type("Wrong", (Plain,), {"scaling": {"ball": (0, 1e-320)}})),
         (ValueError, '"ball" has 2 numbers, 3 are observed', type("Wrong", (Plain,), {"scaling": {"ball": ([0, 0], 1)}})),
         (ValueError, """'hammer'; "gripper" or "wiping-tool\"""", type("Wrong", (Plain,), {"tool": "hammer"})),
         (ValueError, 'no joint "slide"', type("Wrong", (Plain,), {"disturbances": {"x": {"joint_friction": "slide", "allowed": [0, 1]}}})),

@@ -22,7 +22,7 @@ use rapier3d_f64::pipeline::PhysicsWorld;
 use rapier3d_f64::prelude::CoefficientCombineRule;
 
 pub(crate) use self::contacts::ArmContacts;
-use self::convert::{from_engine, groups, matrix, shared_shape, to_engine, vector};
+use self::convert::{coordinates, from_engine, groups, matrix, shared_shape, to_engine, vector};
 use self::drag::Mover;
 use self::pad::SoftLayer;
 pub use self::surfaces::Surfaces;
@@ -264,19 +264,52 @@ impl Engine {
         from_engine(self.world.bodies[self.bodies[body].expect("a moving body")].position())
     }
 
-    /// Velocity of a moving scene body: linear at its centre of mass, world axes.
-    pub fn velocity(&self, body: usize) -> Twist {
-        let body = &self.world.bodies[self.bodies[body].expect("a moving body")];
-        let (v, w) = (body.linvel(), body.angvel());
-        Twist::new(v.x, v.y, v.z, w.x, w.y, w.z)
+    /// Velocity of a moving scene body, world axes; linear at the body's point that is now at `point` (world).
+    pub fn velocity_at(&self, body: usize, point: &Vector3) -> Twist {
+        let [at, v, omega] = self.motion(self.bodies[body].expect("a moving body"));
+        let v = v + omega.cross(&(point - at));
+        Twist::new(v.x, v.y, v.z, omega.x, omega.y, omega.z)
     }
 
-    /// Puts a free body at rest at `pose`.
+    /// Velocity of a moving scene body, world axes; linear at its centre of mass.
+    pub fn velocity(&self, body: usize) -> Twist {
+        let handle = self.bodies[body].expect("a moving body");
+        let com = coordinates(self.world.bodies[handle].center_of_mass());
+        self.velocity_at(body, &com)
+    }
+
+    /// A point of a body, its velocity, and that of the body's rotation. Of a body on a joint they are made of the joints' velocities, as the
+    /// engine's own are a step old there.
+    fn motion(&self, body: RigidBodyHandle) -> [Vector3; 3] {
+        let Some(i) = self.joints.iter().position(|joint| joint.child == body) else {
+            let body = &self.world.bodies[body];
+            return [body.center_of_mass(), body.linvel(), body.angvel()].map(coordinates);
+        };
+        let joint = &self.joints[i];
+        let pose = from_engine(self.world.bodies[body].position());
+        let origin = pose.translation.vector;
+        let mut velocity = joint.parent.map_or([Vector3::zeros(); 2], |parent| {
+            let [at, v, omega] = self.motion(parent);
+            [v + omega.cross(&(origin - at)), omega]
+        });
+        velocity[joint.part()] += pose.rotation * joint.direction * self.coordinate(i).1;
+        [origin, velocity[0], velocity[1]]
+    }
+
+    /// Puts a free body at rest at `pose`, and with it what joints carry on it.
     pub fn place(&mut self, body: usize, pose: &Pose) {
-        let body = &mut self.world.bodies[self.bodies[body].expect("a moving body")];
+        let handle = self.bodies[body].expect("a moving body");
+        let PhysicsWorld { bodies, multibody_joints, .. } = &mut self.world;
+        let body = &mut bodies[handle];
         body.set_position(to_engine(pose), true);
         body.set_linvel(rapier::Vector::ZERO, true);
         body.set_angvel(rapier::Vector::ZERO, true);
+        let Some(link) = multibody_joints.rigid_body_link(handle).copied() else { return };
+        let multibody = multibody_joints.get_multibody_mut(link.multibody).expect("never removed");
+        multibody.generalized_velocity_mut().fill(0.0);
+        multibody.forward_kinematics(bodies, true);
+        multibody.update_rigid_bodies(bodies, true);
+        self.read_coordinates();
     }
 
     /// Advances by one step with `efforts` (Nm or N) on the joints.

@@ -302,6 +302,11 @@ impl Simulation {
         self.engine.velocity(body)
     }
 
+    /// Velocity of a moving body: linear at its point that is now at `point` (world), world axes.
+    pub fn body_velocity_at(&self, body: usize, point: &Vector3) -> Twist {
+        self.engine.velocity_at(body, point)
+    }
+
     /// Whether two geoms (by their place in the scene) press on each other.
     pub fn touching(&self, a: usize, b: usize) -> bool {
         self.contact_points(a, b) > 0

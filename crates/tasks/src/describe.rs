@@ -5,10 +5,10 @@ use std::fmt::Write;
 use aforce::{ActionEntry, JointVector, LoopOnArm, OperationalSpace, Vector6, Wrench};
 use serde::Serialize;
 
-use crate::component::Component;
 use crate::env::Env;
 use crate::env_config::EnvConfig;
 use crate::observation::CLIP;
+use crate::observer::Component;
 use crate::pixels::PixelForm;
 
 /// What an environment consists of.

@@ -4,14 +4,13 @@ use std::collections::BTreeMap;
 
 use aforce::record::nearest;
 use aforce::{ConfigError, within};
-use physics::Deviation;
+use physics::{Change, Deviation};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::drawn::Drawn;
 use crate::observer::Observer;
-use crate::own_disturbance::OwnDisturbance;
 
 /// A number, or the range from which one is drawn for every episode, each value as likely as any other.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -81,6 +80,22 @@ pub struct Disturbance {
     /// Of the task's own bodies and joints: what the task is registered with ([`OwnDisturbance`](crate::OwnDisturbance)).
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub own: BTreeMap<String, Draw>,
+}
+
+/// A disturbance of a body or a joint of one's own task: a key below `env.disturbance.own`.
+///
+/// ```
+/// # use tasks::{Change, OwnDisturbance};
+/// const STICKY: OwnDisturbance = OwnDisturbance { key: "slide_friction", change: Change::JointFriction("slide"), allowed: [0.0, 10.0] };
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OwnDisturbance {
+    /// The key.
+    pub key: &'static str,
+    /// What it changes.
+    pub change: Change,
+    /// Smallest and largest value allowed, in the unit of the change.
+    pub allowed: [f64; 2],
 }
 
 /// One kind of disturbance: its key and unit, the value that disturbs nothing, the values allowed, whether every task has it.

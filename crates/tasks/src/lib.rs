@@ -8,7 +8,6 @@
 
 mod axis_group;
 pub mod columns;
-mod component;
 mod controller_state;
 mod describe;
 mod disturbance;
@@ -31,7 +30,6 @@ mod observation;
 mod observation_options;
 mod observer;
 mod outcome;
-mod own_disturbance;
 mod penalty;
 mod pixels;
 mod placing;
@@ -50,9 +48,8 @@ mod task_name;
 mod wipe;
 
 pub use axis_group::AxisGroup;
-pub use component::Component;
 pub use describe::{Derived, Description};
-pub use disturbance::{Disturbance, Draw};
+pub use disturbance::{Disturbance, Draw, OwnDisturbance};
 pub use env::Env;
 pub use env_config::EnvConfig;
 pub use episode::{Episode, play};
@@ -62,9 +59,8 @@ pub use grasp::{nearest, nearest_straight_down, straight_down};
 pub use interval::{Interval, Stop};
 pub use observation::scale;
 pub use observation_options::{MarkerView, ObservationOptions};
-pub use observer::Observer;
+pub use observer::{Component, Observer};
 pub use outcome::Outcome;
-pub use own_disturbance::OwnDisturbance;
 pub use penalty::{CountedForce, ForcePenalty};
 pub use physics::Change;
 pub use pixels::{FARTHEST, ObservedCamera, PixelForm, PixelKind, Pixels, Standpoint};

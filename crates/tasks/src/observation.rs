@@ -5,8 +5,7 @@ use nalgebra::UnitQuaternion;
 use physics::Simulation;
 use physics::robots::tool_rotation;
 
-use crate::component::Component;
-use crate::observer::Observer;
+use crate::observer::{Component, Observer};
 
 /// Largest magnitude of a scaled component.
 pub const CLIP: f32 = 10.0;

@@ -6,9 +6,8 @@ use std::sync::RwLock;
 use aforce::record::nearest;
 use aforce::{ConfigError, name};
 
-use crate::disturbance::{Disturbance, is_known, is_of_some_tasks};
+use crate::disturbance::{Disturbance, OwnDisturbance, is_known, is_of_some_tasks};
 use crate::env_config::EnvConfig;
-use crate::own_disturbance::OwnDisturbance;
 use crate::task::Task;
 use crate::task_kind::TaskKind;
 use crate::task_name::TaskName;

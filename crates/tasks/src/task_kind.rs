@@ -4,8 +4,8 @@ use std::fmt::{self, Debug, Formatter};
 
 use aforce::ConfigError;
 
+use crate::disturbance::OwnDisturbance;
 use crate::env_config::EnvConfig;
-use crate::own_disturbance::OwnDisturbance;
 use crate::task::Task;
 
 /// What makes a task with the options of a configuration.

@@ -10,6 +10,7 @@ use crate::report::record::Record;
 use crate::report::summary::{RunSummary, find_runs};
 use crate::run::folder::RunFolder;
 use crate::run::kept;
+use crate::run::manifest::Manifest;
 use crate::run::which::Which;
 use anyhow::{Result, bail, ensure};
 use clap::Parser;
@@ -80,6 +81,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
                 ));
             }
         }
+        // What cannot be summed up would spoil the archive for good.
+        for record in &added {
+            RunSummary::of(record, &folder)?;
+        }
         all.extend(added.iter().cloned());
         let order = |record: &Record| {
             let RunId { task, space, variant, seed } = RunId::of(&record.config);
@@ -98,9 +103,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// By what: a run that another program or configuration has trained once more, or longer, is not the one whose rows are kept.
-fn made_by(record: &Record) -> (&str, &str, u64) {
-    (&record.manifest.commit, &record.manifest.config_hash, record.config.steps)
+/// By what and when: a run that was trained once more, or longer, is not the one whose rows are kept.
+fn made_by(record: &Record) -> (&str, &str, u64, u64) {
+    let Manifest { commit, config_hash, started_unix_s, .. } = &record.manifest;
+    (commit, config_hash, record.config.steps, *started_unix_s)
 }
 
 /// No run stands there twice, as it does beside a copy of its folder: an archive of it could not be read.

@@ -48,7 +48,7 @@ pub struct Arguments {
     #[arg(long, value_name = "HASH", requires = "index", hide = true)]
     expect: Option<String>,
     /// Runs at the same time (default: one per processor core)
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..), conflicts_with = "index")]
     jobs: Option<u16>,
     /// Ask a run to save itself after so many minutes, and kill it if it has not a minute later; the same command goes on with it
     #[arg(long, value_name = "MINUTES", value_parser = cli::parse_minutes, conflicts_with = "index")]

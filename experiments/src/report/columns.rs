@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::{Result, bail, ensure};
-use output::statistics::{mean, mean_of, quantile};
+use output::statistics::{mean, mean_of};
 use tasks::columns::COLUMNS;
 
 use crate::run::csv_table::CsvTable;
@@ -123,15 +123,6 @@ impl Columns {
     /// As [`Columns::values`].
     pub fn mean(&self, column: &str) -> Result<f64> {
         Ok(mean_of(&self.points(column)?, |point| point.1))
-    }
-
-    /// What a `share` of the rows that have a number there does not exceed; NaN if none has.
-    ///
-    /// # Errors
-    /// As [`Columns::values`].
-    pub fn quantile(&self, column: &str, share: f64) -> Result<f64> {
-        let values: Vec<f64> = self.points(column)?.into_iter().map(|point| point.1).collect();
-        Ok(quantile(&values, share))
     }
 
     /// The share of the episodes in which a real arm would have stopped itself; NaN if the tables do not know.

@@ -77,7 +77,7 @@ pub fn disturbed(group: &Group, runs: &[Record], rows: &[RunSummary]) -> Result<
     for (run, _) in runs.iter().zip(rows).filter(|(_, row)| group.has(row)) {
         let Some(played) = run.csv(Table::Disturbed)?.map(Columns::of).transpose()? else { continue };
         let (tables, path) = (played.by_text("disturbance")?, run.place(Table::Disturbed));
-        let of = of_its_policies(run, &played)?;
+        let of = run.policies_of(Table::Disturbed, &played)?;
         all = [all[0] && of[0], all[1] && of[1]];
         ensure!(
             all.contains(&true),
@@ -161,34 +161,6 @@ pub fn heat_map(rows: &[DisturbedRow]) -> HeatMap {
     };
     let rows = rows.chunk_by(|one, next| key(one) == key(next)).map(of_group).collect();
     HeatMap { title: "Return lost, in per cent of the undisturbed return".into(), columns, rows }
-}
-
-/// Whether a table is of the run's best policy, and whether it is of its last: one of them it has to be. A run that was taken on may have got
-/// others than those which were disturbed.
-fn of_its_policies(run: &Record, played: &Columns) -> Result<[bool; 2]> {
-    let path = run.place(Table::Disturbed);
-    let policies = played.by_text("policy")?;
-    ensure!(
-        policies.iter().all(|(policy, _)| policy == "mean"),
-        "{}: its episodes are to be of mean actions: evaluate --disturb without --sample",
-        path.display()
-    );
-    let played = played.values("step")?;
-    let evaluations = run.evaluations("mean")?.mean_by_step("return")?;
-    let better = |best: (f64, f64), next: (f64, f64)| if next.1 > best.1 { next } else { best };
-    let best = evaluations.iter().copied().reduce(better).map_or(f64::NAN, |evaluation| evaluation.0);
-    let last = evaluations.last().map_or(f64::NAN, |evaluation| evaluation.0);
-    // The last policy is saved where the last episode ends, which need not be where the last evaluation was.
-    let trained = run.csv(Table::Episodes)?.map(|episodes| episodes.steps()).transpose()?.unwrap_or_default();
-    let end = trained.last().map_or(last, |&step| step as f64);
-    let is = |of: f64| played.iter().all(|&step| step == of);
-    let of = [is(best), is(last) || is(end)];
-    ensure!(
-        of.contains(&true),
-        "{}: neither of the best policy, which is of action {best}, nor of the last, of action {end}: evaluate --disturb again",
-        path.display()
-    );
-    Ok(of)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 
 use crate::config::RunConfig;
 use crate::report::columns::Columns;
@@ -126,6 +126,39 @@ impl Record {
     /// If they cannot be read.
     pub fn evaluations(&self, policy: &str) -> Result<Columns> {
         self.columns(Table::Eval)?.evaluations(policy, self.config.evaluation_episodes as usize)
+    }
+
+    /// Whether a table that was played is of the run's best policy, and whether it is of its last: one of them it has to be. A run that was
+    /// taken on may have got others than those which were played.
+    ///
+    /// # Errors
+    /// If it is of neither, or of sampled actions.
+    pub fn policies_of(&self, table: Table, played: &Columns) -> Result<[bool; 2]> {
+        let path = self.place(table);
+        let policies = played.by_text("policy")?;
+        ensure!(
+            policies.iter().all(|(policy, _)| policy == "mean"),
+            "{}: its episodes are to be of mean actions: evaluate without --sample",
+            path.display()
+        );
+        let played = played.values("step")?;
+        let evaluations = self.evaluations("mean")?.mean_by_step("return")?;
+        let better = |best: (f64, f64), next: (f64, f64)| if next.1 > best.1 { next } else { best };
+        let best = evaluations.iter().copied().reduce(better).map_or(f64::NAN, |evaluation| evaluation.0);
+        let last = evaluations.last().map_or(f64::NAN, |evaluation| evaluation.0);
+        // The last policy is saved where the last episode ends, which need not be where the last evaluation was.
+        let trained = self.csv(Table::Episodes)?.map(|episodes| episodes.steps()).transpose()?.unwrap_or_default();
+        let end = trained.last().map_or(last, |&step| step as f64);
+        let is = |of: f64| played.iter().all(|&step| step == of);
+        // Until then a policy of the last evaluation may be the best one, and is not the last.
+        let is_last = is(end) || is(last) && table != Table::End;
+        let of = [is(best), is_last];
+        ensure!(
+            of.contains(&true),
+            "{}: neither of the best policy, which is of action {best}, nor of the last, of action {end}: evaluate again",
+            path.display()
+        );
+        Ok(of)
     }
 
     /// What lies between `root` and the TASK/LABEL/seed_N of the run.

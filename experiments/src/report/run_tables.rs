@@ -56,6 +56,11 @@ impl RunTables {
         ensure!(!returns.is_empty(), "{path}: no evaluation");
         let before = returns.len().checked_sub(LAST + 1).map_or(0.0, |i| returns[i].0);
         let last_sampled = run.evaluations("sampled")?.after(before)?;
+        let end = run.csv(Table::End)?.map(Columns::of).transpose()?;
+        if let Some(end) = &end {
+            let [_, of_last] = run.policies_of(Table::End, end)?;
+            ensure!(of_last, "{}: not of the last policy: evaluate --checkpoint last", run.place(Table::End).display());
+        }
         ensure!(run.outside || !last_sampled.is_empty(), "{path}: no evaluation with sampled actions");
         Ok(RunTables {
             training,
@@ -63,7 +68,7 @@ impl RunTables {
             last: eval.after(before)?,
             last_sampled,
             progress: run.columns(Table::Progress)?,
-            end: run.csv(Table::End)?.map(Columns::of).transpose()?,
+            end,
         })
     }
 

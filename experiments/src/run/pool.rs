@@ -1,7 +1,7 @@
 //! Runs programs side by side, a few at a time.
 
 use std::io::IsTerminal;
-use std::os::unix::process::CommandExt;
+use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
@@ -121,7 +121,11 @@ pub fn run(jobs: Vec<Job>, pool: &Pool) -> Vec<Ended> {
                 Some(status) => {
                     progress.ended(&job, status.code());
                     let late = status.code().is_none() && job.asked.is_some_and(|asked| asked.elapsed() > pool.grace);
-                    let words = if late { TOO_LATE.into() } else { last_words(&job.log, job.old) };
+                    let words = match status.signal() {
+                        _ if late => TOO_LATE.into(),
+                        Some(signal) => format!("killed by signal {signal}"),
+                        None => last_words(&job.log, job.old),
+                    };
                     ended.push(Ended { name: job.name, code: status.code(), log: job.log, words });
                 }
             }

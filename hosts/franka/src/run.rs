@@ -110,6 +110,11 @@ fn with_robot(
 /// What contradicts the set-up, or itself.
 fn check_arguments(args: &Args, setup: &HostSetup) -> Result<()> {
     ensure!(args.duration > 0.0, "--duration {}: must be above 0", args.duration);
+    ensure!(
+        args.rehearse_table.is_none_or(f64::is_finite),
+        "--rehearse-table {}: must be a height in metres",
+        args.rehearse_table.unwrap_or_default()
+    );
     let wipes = args.script == Some(Script::Wipe);
     ensure!(!wipes || setup.space.force, "--script wipe presses: `{}` has space.force = false", setup.space);
     let interface = &setup.interface;

@@ -135,7 +135,7 @@ class Controller:
 
     @property
     def faults(self) -> int:
-        """Samples since reset whose measurement or torque was not finite."""
+        """Samples since reset without a torque: measurement or torque was not finite, or the mass matrix not positive definite."""
 
 @final
 class Place:
@@ -155,7 +155,7 @@ class Place:
 
     @property
     def velocity(self) -> _Numbers:
-        """Of a body's centre of mass, of the tool point (m/s); shape (3,)."""
+        """Of its origin (m/s); shape (3,)."""
 
     @property
     def angular_velocity(self) -> _Numbers:
@@ -215,7 +215,8 @@ class State:
         """Velocity of a joint of the scene (rad/s or m/s)."""
 
     def grasped(self, name: str) -> bool:
-        """Whether both finger pads press on the shape of this name, or on one of the body of this name."""
+        """Whether both finger pads press on the shape of this name, or on one of the body of this name. Nothing presses before an
+        episode's first action."""
 
 @final
 class Env:

@@ -66,7 +66,7 @@ def maker(named: str | None, task: "Makes | str | None", settings: dict[str, Any
 
 def checked_seed(seed: int | None, others: int = 0) -> int | None:
     """A seed as the simulation takes it, after which there are `others` more: a whole number of 64 bits."""
-    if seed is not None and not (isinstance(seed, (int, np.integer)) and 0 <= seed < 2**64 - others):
+    if seed is not None and not (isinstance(seed, (int, np.integer)) and not isinstance(seed, bool) and 0 <= seed < 2**64 - others):
         raise ValueError(f"seed = {seed!r} is not allowed; allowed: a whole number from 0 to 2**64 - {1 + others}")
     return None if seed is None else int(seed)
 
@@ -141,7 +141,8 @@ class Env(gym.Env[Observation, Floats], EzPickle):
 
     @property
     def spec(self) -> EnvSpec | None:  # type: ignore[override]
-        """What `gymnasium.make` made it of; `max_episode_steps` is the horizon, at which the simulation itself truncates."""
+        """What `gymnasium.make` made it of; `max_episode_steps` is the horizon, at which the simulation itself truncates, unless
+        `make` was given one: then a wrapper of gymnasium truncates, too. Another length is asked for with `horizon`."""
         return self._spec
 
     @spec.setter

@@ -60,10 +60,24 @@ class Policy:
         folder = run / "checkpoints" / checkpoint
         if not folder.is_dir():
             raise FileNotFoundError(f"{folder}: no such checkpoint; a run folder of `train` or a .zip of `archive` is wanted")
-        state = json.loads((folder / "state.json").read_text())
+        tensors, metadata = read_safetensors(folder / "actor.safetensors")
+        try:
+            return cls._of(folder, json.loads((folder / "state.json").read_text()), tensors, metadata, checkpoint, config)
+        except (KeyError, TypeError, AttributeError, json.JSONDecodeError, UnicodeDecodeError) as error:
+            raise ValueError(f"{folder / 'state.json'}: no state of a run, or a damaged one: {error!r}") from None
+
+    @classmethod
+    def _of(
+        cls,
+        folder: Path | zipfile.Path,
+        state: dict[str, Any],
+        tensors: dict[str, Floats],
+        metadata: dict[str, str],
+        checkpoint: str,
+        config: Path,
+    ) -> "Policy":
         if state["format"] != FORMAT:
             raise ValueError(f"{folder}: format {state['format']}, this version reads {FORMAT}")
-        tensors, metadata = read_safetensors(folder / "actor.safetensors")
         if metadata.get("updates", str(state["updates"])) != str(state["updates"]):
             seen = f"has seen {metadata['updates']} updates, state.json beside it {state['updates']}"
             raise ValueError(f"{folder / 'actor.safetensors'}: {seen}")
@@ -134,5 +148,5 @@ def read_safetensors(path: Path | zipfile.Path) -> tuple[dict[str, Floats], dict
             begin, end = (8 + length + offset for offset in entry["data_offsets"])
             tensors[name] = np.frombuffer(data[begin:end], "<f4").reshape(entry["shape"])
         return tensors, metadata
-    except (ValueError, KeyError, struct.error) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, struct.error) as error:
         raise ValueError(f"{path}: no file of weights: {error}") from None

@@ -19,7 +19,8 @@ class Task:
     scene        a dict, or the name of an MJCF (.xml) or URDF (.urdf) file. Floor, table and robot are there by themselves
         table        {"height": 0.8, "centre": [0, 0], "size": [0.8, 0.8], "friction": 1}
         bodies       a list, parents before children, of dicts {"name", "parent", "pose", "joint", "mass" or "density", "shapes"},
-                     or of files {"file", "pose"; for a URDF "free", "friction"}
+                     or of files {"file", "pose"; for a URDF "free", "friction"}. The origin of an MJCF file's body with a joint is
+                     the joint's "pos", here and in "poses"
         prediction   from which distance shapes become a contact; a few times the clearance of a narrow hole
     tool         "gripper" or "wiping-tool"
     gripper      whether the last entry of an action moves the fingers

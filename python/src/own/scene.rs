@@ -274,6 +274,12 @@ fn read_file(spec: FileSpec) -> Result<Group, String> {
     let root = if spec.free { Root::Free } else { Root::Fixed };
     let ending = spec.file.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_lowercase();
     let read = match ending.as_str() {
+        "xml" | "mjcf" if spec.free || spec.friction.is_some() => {
+            return Err(format!(
+                "{}: free and friction are for a URDF; an MJCF file says both itself",
+                spec.file.display()
+            ));
+        }
         "xml" | "mjcf" => read_mjcf(&spec.file),
         "urdf" => read_urdf(&spec.file, root, spec.friction.unwrap_or(1.0)),
         _ => return Err(format!("{}: an MJCF file (.xml) or a URDF file (.urdf) is wanted", spec.file.display())),

@@ -72,13 +72,17 @@ impl Drawn {
                 return Err(format!("arm: joint {} at {q} rad; {low} to {high} are allowed", i + 1));
             }
         }
-        let width = self.fingers.or(self.holding.as_ref().map(|holding| holding.width));
+        let (word, width) = match (self.fingers, &self.holding) {
+            (Some(_), Some(_)) => return Err("fingers and holding; one of them is wanted, holding has a width".into()),
+            (width, None) => ("fingers", width),
+            (None, Some(holding)) => ("holding: width", Some(holding.width)),
+        };
         if let Some(width) = width {
             if !fingers {
-                return Err("fingers: the tool has none".into());
+                return Err(format!("{word}: the tool has no fingers"));
             }
             if !(0.0..=WIDEST).contains(&width) {
-                return Err(format!("fingers {width} m apart; 0 to {WIDEST} are allowed"));
+                return Err(format!("{word} {width} m; 0 to {WIDEST} are allowed"));
             }
             start.fingers = Fingers::Apart(width);
         }

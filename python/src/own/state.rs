@@ -84,8 +84,9 @@ impl State {
     pub fn take(places: &Arc<Places>, simulation: &Simulation, y: &Measurement, penalty: f64) -> Self {
         let motion = |(_, root, offset): &(String, Option<usize>, Pose)| {
             let Some(root) = *root else { return Motion { pose: *offset, velocity: [Vector3::zeros(); 2] } };
-            let velocity = simulation.body_velocity(root);
-            Motion { pose: simulation.body_pose(root) * offset, velocity: halves(&velocity) }
+            let pose = simulation.body_pose(root) * offset;
+            let velocity = simulation.body_velocity_at(root, &pose.translation.vector);
+            Motion { pose, velocity: halves(&velocity) }
         };
         let pressed =
             |shape: usize| places.pads.is_some_and(|pads| pads.iter().all(|&pad| simulation.touching(pad, shape)));
@@ -191,7 +192,8 @@ impl State {
         self.joint_at(name).map(|(_, qd)| qd)
     }
 
-    /// Whether both finger pads press on the shape of this name, or on one of the body's of this name; KeyError if there is none.
+    /// Whether both finger pads press on the shape of this name, or on one of the body's of this name; KeyError if there is none. Before
+    /// an episode's first action nothing presses yet, on a body in the hand neither.
     fn grasped(&self, name: &str) -> PyResult<bool> {
         let shapes = &self.0.places.shapes;
         let mut named =
@@ -208,7 +210,7 @@ impl State {
 /// position          of its frame (m); shape (3,)
 /// quaternion        x, y, z, w; shape (4,)
 /// rotation          its axes as columns; shape (3, 3)
-/// velocity          of a body's centre of mass, of the tool point (m/s); shape (3,)
+/// velocity          of its origin (m/s); shape (3,)
 /// angular_velocity  (rad/s); shape (3,)
 #[pyclass(frozen, module = "aforce")]
 pub struct Place(Motion);

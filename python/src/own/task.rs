@@ -22,6 +22,10 @@ use super::state::{Places, State};
 use super::values::{Entry, entries, number};
 use super::waypoint;
 
+/// The methods that say what policy and critic see.
+const OBSERVE: &str = "observe";
+const OBSERVE_CRITIC: &str = "observe_critic";
+
 /// The first exception that a method of a task raised, until somebody takes it.
 #[derive(Clone, Default)]
 pub struct Trouble(Arc<Mutex<Option<PyErr>>>);
@@ -148,7 +152,7 @@ impl PythonTask {
             match &*layout.borrow() {
                 Some(first) => same_layout(part, first, &shown)?,
                 None => {
-                    self.check_names(py, &shown)?;
+                    self.check_names(py, name, &state, &shown)?;
                     self.check_scaling(&shown)?;
                 }
             }
@@ -182,14 +186,18 @@ impl PythonTask {
         }
     }
 
-    /// That what has typical values or a unit is observed. What a critic alone may see is another method's.
-    fn check_names(&self, py: Python<'_>, shown: &[Entry]) -> PyResult<()> {
-        if self.object.bind(py).hasattr("observe_critic")? {
+    /// That what has typical values or a unit is observed, by the policy or by the critic: once, when the policy's names come.
+    fn check_names(&self, py: Python<'_>, name: &str, state: &Py<State>, shown: &[Entry]) -> PyResult<()> {
+        if name != OBSERVE {
             return Ok(());
         }
+        let critic = match self.ask(py, OBSERVE_CRITIC, state)? {
+            Some(shown) => entries(self.part(OBSERVE_CRITIC), &shown)?,
+            None => vec![],
+        };
         let of = |part, mut names: Vec<&String>| {
             names.sort();
-            let known: Vec<&str> = shown.iter().map(|(name, _)| name.as_str()).collect();
+            let known: Vec<&str> = shown.iter().chain(&critic).map(|(name, _)| name.as_str()).collect();
             names.into_iter().find(|name| !known.contains(&name.as_str())).map_or(Ok(()), |name| {
                 Err(self.part(part).kind(format!("{name:?} is not observed; observed are {}", known.join(", "))))
             })
@@ -295,11 +303,11 @@ impl Task for PythonTask {
     }
 
     fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Observer) {
-        self.show("observe", &self.layouts[0], simulation, y, out);
+        self.show(OBSERVE, &self.layouts[0], simulation, y, out);
     }
 
     fn observe_privileged(&self, simulation: &Simulation, y: &Measurement, out: &mut Observer) {
-        self.show("observe_critic", &self.layouts[1], simulation, y, out);
+        self.show(OBSERVE_CRITIC, &self.layouts[1], simulation, y, out);
     }
 
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: Option<f64>) -> Reward {

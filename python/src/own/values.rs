@@ -1,11 +1,10 @@
 //! Numbers by name, as a task's methods return them.
 
-use numpy::{AllowTypeChange, PyArrayLikeDyn};
-use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyFloat, PyInt, PyString};
 
 use super::answer::Part;
+use crate::arrays::real;
 
 /// A name and its numbers.
 pub type Entry = (String, Vec<f64>);
@@ -28,8 +27,10 @@ pub fn entries(part: Part<'_>, value: &Bound<'_, PyAny>) -> PyResult<Vec<Entry>>
             let numbers = several(&value).map_err(|_| {
                 part.kind(format!("{name:?} is {}; a number or an array of numbers is wanted", short(&value)))
             })?;
-            if let Some(number) = numbers.iter().find(|number| !number.is_finite()) {
-                return Err(part.value(format!("{name:?} holds {}; finite numbers are wanted", in_python(*number))));
+            // Observations have 32 bits.
+            if let Some(number) = numbers.iter().find(|number| !(**number as f32).is_finite()) {
+                let words = "finite numbers of at most 3.4e38 are wanted";
+                return Err(part.value(format!("{name:?} holds {}; {words}", in_python(*number))));
             }
             Ok((name, numbers))
         })
@@ -60,11 +61,7 @@ fn several(value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     if value.is_instance_of::<PyFloat>() || value.is_instance_of::<PyInt>() {
         return Ok(vec![value.extract()?]);
     }
-    if value.is_instance_of::<PyString>() {
-        return Err(PyTypeError::new_err("a string"));
-    }
-    let array: PyArrayLikeDyn<'_, f64, AllowTypeChange> = value.extract()?;
-    Ok(array.as_array().iter().copied().collect())
+    Ok(real(value)?.as_array().iter().copied().collect())
 }
 
 fn short(value: &Bound<'_, PyAny>) -> String {

@@ -40,8 +40,8 @@ pub fn read(part: Part<'_>, value: &Bound<'_, PyAny>, y: &Measurement) -> PyResu
     if !(-1.0..=1.0).contains(&grip) {
         return Err(part.value(format!("grip {grip}; -1 (opens) to 1 (closes) is wanted")));
     }
-    if turns.is_some_and(|turns| turns == 0 || forward.is_none()) {
-        return Err(part.value("turns; at least 1 is wanted, and forward beside it"));
+    if turns.is_some_and(|turns| !(1..=360).contains(&turns) || forward.is_none()) {
+        return Err(part.value("turns; 1 to 360 are wanted, and forward beside it"));
     }
     let rotation = match (forward, quaternion) {
         (None, None) => y.pose.rotation,

@@ -138,6 +138,10 @@ impl Controller {
             return Err(ConfigError::Contradiction { field: "space.stiffness".into(), reason });
         }
         let space = ActionSpace { stiffness, ..self.space.clone() };
+        if space.dim() != self.space.dim() {
+            let reason = format!("actions of {} entries, and the running space has {}", space.dim(), self.space.dim());
+            return Err(ConfigError::Contradiction { field: "space.stiffness".into(), reason });
+        }
         space.validate(self.config.control_hz)?;
         self.space = space;
         match (&self.space.stiffness, &mut self.adaptation) {

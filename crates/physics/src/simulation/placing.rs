@@ -74,7 +74,7 @@ impl Simulation {
         self.look();
     }
 
-    /// Puts a free body at rest at `pose` (world).
+    /// Puts a free body at rest at `pose` (world), and with it what joints carry on it.
     ///
     /// # Panics
     /// If it is fixed.

@@ -3,11 +3,10 @@
 use aforce::ConfigError;
 
 use super::Env;
-use crate::component::Component;
 use crate::controller_state::observe_controller;
 use crate::disturbance::Disturbance;
 use crate::observation::observe_robot;
-use crate::observer::Observer;
+use crate::observer::{Component, Observer};
 use crate::pixels::Pixels;
 use crate::privileged::{Privileged, observe_contact};
 

@@ -4,7 +4,7 @@ use crate::penalty::{CountedForce, ForcePenalty};
 use crate::protection::Protection;
 use crate::sensing::{SensedWrench, Sensing};
 use crate::step::Step;
-use aforce::{Gains, Stiffness};
+use aforce::{Gains, Stiffness, StiffnessRange};
 
 /// A load that no joint can bear ends the episode, even where its horizon would have.
 #[test]
@@ -42,6 +42,12 @@ fn a_stiffness_that_is_not_allowed_is_told_with_its_field() {
     psi.k_min = Gains::all(f64::NAN);
     let no_number = told(Stiffness::Adaptive(psi));
     assert!(no_number.starts_with("env.space.stiffness.adaptive.k_min (axis x) = NaN"), "{no_number}");
+
+    let mut env = Env::new(EnvConfig { space: "variable".parse().unwrap(), ..EnvConfig::default() }, 1).unwrap();
+    let Stiffness::Commanded(range) = env.config().space.stiffness else { panic!("variable commands") };
+    let length =
+        env.set_stiffness(Stiffness::Commanded(StiffnessRange { shared: true, ..range })).unwrap_err().to_string();
+    assert!(length.contains("actions of 7 entries, and the running space has 12"), "{length}");
 }
 
 /// What was given last is seen as it was given, zeros at the start; nothing else of the observation changes.

@@ -15,12 +15,12 @@ use physics::{Change, Plant, Simulation};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
+use crate::disturbance::OwnDisturbance;
 use crate::env_config::EnvConfig;
 use crate::force_sensor::Feel;
 use crate::grasp::{nearest_straight_down, straight_down};
 use crate::normal::standard_normal;
 use crate::observer::Observer;
-use crate::own_disturbance::OwnDisturbance;
 use crate::privileged::Privileged;
 use crate::start::{Fingers, Start};
 use crate::task::{Reward, Task, Waypoint};

@@ -166,6 +166,12 @@ fn the_last_policy_is_summed_up_apart() {
     let row = summary_of(&folder, root.path());
     assert_eq!((row.number("end_return"), row.number("end_success_before_stop")), (250.0, 0.5));
     assert!(row.number("end_time_to_success_s").is_nan(), "no cell is filled");
+    for (key, problem) in [("mean", "neither of the best policy"), ("sampled", "are to be of mean actions")] {
+        let text = format!("schema,step,policy,return\n{SCHEMA},70000,{key},400\n");
+        fs_err::write(folder.path().join(Table::End.file()), text).unwrap();
+        let told = RunSummary::of(&Record::of_folder(&folder).unwrap(), root.path()).unwrap_err();
+        assert!(format!("{told:#}").contains(problem), "{told:#}");
+    }
 }
 
 /// What a run's tables do not know is empty, not zero, and the rest stays.
