@@ -210,6 +210,17 @@ fn a_kept_policy_plays_as_its_run() {
     };
     assert_eq!(described(&run.join("config.toml")), described(&kept));
 
+    // A policy may be played after its run was archived: its episodes are added. A damaged policy is kept anew.
+    let (played, rows) = (run.join("end.csv"), archived.join("end.csv.zst"));
+    asked("last", &run).arg("--csv").arg(&played).assert().success();
+    assert!(!rows.exists() && archive(&runs, &archived) == bytes && rows.is_file());
+    std::fs::write(&kept, &bytes[..bytes.len() / 2]).unwrap();
+    assert!(archive(&runs, &archived) == bytes);
+    let checkpoints = run.join("checkpoints");
+    std::fs::rename(&checkpoints, folder.path().join("checkpoints")).unwrap();
+    assert!(archive(&runs, &archived) == bytes, "a run without its checkpoints");
+    std::fs::rename(folder.path().join("checkpoints"), &checkpoints).unwrap();
+
     assert!(archive(&archived, &copied) == bytes, "from one archive to another");
     let mut last = program("archive");
     last.args(["--checkpoint", "last"]).arg(&archived).arg("--out").arg(&copied).assert().success();
@@ -304,9 +315,10 @@ fn a_sweep_hides_no_run_and_repeats_none() {
     }
     std::fs::write(again.join("config.toml"), &config).unwrap();
     expect(&error(program("report").arg(&out), 1), &["again", "lift/aforce/seed_1", "same seed"]);
-    let packed = out.join("packed");
+    let [within, packed] = [&out, folder.path()].map(|folder| folder.join("packed/of/few"));
+    expect(&error(program("archive").arg(&out).arg("--out").arg(&within), 2), &["whose runs are read"]);
     expect(&error(program("archive").arg(&out).arg("--out").arg(&packed), 1), &["again", "are the same run"]);
-    assert!(!packed.exists());
+    assert!(!within.exists() && !packed.exists());
     let other = config.replace("seed = 1\n", "seed = 2\n").replace("gamma = 0.97", "gamma = 0.9");
     std::fs::write(again.join("config.toml"), other).unwrap();
     expect(&error(program("report").arg(&out), 1), &["again", "learner.gamma: there 0.9, here 0.97"]);
@@ -356,6 +368,9 @@ fn baselines_make_their_folder() {
     let text = std::fs::read_to_string(&table).unwrap();
     assert!(text.lines().count() == 2 && text.contains("lift,osc,,random") && !text.contains("NaN"), "{text}");
     expect(&error(&mut command, 1), &["table.csv", "nothing was overwritten"]);
+    let mut twice = program("baselines");
+    twice.current_dir(&folder).args(["random", "--episodes", "1", "--out", "one.svg", "--plot", "one"]);
+    expect(&error(&mut twice, 2), &["one.svg", "would both write it"]);
     let (sweep, table) = (folder.path().join("sweep.toml"), folder.path().join("variants.csv"));
     let groups = "[run]\nenv.horizon = 2\n[variants]\na = {}\nb.env.space.damping_ratio = 0.5\n[[group]]\ntasks = ['lift', 'door']\nspaces = ['osc']\nseeds = [1, 2]";
     std::fs::write(&sweep, groups).unwrap();
@@ -448,7 +463,7 @@ fn a_grid_of_disturbances_becomes_one_table() {
     ];
     for (case, message) in refused {
         let text = grid(&format!("case = [{case}]\n"));
-        expect(&error(&mut evaluate(&text), 1), &["grid.toml", message]);
+        expect(&error(&mut evaluate(&text), 2), &["grid.toml", message]);
         assert!(!table.exists());
     }
 }

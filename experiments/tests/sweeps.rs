@@ -2,9 +2,10 @@
 
 mod common;
 
-use common::{few, note, program, states};
+use common::{few, note, program, start, states};
 use experiments::config::RunConfig;
 use experiments::run::csv_table::CsvTable;
+use rustix::process::{Pid, Signal, kill_process};
 
 #[test]
 fn settings_are_swept_like_spaces() {
@@ -93,6 +94,26 @@ fn the_better_half_of_a_search_goes_on() {
     let report = program("report").current_dir(folder.path()).arg("runs").output().unwrap();
     let told = String::from_utf8(report.stderr).unwrap();
     assert!(!report.status.success() && told.contains("no run folder below it"), "{told}");
+}
+
+/// Being killed says nothing about a candidate: nobody is ranked, and the same command goes on.
+#[test]
+fn a_killed_candidate_stays_in_the_search() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, out) = (folder.path().join("tuned.toml"), folder.path().join("out"));
+    std::fs::write(&file, "halving = [1_000_000]\n".to_string() + &few(2_000_000)).unwrap();
+    let mut sweep = start(program("sweep").arg(&file).arg("--out").arg(&out).args(["--jobs", "2"]));
+    for space in ["aforce", "osc"] {
+        sweep.wait_for_a_row(&out.join(format!("lift/{space}/seed_1/episodes.csv")));
+    }
+    let children = std::fs::read_to_string(format!("/proc/{0}/task/{0}/children", sweep.id())).unwrap();
+    let children: Vec<i32> = children.split_whitespace().map(|child| child.parse().unwrap()).collect();
+    assert_eq!(children.len(), 2);
+    for child in children {
+        kill_process(Pid::from_raw(child).unwrap(), Signal::KILL).unwrap();
+    }
+    assert_eq!(sweep.ends(), Some(75));
+    assert!(std::fs::read(out.join("search.csv")).unwrap().is_empty(), "nobody is ranked");
 }
 
 /// One of two candidates cannot be trained: the other is ranked all the same, and the exit code tells.

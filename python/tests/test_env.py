@@ -228,6 +228,8 @@ def bad(words, kind=ValueError, **keywords):
         bad("is a dict or a list part of itself?", disturbance=ENDLESS),
         bad("render_size = (0, 5)", render_size=(0, 5)),
         bad("render_size = (1, 2, 3)", render_size=(1, 2, 3)),
+        bad("render_size = (True, 5)", render_size=(True, 5)),
+        bad("render_size = (5, 5.5)", render_size=(5, 5.5)),
         bad("1 to 8192", render_size=(2_000_000, 5)),
     ],
 )

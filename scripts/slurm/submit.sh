@@ -20,12 +20,12 @@ if [ -z "$waiting" ]; then
     exit 0
 fi
 mkdir -p "$out"
-# The report is a job under the same account and in the same partition, but no array.
+# The report is a job under the same account and in the same partition, but no array, and waits for the array alone.
 options=() skip=
 for option; do
     case $option in
-        --array=* | -a?*) ;;
-        --array | -a) skip=1 ;;
+        --array=* | -a?* | --dependency=* | -d?*) ;;
+        --array | -a | --dependency | -d) skip=1 ;;
         *) [ -n "$skip" ] || options+=("$option"); skip= ;;
     esac
 done

@@ -4,10 +4,18 @@ const engine = { module: null, wasm: null };
 
 async function load() {
   if (typeof WebAssembly !== "object") throw Error("This browser has no WebAssembly, in which the simulation runs.");
-  if (typeof DecompressionStream !== "function") throw Error("This browser is too old to unpack the simulation (it has no DecompressionStream).");
   const answer = await fetch("live.wasm.gz");
   if (!answer.ok) throw Error(`live.wasm.gz cannot be read (${answer.status}): it lies beside this page.`);
-  engine.module = await WebAssembly.compile(await new Response(answer.body.pipeThrough(new DecompressionStream("gzip"))).arrayBuffer());
+  const bytes = await answer.arrayBuffer();
+  engine.module = await WebAssembly.compile(await unpacked(bytes));
+}
+
+// Some servers say that a name ending with .gz is packed by them, and the browser has unpacked it.
+async function unpacked(bytes) {
+  const [first, second] = new Uint8Array(bytes, 0, 2);
+  if (first !== 0x1f || second !== 0x8b) return bytes;
+  if (typeof DecompressionStream !== "function") throw Error("This browser is too old to unpack the simulation (it has no DecompressionStream).");
+  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
 }
 
 // Anew after a trap, in which the module's memory cannot be trusted any more.

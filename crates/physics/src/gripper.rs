@@ -16,7 +16,7 @@ pub const GRIP_SITE: [f64; 3] = [0.0, 0.0, 0.097];
 /// Names of the left and the right finger's joint.
 pub const FINGER_JOINTS: [&str; 2] = ["left_finger_joint", "right_finger_joint"];
 /// Finger travel (m).
-pub const TRAVEL: f64 = 0.04;
+const TRAVEL: f64 = 0.04;
 /// Finger opening at the start of an episode (m).
 pub const INITIAL_OPENING: f64 = 0.020833;
 /// How far the inner face of a pad lies within its finger's coordinate (m).
@@ -101,6 +101,11 @@ fn add_finger(scene: &mut Scene, gripper: usize, inertials: &GripperInertials, n
         }],
     });
     scene.actuators.push(Actuator { joint: format!("{name}_finger_joint"), max_effort: MAX_FORCE });
+}
+
+/// Distance (m) between the pads of fingers with these coordinates (m), the left one's first.
+pub fn pads_apart([left, right]: [f64; 2]) -> f64 {
+    left - right - 2.0 * PAD_FACE
 }
 
 /// Coordinate (m) of the left finger, whose pad then stands `distance` (m) from the right one's.

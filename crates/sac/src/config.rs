@@ -100,6 +100,9 @@ impl Config {
         rate("policy_average", self.policy_average)?;
         within("actor_period", self.actor_period, 1.., "at least 1")?;
         within("prior_episodes", self.prior_episodes, ..=10_000, "0 to 10000")?;
+        if self.prior_episodes > 0 {
+            within("batch_size", self.batch_size, 2.., "at least 2 with prior_episodes, which are half of a batch")?;
+        }
         let weights: usize = self.hidden.windows(2).map(|pair| pair[0] * pair[1]).sum();
         hidden(weights <= 1 << 26, "layers with at most 67 million weights between them")?;
         within("pink_noise", self.pink_noise, 0.0..=1.0, "0 (no episode) to 1 (every episode)")?;

@@ -105,7 +105,9 @@ impl Interval {
         for (group, first) in self.impedance.iter_mut().zip([0, 3]) {
             group.add(first, controller, dt);
         }
-        self.sum_saturated += controller.saturated().iter().filter(|&&limited| limited).count() as f64 / 7.0;
+        let joints = plant.robot.joints;
+        let limited = controller.saturated().iter().take(joints).filter(|&&limited| limited).count();
+        self.sum_saturated += limited as f64 / joints as f64;
     }
 
     /// Takes in what a real arm watches at the end of the sample that was [added](Self::add) last: the velocities `qd` of the

@@ -14,7 +14,7 @@ use crate::run::manifest::Manifest;
 use crate::run::which::Which;
 use anyhow::{Result, bail, ensure};
 use clap::Parser;
-use output::program;
+use output::program::{self, bad};
 
 /// Archive the runs below a folder: one compressed file per experiment and kind of table.
 ///
@@ -22,7 +22,7 @@ use output::program;
 /// runs.jsonl.zst, a line per run with its configuration and its manifest. `report` reads them as it reads run folders. Of every
 /// group one policy is kept, that of the run whose energy per action (mean actions, last evaluations) is nearest to the
 /// group's median: OUT/EXPERIMENT/TASK/SPACE/seed_N.zip, which `evaluate` and `replay` take as a run. Runs that are under way are left out. A run that the archive holds already
-/// stays as it is, and new ones are added.
+/// stays as it is, but for tables that it lacks there, as those of a policy that was played later; new runs are added.
 #[derive(Parser)]
 #[command(name = "archive", version = output::VERSION, after_help = "Example: archive runs/table-1 --out results/table-1")]
 pub struct Arguments {
@@ -42,6 +42,7 @@ pub struct Arguments {
 /// # Errors
 /// If a run cannot be read, or the archive not written.
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    lies_apart(&arguments.out, &arguments.runs)?;
     let mut experiments: BTreeMap<String, Vec<Record>> = BTreeMap::new();
     for found in find_runs(&arguments.runs)? {
         let record = found.map_err(|(folder, reason)| reason.context(folder.path().display().to_string()))?;
@@ -65,20 +66,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         let (there, added): (Vec<_>, Vec<_>) =
             new.iter().cloned().partition(|record| known.contains(&RunId::of(&record.config)));
         for record in &there {
-            let kept = all.iter().find(|kept| RunId::of(&kept.config) == RunId::of(&record.config));
-            if let Some(kept) = kept.filter(|kept| made_by(kept) != made_by(record)) {
-                let [there, here] = [kept, record].map(|run| {
-                    let Record { config, manifest, .. } = run;
-                    format!(
-                        "{} actions, commit {}, configuration {}",
-                        config.steps, manifest.commit, manifest.config_hash
-                    )
-                });
-                program::tell(format_args!(
-                    "not taken: {}: {} has the run already ({there}), here it is another ({here})",
-                    record.path.display(),
-                    folder.display()
-                ));
+            let kept = all.iter_mut().find(|kept| RunId::of(&kept.config) == RunId::of(&record.config));
+            let kept = kept.expect("known by its name");
+            if made_by(kept) == made_by(record) {
+                *kept = completed(kept, record, &folder)?;
+            } else {
+                tell_of_another(kept, record, &folder);
             }
         }
         // What cannot be summed up would spoil the archive for good.
@@ -101,6 +94,43 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         ));
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The archive would be read as runs the next time if it lay below them.
+fn lies_apart(out: &Path, runs: &Path) -> Result<()> {
+    // Of a folder that is still to be made the nearest one that is there.
+    let there = out.ancestors().find(|folder| folder.exists()).filter(|folder| !folder.as_os_str().is_empty());
+    let [out_place, runs_place] = [there.unwrap_or(Path::new(".")), runs].map(fs_err::canonicalize);
+    if runs.exists() && out_place?.starts_with(runs_place?) {
+        let problem = format!("--out {}: lies in {}, whose runs are read", out.display(), runs.display());
+        return Err(bad(problem + ": name a folder beside it"));
+    }
+    Ok(())
+}
+
+/// The run `kept` of the archive `folder` with the tables that it lacks and its own folder has.
+fn completed(kept: &Record, record: &Record, folder: &Path) -> Result<Record> {
+    let (completed, added) = kept.with_tables_of(record)?;
+    if !added.is_empty() {
+        RunSummary::of(&completed, folder)?;
+    }
+    for table in added {
+        program::say(format_args!("added: {}", record.place(table)));
+    }
+    Ok(completed)
+}
+
+/// Says that the run `record` is not the one of its name in the archive `folder`, which stays.
+fn tell_of_another(kept: &Record, record: &Record, folder: &Path) {
+    let [there, here] = [kept, record].map(|run| {
+        let Record { config, manifest, .. } = run;
+        format!("{} actions, commit {}, configuration {}", config.steps, manifest.commit, manifest.config_hash)
+    });
+    program::tell(format_args!(
+        "not taken: {}: {} has the run already ({there}), here it is another ({here})",
+        record.path.display(),
+        folder.display()
+    ));
 }
 
 /// By what and when: a run that was trained once more, or longer, is not the one whose rows are kept.
@@ -144,9 +174,12 @@ fn keep_policies(all: &[Record], found: &[Record], which: Option<Which>, folder:
             RunId::of(&new.config) == RunId::of(&record.config) && made_by(new) == made_by(record)
         };
         let new = |record: &Record| found.iter().find(|new| is_it(new, record) && archive::has_policy(new, which));
-        let kept = |record: &Record| place(record).is_file();
+        let kept = |record: &Record| kept::is_whole(&place(record));
         let available = runs.iter().filter(|(record, _)| new(record).is_some() || kept(record));
         let nearest = available.min_by(|a, b| (a.1 - median).abs().total_cmp(&(b.1 - median).abs()));
+        for (record, _) in runs.iter().filter(|(record, _)| place(record).is_file() && !kept(record)) {
+            program::tell(format_args!("{}: is damaged: no policy can be read from it", place(record).display()));
+        }
         let Some((record, _)) = nearest else { continue };
         let holds = |which: Which| kept::holds(&place(record), which);
         match new(record) {
@@ -160,7 +193,7 @@ fn keep_policies(all: &[Record], found: &[Record], which: Option<Which>, folder:
             _ => {}
         }
         for (other, _) in runs.iter().filter(|(other, _)| other.config.seed != record.config.seed) {
-            if kept(other) {
+            if place(other).is_file() {
                 fs_err::remove_file(place(other))?;
             }
         }

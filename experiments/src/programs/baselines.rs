@@ -100,6 +100,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         None => arguments.setups()?,
     };
     let picture = arguments.plot.as_ref().map(|path| plot::files(path)[0].clone());
+    if picture.as_ref() == Some(&arguments.out) {
+        return Err(bad(format!("{out}: --out and --plot would both write it")));
+    }
     [Some(&arguments.out), picture.as_ref()].into_iter().flatten().try_for_each(|path| file::prepare(path))?;
     // Every scene that there will be, before the first episode is played.
     for config in &setups {

@@ -32,7 +32,7 @@ pub struct Arguments {
     /// The start that a table calls so in its column episode_seed, in place of the evaluation's (repeatable)
     #[arg(long, value_name = "SEED", value_parser = episode_seed, conflicts_with = "episodes")]
     episode_seed: Vec<u64>,
-    /// Play the episodes undisturbed and under every disturbance that this TOML file lists
+    /// Play the episodes undisturbed and under every disturbance that this TOML file lists, each in place of env.disturbance
     #[arg(long, value_name = "FILE")]
     disturb: Option<PathBuf>,
     /// Also write a row per episode to this CSV file, which must not exist
@@ -83,7 +83,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         file::finish_new(file, path)?;
         program::written(&[path]);
     }
-    if let Some(run) = &arguments.source.run {
+    // With settings of its own an episode of `replay` would be another.
+    if let Some(run) = arguments.source.run.as_ref().filter(|_| arguments.source.env.overrides().is_empty()) {
         let run = run.to_string_lossy();
         let which = arguments.source.checkpoint.map(|which| ["--checkpoint", which.name()]);
         let words = [&["--run", &run][..], which.as_ref().map_or(&[], |words| words), &["--html", "replay.html"]];

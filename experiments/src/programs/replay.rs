@@ -154,12 +154,10 @@ impl Arguments {
                 return Err(bad(format!("--{flag} {}: the file's name must end with .{ending}", path.display())));
             }
         }
-        for path in [html, png, sheet, gif, plot, csv].into_iter().flatten() {
-            file::prepare(path)?;
-        }
         let plots = self.plot_stem().into_iter().flat_map(|stem| plot::files(&stem));
         let mut files: Vec<PathBuf> =
             [html, png, sheet, gif, csv].into_iter().flatten().cloned().chain(plots).collect();
+        files.iter().try_for_each(|path| file::prepare(path))?;
         files.sort();
         let mut places = files.iter().map(|path| file::place(path)).collect::<Result<Vec<_>>>()?;
         places.sort();

@@ -26,7 +26,8 @@ use output::program::{self, bad};
 /// is 75 then.
 ///
 /// A file with `halving` is a search: after each of those numbers of actions the better half of the candidates of each task
-/// and action space goes on; one whose run fails is the last. Their ranks are written to search.csv.
+/// and action space goes on; one whose run fails is the last. Their ranks are written to search.csv. A run that was killed has not failed: the
+/// search stops there, and the same command goes on with it.
 #[derive(Parser)]
 #[command(name = "sweep", version = output::VERSION, after_help = "Example: sweep experiments/configs/study/table-1.toml --list")]
 pub struct Arguments {
@@ -92,11 +93,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if !halving.is_empty() {
         return halve(arguments, &runs, &halving, &out, &stop);
     }
-    let ending = train_all(arguments, &runs, &out, &stop)?;
-    if ending == ExitCode::SUCCESS {
+    let trained = train_all(arguments, &runs, &out, &stop)?;
+    if trained.ending == ExitCode::SUCCESS {
         program::next("report", &[&out.to_string_lossy()]);
     }
-    Ok(ending)
+    Ok(trained.ending)
 }
 
 /// Names the runs that were begun for more actions than the file says now.
@@ -127,11 +128,14 @@ fn halve(
     for &round in rounds.iter().chain([&all[0].1.steps]) {
         let shorter: Vec<_> = runs.iter().cloned().map(|(at, run)| (at, RunConfig { steps: round, ..run })).collect();
         program::say(format_args!("until {round} actions:"));
-        let ended = train_all(arguments, &shorter, out, stop)?;
-        if ended == ExitCode::from(cli::SOME_FAILED) {
-            ending = ended; // A candidate whose run fails is ranked last, and the others go on.
-        } else if ended != ExitCode::SUCCESS {
-            return Ok(ended);
+        let trained = train_all(arguments, &shorter, out, stop)?;
+        if trained.killed {
+            program::tell("a search ranks nobody whose run was killed: the same command goes on with it");
+            return Ok(ExitCode::from(cli::STOPPED));
+        } else if trained.ending == ExitCode::from(cli::SOME_FAILED) {
+            ending = trained.ending; // A candidate whose run fails is ranked last, and the others go on.
+        } else if trained.ending != ExitCode::SUCCESS {
+            return Ok(trained.ending);
         }
         let of_round = search::rank(&configs(&runs), &configs(all), out, round)?;
         runs.retain(|(_, run)| search::goes_on(run, &of_round));
@@ -175,8 +179,16 @@ fn train_one(arguments: &Arguments, runs: &[RunConfig], index: usize, out: &Path
     }
 }
 
-/// Trains what is not done yet, several at a time; the exit code of a sweep that ends with it.
-fn train_all(arguments: &Arguments, runs: &[(usize, RunConfig)], out: &Path, stop: &Stop) -> Result<ExitCode> {
+/// How the trainings of a sweep ended.
+struct Trained {
+    /// The exit code of a sweep that ends with them.
+    ending: ExitCode,
+    /// Whether one was killed.
+    killed: bool,
+}
+
+/// Trains what is not done yet, several at a time.
+fn train_all(arguments: &Arguments, runs: &[(usize, RunConfig)], out: &Path, stop: &Stop) -> Result<Trained> {
     let place = Place::of(out, fs_err::File::open(out)?.file())?;
     let path = std::env::current_exe().context("the path of this program")?;
     let jobs = runs.iter().map(|(index, run)| (*index, run, RunFolder::below(out, run)));
@@ -219,13 +231,14 @@ fn train_all(arguments: &Arguments, runs: &[(usize, RunConfig)], out: &Path, sto
     program::result(format_args!("{whole} of {} runs done, {} failed", runs.len(), failed.len()));
     // Runs are missing for another reason than failure, so the sweep has to be taken on: it or one of its runs was stopped, or another
     // process is still at work on some of them.
-    Ok(if stop.requested() || elsewhere > 0 || ended.iter().any(stopped) {
+    let ending = if stop.requested() || elsewhere > 0 || ended.iter().any(stopped) {
         ExitCode::from(cli::STOPPED)
     } else if !failed.is_empty() {
         ExitCode::from(cli::SOME_FAILED)
     } else {
         ExitCode::SUCCESS
-    })
+    };
+    Ok(Trained { ending, killed: ended.iter().any(|job| job.killed) })
 }
 
 fn list(runs: &[RunConfig], out: &Path) -> Result<ExitCode> {

@@ -151,16 +151,18 @@ pub fn write(records: &[Record], folder: &Path) -> Result<()> {
 /// If the run has no such policy, or the disk does not take it.
 pub fn keep_policy(record: &Record, which: Option<Which>, place: &Path) -> Result<()> {
     fs_err::create_dir_all(place.parent().unwrap_or(Path::new("")))?;
-    if record.path.is_dir() {
-        return kept::pack(&record.path, which.unwrap_or(Which::Best), place);
+    let wanted = which.unwrap_or(Which::Best);
+    if kept::can_pack(&record.path, wanted) {
+        return kept::pack(&record.path, wanted, place);
     }
     file::replace(place, &fs_err::read(kept_with(record))?)
 }
 
-/// Whether a policy of the run can be kept: the run's folder is there, or another archive kept the one that is asked for.
+/// Whether a policy of the run can be kept: it lies in the run's folder, or another archive kept the one that is asked for.
 pub fn has_policy(record: &Record, which: Option<Which>) -> bool {
     let there = kept_with(record);
-    record.path.is_dir() || there.is_file() && which.is_none_or(|which| kept::holds(&there, which))
+    let is_kept = || kept::is_whole(&there) && which.is_none_or(|which| kept::holds(&there, which));
+    kept::can_pack(&record.path, which.unwrap_or(Which::Best)) || is_kept()
 }
 
 /// Where the archive that a run was read from keeps its policy, if it does.

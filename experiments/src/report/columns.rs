@@ -69,10 +69,7 @@ impl Columns {
     pub fn values(&self, column: &str) -> Result<Vec<f64>> {
         let number = |(row, cell): (usize, &str)| match number(cell) {
             Some(value) => Ok(value),
-            None => {
-                let line = self.0.rows[row].position().map_or(0, csv::Position::line);
-                bail!("{}, line {line}: {column} is {cell:?}, not a number", self.0.path().display())
-            }
+            None => bail!("{}: {column} is {cell:?}, not a number", self.0.place(row)),
         };
         if self.0.position(column).is_none() && COLUMNS.iter().any(|entry| entry.name == column) {
             return Ok(vec![f64::NAN; self.0.rows.len()]);
@@ -201,10 +198,10 @@ const READS_EARLIER: &str = "d3b96bb";
 fn known(table: CsvTable) -> Result<CsvTable> {
     let Some(at) = table.position("schema") else { return Ok(table) };
     for (row, cells) in table.rows.iter().enumerate() {
-        let (path, line, schema) = (table.path().display(), row + 2, &cells[at]);
+        let (place, schema) = (table.place(row), &cells[at]);
         ensure!(
             *schema == SCHEMA.to_string(),
-            "{path}, line {line}: schema {schema:?}; this program reads {SCHEMA}. Earlier tables are read at commit {READS_EARLIER}"
+            "{place}: schema {schema:?}; this program reads {SCHEMA}. Earlier tables are read at commit {READS_EARLIER}"
         );
     }
     Ok(table)

@@ -55,7 +55,7 @@ pub fn find(root: &Path) -> Result<Vec<PathBuf>> {
 /// Returns what was written.
 ///
 /// # Errors
-/// If the file is not understood, or a table lacks a column or holds no numbers there.
+/// If the file is not understood, a table lacks a column or holds no numbers there, or another file has a table's name.
 pub fn make(path: &Path, out: &Path) -> Result<Vec<PathBuf>> {
     let wrong = |problem: String| bad(format!("{}: {problem}", path.display()));
     let File { table: wanted } = parse(&settings::text(path)?).map_err(wrong)?;
@@ -72,11 +72,23 @@ pub fn make(path: &Path, out: &Path) -> Result<Vec<PathBuf>> {
         }
         let rows = table.rows(find).with_context(|| format!("{}: {}", path.display(), table.name.display()))?;
         let target = out.join(&table.name);
+        if target.exists() && !is_derived(&fs_err::read_to_string(&target)?) {
+            return Err(wrong(format!("{}: is there and was not made by such a file; nothing was overwritten", target.display())));
+        }
         file::prepare(&target)?;
         file::replace(&target, &table.summed_up(&rows)?)?;
         written.push(target);
     }
     Ok(written)
+}
+
+/// The columns after those of `by`.
+const STATISTICS: [&str; 7] = ["metric", "n", "mean", "std", "lowest", "highest", "median"];
+
+/// Whether a text is a table that was made here, if perhaps by other columns.
+fn is_derived(text: &str) -> bool {
+    let columns: Vec<&str> = text.lines().next().unwrap_or_default().split(',').collect();
+    text.is_empty() || columns.windows(STATISTICS.len()).any(|columns| columns == STATISTICS)
 }
 
 /// What a group is called, and the numbers of each of `of`.
@@ -120,10 +132,9 @@ impl Wanted {
 
     fn summed_up(&self, groups: &[Summed]) -> Result<Vec<u8>> {
         let mut writer = csv::Writer::from_writer(vec![]);
-        let statistics = ["metric", "n", "mean", "std", "lowest", "highest", "median"];
         let beside = ["over_reference", "minus_reference", "excess_share", "apart"];
         let beside = if self.reference.is_some() { &beside[..] } else { &[] };
-        writer.write_record(self.by.iter().map(String::as_str).chain(statistics).chain(beside.iter().copied()))?;
+        writer.write_record(self.by.iter().map(String::as_str).chain(STATISTICS).chain(beside.iter().copied()))?;
         let cell = |value: f64| if value.is_finite() { value.to_string() } else { String::new() };
         for (key, columns) in groups {
             let reference = self.reference_of(key, groups)?;
@@ -187,6 +198,24 @@ mod tests {
         let wanted = "from = ['a.csv']\nby = ['space']\nof = ['energy_j']\nreference = { space = 'aforce' }";
         let text = made(wanted, &[("a.csv", "space,energy_j\nlow,\naforce,1\n")]).unwrap();
         assert_eq!(text.lines().nth(1), Some("low,energy_j,0,,,,,,,,,"));
+    }
+
+    #[test]
+    fn a_table_that_was_not_made_here_is_not_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = |name: &str| folder.path().join(name);
+        fs_err::write(place("a.csv"), TABLE).unwrap();
+        let of = |by: &str| {
+            let text = format!("[[table]]\nname = 'b.csv'\nfrom = ['a.csv']\nby = ['{by}']\nof = ['energy_j']");
+            fs_err::write(place(FILE), text).unwrap();
+            make(&place(FILE), folder.path())
+        };
+        of("space").unwrap();
+        of("task").unwrap();
+        fs_err::write(place("b.csv"), TABLE).unwrap();
+        let told = of("task").unwrap_err().to_string();
+        assert!(told.contains("b.csv: is there") && told.contains("nothing was overwritten"), "{told}");
+        assert_eq!(fs_err::read_to_string(place("b.csv")).unwrap(), TABLE);
     }
 
     #[test]

@@ -81,11 +81,10 @@ pub fn disturbed(group: &Group, runs: &[Record], rows: &[RunSummary]) -> Result<
         all = [all[0] && of[0], all[1] && of[1]];
         ensure!(
             all.contains(&true),
-            "{}: of its group some runs played their best policy, others their last",
-            path.display()
+            "{path}: of its group some runs played their best policy, others their last"
         );
         let of = |name: &str| tables.iter().find(|(case, _)| case == name).map(|(_, table)| Means::of(table));
-        let undisturbed = of(UNDISTURBED).with_context(|| format!("{}: no undisturbed episodes", path.display()))??;
+        let undisturbed = of(UNDISTURBED).with_context(|| format!("{path}: no undisturbed episodes"))??;
         for (name, table) in tables.iter().filter(|(name, _)| name != UNDISTURBED) {
             let pair = [undisturbed, Means::of(table)?];
             match cases.iter_mut().find(|(case, _)| case == name) {

@@ -1,5 +1,6 @@
 //! What one action space spends in training as a multiple of another, where a file asks for it: a table and a forest plot.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use anyhow::Result;
@@ -63,7 +64,7 @@ const PAPER: &str = "paper";
 /// Behind those of the same heading comes what the paper published of the task and its spaces.
 ///
 /// # Errors
-/// If it is no such file, or a space of it has several variants.
+/// If it is no such file, a space of it has several variants, or the runs of a ratio have several presets.
 pub fn energy_ratios(file: &Path, runs: &[RunSummary]) -> Result<(Vec<EnergyRatioRow>, Forest)> {
     let wrong = |problem: String| bad(format!("{}: {problem}", file.display()));
     let File { title, less, more, ratio: wanted } = parse(&settings::text(file)?).map_err(wrong)?;
@@ -87,16 +88,24 @@ pub fn energy_ratios(file: &Path, runs: &[RunSummary]) -> Result<(Vec<EnergyRati
 }
 
 fn of_runs(wanted: &Wanted, runs: &[RunSummary]) -> Result<Option<EnergyRatioRow>, String> {
-    let is_meant =
-        |run: &&RunSummary| run.done && run.experiment == wanted.experiment && run.task == wanted.task.as_str();
+    let is_meant = |run: &&RunSummary| run.experiment == wanted.experiment && run.task == wanted.task.as_str();
     let meant: Vec<&RunSummary> = runs.iter().filter(is_meant).collect();
     let [space, against] = [&wanted.space, &wanted.against].map(|space| label_of(space, &meant));
     let (space, against) = (space?, against?);
-    let spent = |label: &str| -> Vec<f64> {
-        let of_label = meant.iter().filter(|run| crate::config::label(&run.space, &run.variant) == label);
-        of_label.map(|run| run.number("energy_per_action_j")).collect()
+    if space == against {
+        return Err(format!("space and against are the same runs, {space}"));
+    }
+    let done = |label: &str| -> Vec<&RunSummary> {
+        let is_it = |run: &&RunSummary| run.done && crate::config::label(&run.space, &run.variant) == label;
+        meant.iter().copied().filter(is_it).collect()
     };
-    let (a, b) = (spent(&space), spent(&against));
+    let sides = [done(&space), done(&against)];
+    let presets: BTreeSet<&str> = sides.iter().flatten().map(|run| run.preset.as_str()).collect();
+    if presets.len() > 1 {
+        let names = presets.into_iter().collect::<Vec<_>>().join(" and ");
+        return Err(format!("{space} and {against}: runs trained with {names}"));
+    }
+    let [a, b] = sides.map(|side| side.iter().map(|run| run.number("energy_per_action_j")).collect::<Vec<f64>>());
     if a.is_empty() || b.is_empty() {
         return Ok(None);
     }
@@ -176,8 +185,7 @@ mod tests {
             set(run, "energy_per_action_j", Cell::Real(energy));
             run.experiment = "a".into();
         }
-        all[0].variant = "draw-1".into();
-        all[1].variant = "draw-1".into();
+        all[..3].iter_mut().for_each(|run| run.variant = "draw-1".into());
         all[2].done = false;
         let text = [wanted("untuned", "a", "variable"), wanted("tuned", "nowhere", "variable")].concat();
         let (rows, forest) = ratios(&text, &all).unwrap();
@@ -192,13 +200,18 @@ mod tests {
 
     #[test]
     fn what_is_wrong_with_the_file_is_told() {
-        let mut all = runs("variable", 2);
+        let mut all = [runs("variable", 2), runs("aforce", 2)].concat();
+        let error = |text: &str, all: &[RunSummary]| ratios(text, all).unwrap_err().to_string();
+        let text = wanted("", "", "aforce");
+        assert!(error(&text, &all).contains("space and against are the same runs, aforce"));
+        let text = wanted("", "", "variable");
+        all[1].preset = "paper".into();
+        let told = error(&text, &all);
+        assert!(told.contains("variable and aforce: runs trained with") && told.contains("and paper"), "{told}");
         (all[0].variant, all[1].variant) = ("a".into(), "b".into());
-        let error = |text: &str| ratios(text, &all).unwrap_err().to_string();
-        assert!(
-            error(&wanted("", "", "variable")).contains("variable has variants: name one of variable,a and variable,b")
-        );
-        assert!(error("[[ratios]]").contains("energy_ratio.toml: ") && error("[[ratios]]").contains("ratios"));
+        assert!(error(&text, &all).contains("variable has variants: name one of variable,a and variable,b"));
+        let told = error("[[ratios]]", &all);
+        assert!(told.contains("energy_ratio.toml: ") && told.contains("ratios"), "{told}");
         assert_eq!(ratios(&wanted("", "", "osc"), &all).unwrap().0, []);
     }
 }

@@ -1,8 +1,9 @@
 //! Curves of other people's learners: what Stable-Baselines3's `EvalCallback` and `Monitor` leave in a folder, as tables of a run.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
+use serde_json::Value;
 
 use crate::config::{RunConfig, RunId};
 use crate::report::npz::{self, Array};
@@ -12,7 +13,7 @@ use crate::run::rows::SCHEMA;
 
 /// What `EvalCallback` writes with `log_path`.
 const EVALUATIONS: &str = "evaluations.npz";
-/// What `Monitor` writes: `monitor.csv`, or `NAME.monitor.csv`.
+/// What `Monitor` writes: `monitor.csv`, or `NAME.monitor.csv` for each of several environments.
 const MONITOR: &str = "monitor.csv";
 
 /// Whether a folder holds such curves: the evaluations at least.
@@ -21,7 +22,8 @@ pub fn is_outside(folder: &Path) -> bool {
 }
 
 /// The configuration that stands for an outside run, and its tables. Its folder says what it is: TASK/SPACE,LEARNER/seed_N. Evaluations
-/// count as those of mean actions, which `EvalCallback` plays unless told otherwise; a `monitor.csv` is the training episodes.
+/// count as those of mean actions, which `EvalCallback` plays unless told otherwise; a `monitor.csv`, or several of them, are the training
+/// episodes.
 ///
 /// # Errors
 /// If the folder is not called so, or a file of it is damaged.
@@ -35,12 +37,23 @@ pub fn read(folder: &Path) -> Result<(RunConfig, Vec<(Table, CsvTable)>)> {
     );
     let config = RunConfig::of_text(&text, folder)?;
     let mut tables = vec![(Table::Eval, table)];
-    let monitor = folder.join(MONITOR);
-    if monitor.is_file() {
-        let [training, progress] = trained(&monitor).with_context(|| monitor.display().to_string())?;
+    let monitors = monitors(folder)?;
+    if !monitors.is_empty() {
+        let [training, progress] = trained(&folder.join(MONITOR), &monitors);
         tables.extend([(Table::Episodes, training), (Table::Progress, progress)]);
     }
     Ok((config, tables))
+}
+
+/// Every table of training episodes in a folder.
+fn monitors(folder: &Path) -> Result<Vec<Monitor>> {
+    let paths: Vec<PathBuf> = fs_err::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<Result<_>>()?;
+    let is_monitor = |path: &&PathBuf| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        path.is_file() && (name == MONITOR || name.ends_with(&format!(".{MONITOR}")))
+    };
+    let read = |path: &PathBuf| Monitor::read(path).with_context(|| path.display().to_string());
+    paths.iter().filter(is_monitor).map(read).collect()
 }
 
 /// Who the run is, by its folder.
@@ -89,25 +102,58 @@ fn evaluated(path: &Path) -> Result<(CsvTable, usize)> {
     Ok((table(path, &["schema", "step", "policy", "return", "length", "success"], rows.collect()), episodes))
 }
 
-/// Training episodes and the clock, of a `monitor.csv`: a line with a comment, then `r,l,t` and whatever else was asked for.
-fn trained(path: &Path) -> Result<[CsvTable; 2]> {
-    let text = fs_err::read_to_string(path)?;
-    let (comment, rest) = text.split_once('\n').unwrap_or((&text, ""));
-    ensure!(comment.starts_with('#'), "line 1: a comment is expected, as stable_baselines3.common.monitor writes it");
-    let monitor = CsvTable::parse(path, rest)?;
-    let [returns, lengths, times] = ["r", "l", "t"].map(|name| monitor.column(name));
-    let (mut step, mut training, mut progress) = (0, vec![], vec![]);
-    for (row, ((total, length), time)) in returns?.into_iter().zip(lengths?).zip(times?).enumerate() {
-        let of_line = || format!("line {}: {total:?}, {length:?}", row + 3);
-        step += length.parse::<u64>().with_context(of_line)?;
-        let episode = (row + 1).to_string();
-        training.push(csv::StringRecord::from(vec![&SCHEMA.to_string(), &step.to_string(), &episode, total, length]));
-        progress.push(csv::StringRecord::from(vec![step.to_string(), time.into(), String::new()]));
+/// A `monitor.csv`: a line with a comment, then `r,l,t` and whatever else was asked for.
+struct Monitor {
+    /// When it began (s, by the clock of the machine).
+    began: f64,
+    episodes: Vec<Ended>,
+}
+
+/// A training episode.
+struct Ended {
+    /// Since the monitor began (s).
+    time: f64,
+    length: u64,
+    total: String,
+}
+
+impl Monitor {
+    fn read(path: &Path) -> Result<Self> {
+        let text = fs_err::read_to_string(path)?;
+        let (comment, rest) = text.split_once('\n').unwrap_or((&text, ""));
+        let expected = "line 1: a comment with t_start is expected, as stable_baselines3.common.monitor writes it";
+        let comment: Option<Value> = comment.strip_prefix('#').and_then(|json| serde_json::from_str(json).ok());
+        let began = comment.and_then(|comment| comment["t_start"].as_f64()).context(expected)?;
+        let table = CsvTable::parse(path, rest)?;
+        let [totals, lengths, times] = ["r", "l", "t"].map(|name| table.column(name));
+        let rows = totals?.into_iter().zip(lengths?).zip(times?).enumerate();
+        let episodes = rows.map(|(row, ((total, length), time))| {
+            let of_line = || format!("line {}: {total:?}, {length:?}, {time:?}", row + 3);
+            let (length, time) = (length.parse().with_context(of_line)?, time.parse().with_context(of_line)?);
+            Ok(Ended { time, length, total: total.into() })
+        });
+        Ok(Monitor { began, episodes: episodes.collect::<Result<_>>()? })
     }
-    Ok([
+}
+
+/// Training episodes and the clock. Those of several environments follow each other in the order in which they ended.
+fn trained(path: &Path, monitors: &[Monitor]) -> [CsvTable; 2] {
+    let began = monitors.iter().map(|monitor| monitor.began).fold(f64::INFINITY, f64::min);
+    let all = monitors.iter().flat_map(|monitor| monitor.episodes.iter().map(move |ended| (monitor, ended)));
+    let mut episodes: Vec<(f64, &Ended)> =
+        all.map(|(monitor, ended)| (monitor.began - began + ended.time, ended)).collect();
+    episodes.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (mut step, mut training, mut progress) = (0, vec![], vec![]);
+    for (at, (time, Ended { length, total, .. })) in episodes.into_iter().enumerate() {
+        step += length;
+        let row = [SCHEMA.to_string(), step.to_string(), (at + 1).to_string(), total.clone(), length.to_string()];
+        training.push(csv::StringRecord::from(row.to_vec()));
+        progress.push(csv::StringRecord::from(vec![step.to_string(), time.to_string(), String::new()]));
+    }
+    [
         table(path, &["schema", "step", "episode", "return", "length"], training),
         table(path, &["step", "wall_s", "cpu_s"], progress),
-    ])
+    ]
 }
 
 fn table(path: &Path, columns: &[&str], rows: Vec<csv::StringRecord>) -> CsvTable {
@@ -145,6 +191,24 @@ mod tests {
         let unknown = ["sampled_return", "energy_per_action_j", "final_energy_per_action_j"];
         assert!(unknown.iter().all(|name| row.number(name).is_nan()));
         assert_eq!((row.position_step_m, row.preset.as_str(), row.commit.as_str()), (None, "", ""));
+    }
+
+    #[test]
+    fn episodes_of_several_environments_follow_each_other_by_their_ends() {
+        let folder = tempfile::tempdir().unwrap();
+        let monitor = |name: &str, began: f64, rows: &str| {
+            let text = format!("#{{\"t_start\": {began}, \"env_id\": \"None\"}}\nr,l,t\n{rows}");
+            fs_err::write(folder.path().join(name), text).unwrap();
+        };
+        monitor("0.monitor.csv", 100.0, "1.5,10,1.0\n2.5,10,4.0\n");
+        monitor("1.monitor.csv", 101.0, "3.5,20,1.5\n");
+        let [training, progress] = trained(folder.path(), &monitors(folder.path()).unwrap());
+        assert_eq!(training.column("return").unwrap(), ["1.5", "3.5", "2.5"]);
+        assert_eq!(training.steps().unwrap(), [10, 30, 40]);
+        assert_eq!(progress.column("wall_s").unwrap(), ["1", "2.5", "4"]);
+        monitor("0.monitor.csv", 100.0, "1.5,ten,1.0\n");
+        let told = format!("{:#}", monitors(folder.path()).err().unwrap());
+        assert!(told.contains("0.monitor.csv: line 3") && told.contains("ten"), "{told}");
     }
 
     #[test]

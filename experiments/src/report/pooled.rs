@@ -25,19 +25,22 @@ pub struct PooledRow {
 
 /// A row for every task, metric and pair of groups (space and variant) that hypotheses of two or more experiments compare. Each experiment
 /// is a stratum of the rank test, so that nothing is compared across experiments; the p of all rows are corrected together. Two hypotheses on
-/// the same runs count as one. Files that say `pooled = false` ask something else.
+/// the same runs count as one, also where one names the two groups in the other order. Files that say `pooled = false` ask something else.
 pub fn pooled(verdicts: &[VerdictRow]) -> Vec<PooledRow> {
     let question = |row: &VerdictRow| {
         let [space, against] = row.sides.each_ref().map(|side| side.label.clone());
         (row.task.clone(), row.metric.clone(), space, against)
     };
-    let with_runs: Vec<&VerdictRow> = verdicts.iter().filter(|row| row.p.is_some() && !row.stands_alone).collect();
-    let mut questions: Vec<Vec<&VerdictRow>> = vec![];
+    let with_runs = verdicts.iter().filter(|row| row.p.is_some() && !row.stands_alone);
+    let mut questions: Vec<Vec<VerdictRow>> = vec![];
     for row in with_runs {
-        match questions.iter_mut().find(|rows| question(rows[0]) == question(row)) {
-            Some(rows) if rows.iter().any(|other| other.experiment == row.experiment) => {}
-            Some(rows) => rows.push(row),
-            None => questions.push(vec![row]),
+        let asked = |row: &VerdictRow| questions.iter().position(|rows| question(&rows[0]) == question(row));
+        let turned = turned(row);
+        let found = asked(row).map(|at| (at, row)).or_else(|| asked(&turned).map(|at| (at, &turned)));
+        match found {
+            Some((at, _)) if questions[at].iter().any(|other| other.experiment == row.experiment) => {}
+            Some((at, row)) => questions[at].push(row.clone()),
+            None => questions.push(vec![row.clone()]),
         }
     }
     questions.retain(|rows| rows.len() > 1);
@@ -47,7 +50,19 @@ pub fn pooled(verdicts: &[VerdictRow]) -> Vec<PooledRow> {
     rows
 }
 
-fn of_question(rows: &[&VerdictRow]) -> PooledRow {
+/// The same comparison with its groups in the other order.
+fn turned(row: &VerdictRow) -> VerdictRow {
+    let [space, against] = row.sides.clone();
+    VerdictRow {
+        n_space: row.n_against,
+        n_against: row.n_space,
+        difference: row.difference.map(|difference| -difference),
+        sides: [against, space],
+        ..row.clone()
+    }
+}
+
+fn of_question(rows: &[VerdictRow]) -> PooledRow {
     let strata: Vec<[&[f64]; 2]> =
         rows.iter().map(|row| row.sides.each_ref().map(|side| side.values.as_slice())).collect();
     // Every pair of runs of one experiment counts alike.
@@ -109,5 +124,8 @@ mod tests {
         assert_eq!((row.experiments.as_str(), row.n_space, row.n_against, row.above), ("a b", 6, 6, 0.0));
         // One of 20 splits in each stratum is as far out, and as many on the other side.
         assert!((row.p - 2.0 / 400.0).abs() < 1e-12 && row.p_holm == row.p);
+        // The second experiment names its groups in the other order.
+        let mirrored = pooled(&[all[0].clone(), turned(&all[2])]);
+        assert_eq!(mirrored, rows);
     }
 }

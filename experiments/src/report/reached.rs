@@ -3,6 +3,7 @@
 use output::statistics::{FEWEST_FOR_INTERVAL, interval};
 use output::survival::{Survival, Watched};
 use serde::Serialize;
+use tasks::TaskName;
 
 use crate::report::groups::{Group, Section};
 use crate::report::run_tables::SOLVED;
@@ -27,7 +28,7 @@ pub struct ReachedRow {
     pub ci_high: Option<f64>,
 }
 
-/// A row per group of a section in which a run came to 450. A run that did not is censored at its last action. Means count every run
+/// A row per group of a section of a robosuite task, whose returns end at 500, in which a run came to 450. A run that did not is censored at its last action. Means count every run
 /// up to the last action that all runs of the section were watched to, so that groups compare.
 pub fn reached(groups: &[Group]) -> Vec<ReachedRow> {
     let is_of_use =
@@ -36,7 +37,9 @@ pub fn reached(groups: &[Group]) -> Vec<ReachedRow> {
         let of_section = groups.iter().filter(|group| group.section == section).flat_map(|group| &group.runs);
         of_section.map(|run| run.env_steps as f64).fold(f64::INFINITY, f64::min)
     };
-    groups.iter().filter(|group| is_of_use(group.section)).map(|group| row(group, watched_to(group.section))).collect()
+    let on_scale = |section: Section| TaskName::ROBOSUITE.iter().any(|task| task.as_str() == section.task);
+    let counts = |group: &&Group| on_scale(group.section) && is_of_use(group.section);
+    groups.iter().filter(counts).map(|group| row(group, watched_to(group.section))).collect()
 }
 
 fn watched(group: &Group) -> Vec<Watched> {
@@ -85,7 +88,8 @@ mod tests {
     fn a_run_that_never_came_counts_until_its_end() {
         let mut all = [runs("aforce", 5), runs("osc", 2), runs("low", 1)].concat();
         all[7].task = "wipe".into();
-        for (run, step) in all.iter_mut().zip([20, 40, 60, 0, 0, 30, 0, 0]) {
+        all.extend(runs("aforce", 1).into_iter().map(|run| RunSummary { task: "insert".into(), ..run }));
+        for (run, step) in all.iter_mut().zip([20, 40, 60, 0, 0, 30, 0, 0, 20]) {
             run.env_steps = 100;
             if step > 0 {
                 set(run, "steps_to_450", Cell::Count(step));
@@ -95,7 +99,7 @@ mod tests {
         all[6].env_steps = 50;
         let groups = groups(&all);
         let rows = reached(&groups);
-        let [aforce, osc] = rows.as_slice() else { panic!("nobody came there in wipe: {rows:?}") };
+        let [aforce, osc] = rows.as_slice() else { panic!("nobody came there in wipe, and insert has another scale: {rows:?}") };
         assert_eq!((aforce.n_runs, aforce.n_reached, aforce.median_actions), (5, 3, Some(60.0)));
         assert_eq!((aforce.until_actions, aforce.restricted_mean_actions), (50.0, (20.0 + 40.0 + 3.0 * 50.0) / 5.0));
         assert!(aforce.ci_low.unwrap() < 42.0 && 42.0 < aforce.ci_high.unwrap());

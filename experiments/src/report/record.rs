@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 
-use crate::config::RunConfig;
+use crate::config::{RunConfig, RunId};
 use crate::report::columns::Columns;
 use crate::report::outside;
 use crate::report::table::Table;
@@ -88,9 +88,34 @@ impl Record {
         })
     }
 
-    /// Where a table lies, for messages.
-    pub fn place(&self, table: Table) -> PathBuf {
-        self.path.join(table.file())
+    /// Where a table lies, for messages: a file of an archive has the rows of other runs too.
+    pub fn place(&self, table: Table) -> String {
+        let file = self.path.join(table.file());
+        match &self.tables {
+            Tables::Archived(tables) if !self.outside => {
+                let packed = tables.iter().find(|(kind, _)| *kind == table).map(|(_, csv)| csv.path());
+                format!("{}, {}", packed.unwrap_or(&file).display(), RunId::of(&self.config))
+            }
+            _ => file.display().to_string(),
+        }
+    }
+
+    /// This run of an archive with the tables that its folder, `other`, has beyond it, as one of a policy that was played later; and which
+    /// these are.
+    ///
+    /// # Errors
+    /// If one cannot be read.
+    pub fn with_tables_of(&self, other: &Record) -> Result<(Self, Vec<Table>)> {
+        let (mut tables, mut added) = (vec![], vec![]);
+        for table in Table::ALL {
+            if let Some(own) = self.csv(table)? {
+                tables.push((table, own));
+            } else if let Some(theirs) = other.csv(table)? {
+                tables.push((table, theirs));
+                added.push(table);
+            }
+        }
+        Ok((Record { tables: Tables::Archived(tables), ..self.clone() }, added))
     }
 
     /// A table, if the run has it.
@@ -100,7 +125,7 @@ impl Record {
     pub fn csv(&self, table: Table) -> Result<Option<CsvTable>> {
         match &self.tables {
             Tables::Folder => {
-                let path = self.place(table);
+                let path = self.path.join(table.file());
                 let read = if self.done { CsvTable::read_finished } else { CsvTable::read };
                 path.exists().then(|| read(&path)).transpose()
             }
@@ -113,9 +138,9 @@ impl Record {
     /// # Errors
     /// If the run does not have it, or of another schema. What an outside run does not have is empty.
     pub fn columns(&self, table: Table) -> Result<Columns> {
-        let missing = || format!("{}: no such table", self.place(table).display());
+        let missing = || format!("{}: no such table", self.place(table));
         match self.csv(table)? {
-            None if self.outside => Columns::of(CsvTable::new(&self.place(table), <_>::default(), vec![])),
+            None if self.outside => Columns::of(CsvTable::new(&self.path.join(table.file()), <_>::default(), vec![])),
             found => Columns::of(found.with_context(missing)?),
         }
     }
@@ -138,8 +163,7 @@ impl Record {
         let policies = played.by_text("policy")?;
         ensure!(
             policies.iter().all(|(policy, _)| policy == "mean"),
-            "{}: its episodes are to be of mean actions: evaluate without --sample",
-            path.display()
+            "{path}: its episodes are to be of mean actions: evaluate without --sample"
         );
         let played = played.values("step")?;
         let evaluations = self.evaluations("mean")?.mean_by_step("return")?;
@@ -155,8 +179,7 @@ impl Record {
         let of = [is(best), is_last];
         ensure!(
             of.contains(&true),
-            "{}: neither of the best policy, which is of action {best}, nor of the last, of action {end}: evaluate again",
-            path.display()
+            "{path}: neither of the best policy, which is of action {best}, nor of the last, of action {end}: evaluate again"
         );
         Ok(of)
     }

@@ -7,6 +7,7 @@ use tasks::columns::{COLUMNS, Cell, Over, Statistic};
 use crate::report::columns::Columns;
 use crate::report::record::Record;
 use crate::report::table::Table;
+use crate::run::clock::Spent;
 
 /// Evaluations at the end of a run whose mean is its final return.
 const LAST: usize = 5;
@@ -42,6 +43,8 @@ pub(super) struct RunTables {
     last: Columns,
     last_sampled: Columns,
     pub(super) progress: Columns,
+    /// What the run took until its end, if it has come there and tells it.
+    spent: Option<Spent>,
     /// Episodes of the last policy, if it was played on.
     end: Option<Columns>,
 }
@@ -59,7 +62,7 @@ impl RunTables {
         let end = run.csv(Table::End)?.map(Columns::of).transpose()?;
         if let Some(end) = &end {
             let [_, of_last] = run.policies_of(Table::End, end)?;
-            ensure!(of_last, "{}: not of the last policy: evaluate --checkpoint last", run.place(Table::End).display());
+            ensure!(of_last, "{}: not of the last policy: evaluate --checkpoint last", run.place(Table::End));
         }
         ensure!(run.outside || !last_sampled.is_empty(), "{path}: no evaluation with sampled actions");
         Ok(RunTables {
@@ -68,6 +71,7 @@ impl RunTables {
             last: eval.after(before)?,
             last_sampled,
             progress: run.columns(Table::Progress)?,
+            spent: (run.done && !run.outside).then_some(run.manifest.spent),
             end,
         })
     }
@@ -102,9 +106,11 @@ impl RunTables {
     fn beside(&self) -> Result<Vec<(&'static str, Cell)>> {
         let Self { returns, last, last_sampled, .. } = self;
         let solved = returns.iter().find(|point| point.1 >= SOLVED).map(|point| point.0);
-        let minutes_to_450 = |clock: &str| {
-            let clock = self.progress.points(clock)?;
-            Ok::<_, Error>(solved.and_then(|at| clock.iter().find(|p| p.0 >= at)).map(|p| p.1 / 60.0))
+        // The one evaluation of a run too short for others comes after its last row.
+        let minutes_to_450 = |clock: &str, at_the_end: fn(Spent) -> f64| {
+            let (clock, at_the_end) = (self.progress.points(clock)?, self.spent.map(at_the_end));
+            let until = |at: f64| clock.iter().find(|point| point.0 >= at).map(|point| point.1).or(at_the_end);
+            Ok::<_, Error>(solved.and_then(until).map(|seconds| seconds / 60.0))
         };
         let last_but_one = returns.len().checked_sub(2).map_or(0.0, |i| returns[i].0);
         let very_last = last_sampled.clone().after(last_but_one)?;
@@ -117,8 +123,8 @@ impl RunTables {
             ("curve_return", Cell::Real(mean_of(returns, |point| point.1))),
             ("best_return", Cell::Real(returns.iter().map(|point| point.1).fold(f64::MIN, f64::max))),
             ("steps_to_450", solved.map_or(Cell::Empty, |step| Cell::Count(step as u64))),
-            ("wall_min_to_450", minutes_to_450("wall_s")?.into()),
-            ("cpu_min_to_450", minutes_to_450("cpu_s")?.into()),
+            ("wall_min_to_450", minutes_to_450("wall_s", |spent| spent.wall_s)?.into()),
+            ("cpu_min_to_450", minutes_to_450("cpu_s", |spent| spent.cpu_s)?.into()),
             ("final_success_by_hand", known(last.success_by_hand()?)),
             ("sampled_success_by_hand", known(last_sampled.success_by_hand()?)),
             ("last_sampled_return", known(very_last.mean("return")?)),

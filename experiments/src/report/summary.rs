@@ -30,6 +30,8 @@ pub struct RunSummary {
     pub preset: String,
     pub position_step_m: Option<f64>,
     pub rotation_step_rad: Option<f64>,
+    /// The actions that it was to train for, where its configuration is known; no column.
+    pub steps: Option<u64>,
     pub env_steps: u64,
     pub done: bool,
     /// By name, in the order of the table.
@@ -143,6 +145,7 @@ impl RunSummary {
             preset: if run.outside { String::new() } else { config.preset.name.into() },
             position_step_m: step(0),
             rotation_step_rad: step(3),
+            steps: (!run.outside).then_some(config.steps),
             env_steps: tables.last_step()?,
             done: *done,
             numbers: tables.numbers()?,

@@ -199,12 +199,15 @@ fn sides(
         return Err(format!("space and against are the same runs, {}", labels[0]));
     }
     let (mut seeds, mut presets, mut experiments) = (HashSet::new(), BTreeSet::new(), BTreeSet::new());
+    // What a run came to depends on how long it was watched.
+    let mut lengths = BTreeSet::new();
     let mut sides = labels.map(|label| Side { label, values: vec![] });
     for (run, numbers) in done.iter().filter(|(run, _)| is_meant(run)) {
         let label = label(&run.space, &run.variant);
         let Some(side) = sides.iter().position(|side| side.label == label) else { continue };
         experiments.insert(run.experiment.as_str());
         presets.insert(run.preset.as_str());
+        lengths.extend(run.steps);
         let id = format!("{} {label} {}", run.task, run.seed);
         let value = numbers[metric].as_f64().or(worst(metric, numbers));
         sides[side].values.push(value.ok_or_else(|| format!("{id} has no {metric}: its tables do not tell it"))?);
@@ -216,6 +219,9 @@ fn sides(
         if several.len() > 1 {
             return Err(format!("runs {problem} {}", several.iter().copied().collect::<Vec<_>>().join(" and ")));
         }
+    }
+    if let [shortest, .., longest] = lengths.into_iter().collect::<Vec<_>>()[..] {
+        return Err(format!("runs of {shortest} and {longest} actions: take the shorter ones on"));
     }
     let found = experiments.first().map(ToString::to_string);
     Ok((hypothesis.experiment.clone().or(found).unwrap_or_default(), sides))

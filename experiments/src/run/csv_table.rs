@@ -67,6 +67,12 @@ impl CsvTable {
         &self.path
     }
 
+    /// The file and line of a row, for messages: rows may be a part of those of a file.
+    pub fn place(&self, row: usize) -> String {
+        let line = self.rows[row].position().map_or(row as u64 + 2, csv::Position::line);
+        format!("{}, line {line}", self.path.display())
+    }
+
     /// The place of a column, if there is one of this name.
     pub fn position(&self, column: &str) -> Option<usize> {
         self.headers.iter().position(|header| header == column)

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result, anyhow, ensure};
+use anyhow::Result;
+use output::program::bad;
 use serde::Deserialize;
 use tasks::{Disturbance, TaskName};
 
@@ -33,18 +34,23 @@ pub const UNDISTURBED: &str = "none";
 /// # Errors
 /// If the file is not a list of cases, two have one name, or `task` has not what one of its cases disturbs.
 pub fn read(path: &Path, task: TaskName) -> Result<Vec<Case>> {
-    let at = || path.display().to_string();
-    let Grid { case: cases } =
-        settings::parse(&settings::text(path)?).map_err(|problem| anyhow!("{}: {problem}", at()))?;
+    let wrong = |problem: String| bad(format!("{}: {problem}", path.display()));
+    let Grid { case: cases } = settings::parse(&settings::text(path)?).map_err(wrong)?;
     let none = Case { name: UNDISTURBED.into(), task: None, disturbance: Disturbance::default() };
     let mut read = vec![none];
     for case in cases.into_iter().filter(|case| case.task.is_none_or(|only| only == task)) {
-        ensure!(case.name != UNDISTURBED, "{}: {UNDISTURBED:?} is what undisturbed episodes are called", at());
-        ensure!(read.iter().all(|other| other.name != case.name), "{}: two cases are named {:?}", at(), case.name);
+        let name = &case.name;
+        if name == UNDISTURBED {
+            return Err(wrong(format!("{UNDISTURBED:?} is what undisturbed episodes are called")));
+        }
+        if read.iter().any(|other| other.name == *name) {
+            return Err(wrong(format!("two cases are named {name:?}")));
+        }
         // Of numbers, tables keep seven digits.
-        let reads_as_number = case.name.parse::<f64>().is_ok();
-        ensure!(!reads_as_number, "{}: case {:?}: a name that reads as a number", at(), case.name);
-        case.disturbance.validate(task).with_context(|| format!("{}: case {:?}", at(), case.name))?;
+        if name.parse::<f64>().is_ok() {
+            return Err(wrong(format!("case {name:?}: a name that reads as a number")));
+        }
+        case.disturbance.validate(task).map_err(|problem| wrong(format!("case {name:?}: {problem:#}")))?;
         read.push(case);
     }
     Ok(read)

@@ -1,7 +1,7 @@
 //! What the learner learns from: steps of an environment, kept in a replay memory.
 
 use anyhow::Result;
-use sac::{Replay, Transition};
+use sac::{Config, Replay, Transition};
 use tasks::{Env, Step};
 
 use crate::config::RunConfig;
@@ -36,7 +36,10 @@ pub(super) fn step_and_store(
 /// needs them.
 pub(super) fn prior_data(config: &RunConfig, stop: &Stop) -> Result<Replay> {
     let mut env = Env::new(config.env.clone(), sub_seed(config.seed, "prior", 0))?;
-    let mut replay = Replay::new(&config.learner, sizes(&env));
+    // None of the episodes is forgotten, however little the learner remembers of its own.
+    let played = config.learner.prior_episodes as usize * config.env.horizon as usize;
+    let capacity = config.learner.replay_capacity.max(played);
+    let mut replay = Replay::new(&Config { replay_capacity: capacity, ..config.learner.clone() }, sizes(&env));
     for _ in 0..config.learner.prior_episodes {
         if stop.requested() {
             break;

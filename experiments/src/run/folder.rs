@@ -207,7 +207,8 @@ impl RunFolder {
         // The interval between checkpoints with which the run was begun counts: it may be resumed with another.
         let begun = RunConfig::resolve(self.config().exists().then_some(self.config()).as_deref(), &[])?;
         let before_the_first = reached <= begun.checkpoint_every + u64::from(config.env.horizon)
-            && last_wall_s(&self.progress())? <= 2.0 * 60.0 * begun.checkpoint_minutes;
+            && learned_for_s(&self.progress(), begun.learner.prior_episodes > 0)?
+                <= 2.0 * 60.0 * begun.checkpoint_minutes;
         ensure!(
             !self.done().exists() && before_the_first,
             "{}: has {reached} actions in its tables and no checkpoints/last to go on from: train in another folder",
@@ -272,11 +273,15 @@ impl RunFolder {
     }
 }
 
-/// How long a run had been at work at the last row of its progress (s); 0 without one.
-fn last_wall_s(progress: &Path) -> Result<f64> {
+/// How long a run had learned at the last row of its progress (s), 0 without one; after a script only since the first row, as the script may
+/// have played for longer than any interval between checkpoints.
+fn learned_for_s(progress: &Path, after_script: bool) -> Result<f64> {
     if !progress.exists() {
         return Ok(0.0);
     }
     let table = CsvTable::read(progress)?;
-    Ok(table.column("wall_s")?.last().and_then(|cell| cell.parse().ok()).unwrap_or(0.0))
+    let times = table.column("wall_s")?;
+    let time = |cell: Option<&&str>| cell.and_then(|cell| cell.parse::<f64>().ok()).unwrap_or(0.0);
+    let begun = if after_script { time(times.first()) } else { 0.0 };
+    Ok(time(times.last()) - begun)
 }

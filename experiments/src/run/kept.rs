@@ -44,6 +44,23 @@ pub fn pack(folder: &Path, which: Which, archive: &Path) -> Result<()> {
     file::replace(archive, zip.finish()?.get_ref())
 }
 
+/// Whether a run's folder has all that [`pack`] takes.
+pub fn can_pack(folder: &Path, which: Which) -> bool {
+    files(which).iter().all(|name| folder.join(name).is_file())
+}
+
+/// Whether every file of `archive` can be read.
+pub fn is_whole(archive: &Path) -> bool {
+    let read = || -> Result<()> {
+        let mut zip = ZipArchive::new(fs_err::File::open(archive)?)?;
+        for name in files(held(&zip)) {
+            std::io::copy(&mut zip.by_name(&name)?, &mut std::io::sink())?;
+        }
+        Ok(())
+    };
+    read().is_ok()
+}
+
 /// Whether `archive` is one of that checkpoint; a damaged one is of none.
 pub fn holds(archive: &Path, which: Which) -> bool {
     let zip = fs_err::File::open(archive).ok().and_then(|file| ZipArchive::new(file).ok());

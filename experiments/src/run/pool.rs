@@ -34,6 +34,8 @@ pub struct Ended {
     pub name: String,
     /// Its exit code, 126 if it could not be started; `None` if a signal killed it.
     pub code: Option<i32>,
+    /// Whether it was killed from outside, by us too as its time was over, which says nothing about its work.
+    pub killed: bool,
     /// Where its output is.
     pub log: PathBuf,
     /// The last error it told of, or its last words.
@@ -94,7 +96,7 @@ pub fn run(jobs: Vec<Job>, pool: &Pool) -> Vec<Ended> {
                 Err(reason) => {
                     let words = format!("{reason:#}");
                     progress.line(&format!("ENDED  {name}  {words}"));
-                    ended.push(Ended { name, code: NOT_STARTED, log, words });
+                    ended.push(Ended { name, code: NOT_STARTED, killed: false, log, words });
                 }
             }
         }
@@ -126,7 +128,8 @@ pub fn run(jobs: Vec<Job>, pool: &Pool) -> Vec<Ended> {
                         Some(signal) => format!("killed by signal {signal}"),
                         None => last_words(&job.log, job.old),
                     };
-                    ended.push(Ended { name: job.name, code: status.code(), log: job.log, words });
+                    let killed = status.signal() == Some(Signal::KILL.as_raw());
+                    ended.push(Ended { name: job.name, code: status.code(), killed, log: job.log, words });
                 }
             }
         }

@@ -32,7 +32,7 @@ def environment(folder: Path) -> Path:
     """The Python of a virtual environment that has franka-sim."""
     python = folder / "venv" / "bin" / "python"
     done = folder / "venv" / "installed"
-    if not done.exists():
+    if not done.exists() or done.read_text() != PACKAGE:
         install = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", PACKAGE]
         try:
             venv.create(folder / "venv", with_pip=True, clear=True)
@@ -170,7 +170,7 @@ def wait_until_ready() -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("folder", type=lambda path: Path(path).absolute())
+    parser.add_argument("folder", type=lambda path: Path(os.path.abspath(path)))
     parser.add_argument("--lose", type=float, default=0.0, help="share of the states, and of the commands, that are lost")
     parser.add_argument("--late", type=float, default=0.0, help="share of the commands that come a cycle late, which a robot drops")
     parser.add_argument("--gap", type=int, help="of each connection, the command from which on 30 in a row are lost")

@@ -26,7 +26,8 @@ pub struct Row {
     feedforward: Vector6,
     energy: [f64; 2],
     tank: f64,
-    status: &'static str,
+    /// The law's, or `fault` where the program ends it for one of its own.
+    pub status: &'static str,
     limited: u32,
     tau: JointVector,
     episode: u32,

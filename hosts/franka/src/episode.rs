@@ -183,7 +183,7 @@ impl Act<'_> {
     fn write_row(&self, course: &Course, command: &Command) {
         if let Some(log) = self.log
             && course.cycles.is_multiple_of(LOGGED)
-            && let Some(row) = Row::new(
+            && let Some(mut row) = Row::new(
                 course.time,
                 self.phase(),
                 &self.host,
@@ -193,6 +193,9 @@ impl Act<'_> {
                 (self.episode, self.fingers()),
             )
         {
+            if let Some(Ok(End::Fault(_) | End::Gripper)) = self.ended {
+                row.status = "fault";
+            }
             log.add(row);
         }
     }

@@ -5,16 +5,26 @@ use std::time::Duration;
 
 use aforce::host::{Host, Status};
 use aforce::{ActionSpace, stable_on};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail, ensure};
 use franka::RobotMode;
 
 use crate::arm::{model_pose, now};
 use crate::episode::{Act, End, Source, said};
+use crate::gripper::Hand;
 use crate::motion;
 use crate::protocol::{Answer, Ask, Told};
 
-/// Before a policy hears that its wish was refused: it may have the same again and again.
+/// Before a policy hears that its wish was refused, or that the robot has stopped: it may have the same again and again.
 const REFUSED: Duration = Duration::from_millis(500);
+
+/// Ends the program where a person has taken the arm: a policy that goes on asking would move it as soon as the stop is released.
+fn in_our_hands(mode: RobotMode) -> Result<()> {
+    match mode {
+        RobotMode::UserStopped => bail!("the user stop is pressed: release it and start the program again"),
+        RobotMode::Guiding => bail!("the arm is guided by hand: start the program again after that"),
+        _ => Ok(()),
+    }
+}
 
 /// Refuses a law under which the arm would swing where it stands.
 fn stable(space: &ActionSpace, host: &Host) -> Result<(), String> {
@@ -60,7 +70,7 @@ impl Act<'_> {
             let reason = told.reason.as_ref().map_or(String::new(), |reason| format!(": {reason}"));
             println!("episode {}: {}{reason}", self.episode, end.status());
         }
-        if let Some(End::Refused(_)) = last {
+        if let Some(End::Refused(_) | End::Reflex(_)) = last {
             std::thread::sleep(REFUSED);
         }
         let Source::Policy(policy) = &mut self.source else { return Ok(None) };
@@ -77,13 +87,18 @@ impl Act<'_> {
                 self.episode += 1;
                 None
             }
+            // Also one that has met something on its way to the start.
+            Err(reason) if now(self.robot)?.robot_mode == RobotMode::Reflex => Some(End::Reflex(reason)),
             Err(reason) => Some(End::Refused(reason)),
         })
     }
 
     /// Makes the arm ready for the law, after a move to the start if it is to `move_home`; or says why it cannot be.
     pub fn get_ready(&mut self, move_home: bool) -> Result<Result<(), String>> {
-        if now(self.robot)?.robot_mode == RobotMode::Reflex {
+        ensure!(!self.hand.as_ref().is_some_and(Hand::has_failed), "the gripper has failed: start the program again");
+        let mode = now(self.robot)?.robot_mode;
+        in_our_hands(mode)?;
+        if mode == RobotMode::Reflex {
             return Ok(Err("the robot has stopped: recover comes before reset".into()));
         }
         if move_home && let Err(error) = motion::move_to(self.robot, self.home, &self.stop) {
@@ -96,6 +111,7 @@ impl Act<'_> {
 
     /// Clears a reflex. What has ended stays ended: the policy asks for a reset next.
     fn recover(&mut self, last: Option<End>) -> Result<End> {
+        in_our_hands(now(self.robot)?.robot_mode)?;
         match self.robot.automatic_error_recovery() {
             Ok(()) => Ok(End::Recovered),
             Err(error) => {
@@ -113,6 +129,14 @@ mod tests {
     use super::*;
     use crate::testing;
     use aforce::{Gains, Stiffness};
+
+    #[test]
+    fn an_arm_that_a_person_has_taken_ends_the_program() {
+        for (mode, told) in [(RobotMode::UserStopped, "user stop"), (RobotMode::Guiding, "guided by hand")] {
+            assert!(in_our_hands(mode).unwrap_err().to_string().contains(told));
+        }
+        assert!([RobotMode::Idle, RobotMode::Move, RobotMode::Reflex].into_iter().all(|mode| in_our_hands(mode).is_ok()));
+    }
 
     #[test]
     fn a_law_that_would_swing_is_refused_where_the_arm_stands() {

@@ -12,6 +12,8 @@ use crate::protocol::Fingers;
 
 /// Fingers nearer to each other than this hold nothing (m).
 const EMPTY: f64 = 0.002;
+/// So much narrower than the set-up asks may the widest opening be that a homing finds (m): hands differ by less.
+const HOMING: f64 = 0.002;
 
 /// How it moves: the table `robot.gripper` of a set-up.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
@@ -82,11 +84,12 @@ impl Hand {
         let gripper = Arc::new(Gripper::new(without_port(address)).context("the gripper")?);
         let state = gripper.read_once().context("the gripper")?;
         ensure!(
-            state.max_width >= setup.open,
+            state.max_width >= setup.open - HOMING,
             "robot.gripper.open = {} m; the hand opens by {:.4} m, and knows that only after a homing",
             setup.open,
             state.max_width
         );
+        let setup = GripperSetup { open: setup.open.min(state.max_width), ..setup };
         let fingers = Arc::new(Shared::default());
         fingers.tell(state.width, state.is_grasped);
 

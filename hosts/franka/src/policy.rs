@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, sync_channel};
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 
 use crate::protocol::{Answer, Expected, Told};
 
@@ -110,21 +110,38 @@ impl Policy {
                 }
                 Err(RecvTimeoutError::Timeout) if self.begun || begin.elapsed() < PATIENCE => (),
                 Err(RecvTimeoutError::Timeout) => bail!("the policy did not answer within {} s", PATIENCE.as_secs()),
-                Err(RecvTimeoutError::Disconnected) if self.begun => return Ok(None),
-                Err(RecvTimeoutError::Disconnected) => bail!("the policy ended without an answer"),
+                Err(RecvTimeoutError::Disconnected) => {
+                    self.leave()?;
+                    ensure!(self.begun, "the policy ended without an answer");
+                    return Ok(None);
+                }
             }
         }
         Ok(None)
+    }
+
+    /// Closes its input and gives it its time to end by itself.
+    ///
+    /// # Errors
+    /// If it has ended with an error.
+    fn leave(&mut self) -> Result<()> {
+        self.told = None;
+        let begin = Instant::now();
+        while begin.elapsed() < LEAVE {
+            match self.child.try_wait()? {
+                Some(status) if status.success() => break,
+                Some(status) => bail!("the policy has ended: {status}"),
+                None => std::thread::sleep(LOOK),
+            }
+        }
+        Ok(())
     }
 }
 
 impl Drop for Policy {
     fn drop(&mut self) {
-        self.told = None;
-        let begin = Instant::now();
-        while begin.elapsed() < LEAVE && matches!(self.child.try_wait(), Ok(None)) {
-            std::thread::sleep(LOOK);
-        }
+        // How it ends is told where it has not been asked to.
+        let _ = self.leave();
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
@@ -135,6 +152,27 @@ mod tests {
     use super::*;
     use crate::testing;
     use aforce::host::Status;
+
+    /// A policy may compute as long as it wants while the arm rests, and fail at that.
+    #[test]
+    fn a_policy_that_ends_between_two_episodes_says_how() {
+        let folder = tempfile::tempdir().unwrap();
+        let program = folder.path().join("failing");
+        let (host, stop) = (testing::host(), AtomicBool::new(false));
+        let told = || Told::running(&host, 1, 0.0, &Status::Stopped, None).unwrap();
+        for (code, expected) in [(0, None), (3, Some("exit status: 3"))] {
+            let lines = format!("read -r line; echo '{{\"ask\": \"reset\"}}'; read -r line; exit {code}");
+            std::fs::write(&program, lines).unwrap();
+            let expected_actions = Expected::new(&"aforce".parse().unwrap(), false).unwrap();
+            let mut policy = Policy::start(&format!("sh {}", program.display()), expected_actions).unwrap();
+            assert!(policy.answer_to(told(), &stop).unwrap().is_some());
+            match (policy.answer_to(told(), &stop), expected) {
+                (Ok(None), None) => {}
+                (Err(error), Some(words)) => assert!(error.to_string().contains(words), "{error}"),
+                (found, _) => panic!("{:?}", found.map(|answer| answer.is_some())),
+            }
+        }
+    }
 
     /// It takes ten times as long as passes between two questions, and answers with the last joint's angle.
     #[test]

@@ -185,7 +185,7 @@ fn check_arm(arm: &Arm, version: FciVersion) -> Result<()> {
     arm.stays_within(&robot).map_err(|error| anyhow!("{}; the robot is of the kind {name}", error.below("arm")))
 }
 
-/// The robot's own settings: its stops beyond ours, its wrench about the tool point.
+/// The robot's own settings: its stops, and its wrench about the tool point.
 fn prepare(robot: &Robot, setup: &HostSetup, own: &RobotSetup) -> Result<()> {
     if now(robot)?.robot_mode == RobotMode::Reflex {
         println!("the robot has stopped in a reflex: recovering");

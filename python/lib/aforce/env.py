@@ -126,10 +126,11 @@ class Env(gym.Env[Observation, Floats], EzPickle):
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise ValueError(f'render_mode = {render_mode!r} is not allowed; allowed: None, "rgb_array"')
         self.scaled, self.render_mode = scaled, render_mode
-        sides = [int(side) for side in render_size] if np.iterable(render_size) else []
-        if len(sides) != 2 or not all(1 <= side <= LARGEST for side in sides):
+        sides = list(render_size) if np.iterable(render_size) else []
+        whole = all(isinstance(side, int | np.integer) and not isinstance(side, bool) for side in sides)
+        if len(sides) != 2 or not whole or not all(1 <= side <= LARGEST for side in sides):
             raise ValueError(f"render_size = {render_size!r} is not allowed; allowed: a width and a height, 1 to {LARGEST}")
-        self._width, self._height = sides
+        self._width, self._height = (int(side) for side in sides)
         self._native = Native(made_by, config, settings, bool(scaled))
         description = self.describe()
         self.task: str = description["env"]["task"]

@@ -46,6 +46,8 @@ class LawController(Base):
         self._smoothing = 1.0 - np.exp(-2.0 * np.pi * CUTOFF_HZ * macros.SIMULATION_TIMESTEP)
         self._force = self._contact_force()
         limits = np.broadcast_to(self.actuator_max, (7,))
+        if int(policy_freq) != policy_freq:
+            raise ValueError(f"control_freq = {policy_freq} is not allowed; allowed: a whole number of actions a second")
         self.law = Controller(
             space, macros.SIMULATION_TIMESTEP, torque_limits=limits, policy_hz=int(policy_freq), **settings
         )

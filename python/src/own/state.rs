@@ -7,6 +7,7 @@ use nalgebra::Point3;
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use physics::Simulation;
+use physics::gripper::pads_apart;
 use physics::scene::{Joint, Scene};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
@@ -95,7 +96,7 @@ impl State {
             time: simulation.time(),
             contact_force: simulation.contact().arm_force(),
             penalty,
-            fingers: simulation.fingers().map(|[left, right]| left.0 - right.0 - 2.0 * PAD_FACE),
+            fingers: simulation.fingers().map(|fingers| pads_apart(fingers.map(|finger| finger.0))),
             bodies: places.bodies.iter().map(motion).collect(),
             joints: places.joints.iter().map(|(_, place)| simulation.joint(*place)).collect(),
             grasped: places.shapes.iter().map(|(.., place)| pressed(*place)).collect(),
@@ -111,9 +112,6 @@ impl State {
             .ok_or_else(|| unknown("joint", name, joints.iter().map(|(known, _)| known.as_str())))
     }
 }
-
-/// How far the face of a pad is from its finger's coordinate (m).
-const PAD_FACE: f64 = physics::gripper::TRAVEL - physics::gripper::WIDEST / 2.0;
 
 fn halves(six: &aforce::Twist) -> [Vector3; 2] {
     [six.fixed_rows::<3>(0).into(), six.fixed_rows::<3>(3).into()]

@@ -24,11 +24,11 @@ pub(super) const COLUMNS: &[Column] = &[
     Column::new(
         "mean_stiffness",
         "",
-        "mean over time and translational axes, in the space's own unit (its `config.toml` says which); K alone, without feed-forward",
+        "mean over actions and translational axes, in the space's own unit (its `config.toml` says which); K alone, without feed-forward",
         |e| Cell::Real(e.sum(|s| s.interval.mean_own_stiffness()) / e.actions()),
     )
     .of_runs(&[number("mean_stiffness", Training, Mean)]),
-    Column::new("saturated_fraction", "", "share of joint torques that a limit cut, of size or of rate", |e| {
+    Column::new("saturated_fraction", "", "share of joint torques that the law's own limits cut, of size or of rate; a mean over actions", |e| {
         Cell::Real(e.sum(|s| s.interval.saturated()) / e.actions())
     })
     .printed("torques at their limit")

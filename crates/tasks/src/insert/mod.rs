@@ -115,10 +115,10 @@ impl Insert {
         let place = Vector3::new(0.0, 0.0, TABLE_HEIGHT + DEPTH);
         if task.posture(&model, &robot, place, 0.0).is_none() {
             return Err(ConfigError::Contradiction {
-                field: "env.options.length_mm".into(),
+                field: "env.options".into(),
                 reason: format!(
-                    "{} does not reach above the hole with a peg of {} mm",
-                    robot.name, task.options.length_mm
+                    "{} does not reach so far above the hole: length_mm = {}, start_mm = {}",
+                    robot.name, task.options.length_mm, task.options.start_mm
                 ),
             });
         }

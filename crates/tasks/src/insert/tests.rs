@@ -47,7 +47,7 @@ fn a_hole_out_of_reach_is_refused() {
     robot.mount.behind_table += 1.0;
     config.robot = physics::robots::RobotChoice::Own(Box::new(robot));
     let error = config.create_task().err().expect("refused").to_string();
-    assert!(error.contains("does not reach above the hole"), "{error}");
+    assert!(error.contains("above the hole: length_mm = "), "{error}");
 }
 
 /// How deep the peg's end is below the rim (m) after it was pressed down, its goal `aside` (m) from the hole's axis, with a spring of

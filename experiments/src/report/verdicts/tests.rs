@@ -83,6 +83,10 @@ fn a_run_counts_once_it_is_done() {
     let error = judged(&hypothesis("sampled_return", "above", "osc", ""), &all).unwrap_err().to_string();
     assert!(error.contains("runs trained with paper and swift"), "{error}");
     all[4].preset = "swift".into();
+    all.iter_mut().zip([200, 200, 200, 200, 80]).for_each(|(run, steps)| run.steps = Some(steps));
+    let error = judged(&hypothesis("sampled_return", "above", "osc", ""), &all).unwrap_err().to_string();
+    assert!(error.contains("runs of 80 and 200 actions: take the shorter ones on"), "{error}");
+    all[4].steps = Some(200);
     all[4].experiment = "parts".into();
     let error = judged(&hypothesis("sampled_return", "above", "osc", ""), &all).unwrap_err().to_string();
     assert!(error.contains("runs of experiments  and parts"), "{error}");
