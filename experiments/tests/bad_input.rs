@@ -63,7 +63,7 @@ fn bad_input_is_named() {
     std::fs::write(&disturbed, "[[case]]\nname = \"high\"\ndisturbance.table_height_m = 0.2\n").unwrap();
     let mut evaluate = program("evaluate");
     evaluate.args(["--expert", "--task", "wipe", "--disturb"]).arg(&disturbed);
-    expect(&error(&mut evaluate, 2), &["disturbed.toml", "\"high\"", "table_height_m"]);
+    expect(&error(&mut evaluate, 1), &["disturbed.toml", "\"high\"", "table_height_m"]);
     std::fs::write(&disturbed, "[[case]]\nname = \"slick\"\ndisturbance.friction = \"low\"\n").unwrap();
     expect(&error(&mut evaluate, 2), &["disturbed.toml", "a number, or [low, high]"]);
     assert!(!out.join("page.html").exists());
