@@ -100,7 +100,7 @@ check: setup
 	$(CARGO) clippy --release --manifest-path hosts/franka/Cargo.toml --all-targets -- -D warnings
 	$(CARGO) clippy --release --manifest-path web/Cargo.toml --target-dir target/web -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --release --workspace --no-deps
-	@if command -v cargo-deny > /dev/null; then for workspace in . python hosts/franka web; do \
+	@if command -v cargo-deny > /dev/null; then for workspace in . python; do \
 		$(CARGO) deny --manifest-path $$workspace/Cargo.toml --offline check licenses bans sources || exit 1; done; \
 		else echo "skipped: licences of dependencies (cargo install cargo-deny)"; fi
 

@@ -73,7 +73,10 @@ pub fn make(path: &Path, out: &Path) -> Result<Vec<PathBuf>> {
         let rows = table.rows(find).with_context(|| format!("{}: {}", path.display(), table.name.display()))?;
         let target = out.join(&table.name);
         if target.exists() && !is_derived(&fs_err::read_to_string(&target)?) {
-            return Err(wrong(format!("{}: is there and was not made by such a file; nothing was overwritten", target.display())));
+            return Err(wrong(format!(
+                "{}: is there and was not made by such a file; nothing was overwritten",
+                target.display()
+            )));
         }
         file::prepare(&target)?;
         file::replace(&target, &table.summed_up(&rows)?)?;

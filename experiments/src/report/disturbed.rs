@@ -79,10 +79,7 @@ pub fn disturbed(group: &Group, runs: &[Record], rows: &[RunSummary]) -> Result<
         let (tables, path) = (played.by_text("disturbance")?, run.place(Table::Disturbed));
         let of = run.policies_of(Table::Disturbed, &played)?;
         all = [all[0] && of[0], all[1] && of[1]];
-        ensure!(
-            all.contains(&true),
-            "{path}: of its group some runs played their best policy, others their last"
-        );
+        ensure!(all.contains(&true), "{path}: of its group some runs played their best policy, others their last");
         let of = |name: &str| tables.iter().find(|(case, _)| case == name).map(|(_, table)| Means::of(table));
         let undisturbed = of(UNDISTURBED).with_context(|| format!("{path}: no undisturbed episodes"))??;
         for (name, table) in tables.iter().filter(|(name, _)| name != UNDISTURBED) {

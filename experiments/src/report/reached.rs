@@ -99,7 +99,9 @@ mod tests {
         all[6].env_steps = 50;
         let groups = groups(&all);
         let rows = reached(&groups);
-        let [aforce, osc] = rows.as_slice() else { panic!("nobody came there in wipe, and insert has another scale: {rows:?}") };
+        let [aforce, osc] = rows.as_slice() else {
+            panic!("nobody came there in wipe, and insert has another scale: {rows:?}")
+        };
         assert_eq!((aforce.n_runs, aforce.n_reached, aforce.median_actions), (5, 3, Some(60.0)));
         assert_eq!((aforce.until_actions, aforce.restricted_mean_actions), (50.0, (20.0 + 40.0 + 3.0 * 50.0) / 5.0));
         assert!(aforce.ci_low.unwrap() < 42.0 && 42.0 < aforce.ci_high.unwrap());

@@ -135,7 +135,9 @@ mod tests {
         for (mode, told) in [(RobotMode::UserStopped, "user stop"), (RobotMode::Guiding, "guided by hand")] {
             assert!(in_our_hands(mode).unwrap_err().to_string().contains(told));
         }
-        assert!([RobotMode::Idle, RobotMode::Move, RobotMode::Reflex].into_iter().all(|mode| in_our_hands(mode).is_ok()));
+        assert!(
+            [RobotMode::Idle, RobotMode::Move, RobotMode::Reflex].into_iter().all(|mode| in_our_hands(mode).is_ok())
+        );
     }
 
     #[test]
