@@ -99,7 +99,7 @@ impl Act<'_> {
         let mode = now(self.robot)?.robot_mode;
         in_our_hands(mode)?;
         if mode == RobotMode::Reflex {
-            return Ok(Err("the robot has stopped: recover comes before reset".into()));
+            return Ok(Err("a reflex is to be cleared: recover comes before reset".into()));
         }
         if move_home && let Err(error) = motion::move_to(self.robot, self.home, &self.stop) {
             return said(error).map(Err);
