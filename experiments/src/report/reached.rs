@@ -28,7 +28,8 @@ pub struct ReachedRow {
     pub ci_high: Option<f64>,
 }
 
-/// A row per group of a section of a robosuite task, whose returns end at 500, in which a run came to 450. A run that did not is censored at its last action. Means count every run
+/// A row per group of a section in which a run came to 450, of robosuite's tasks alone: returns of others have another scale. A run that did
+/// not come there is censored at its last action. Means count every run
 /// up to the last action that all runs of the section were watched to, so that groups compare.
 pub fn reached(groups: &[Group]) -> Vec<ReachedRow> {
     let is_of_use =
