@@ -2,7 +2,7 @@
 //!
 //! `runs.jsonl.zst` has a line per run: task, space, variant, seed, whether it is done, its `config.toml` and its `manifest.json`.
 //! `episodes.csv.zst` and the others have the rows of all runs, each with task, space, variant and seed. `zstdcat`, pandas and
-//! polars read them. Fractions have four digits in `episodes.csv.zst` and five in the others.
+//! polars read them. Fractions have three digits in `episodes.csv.zst` and five in the others.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};

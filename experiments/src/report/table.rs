@@ -32,6 +32,6 @@ impl Table {
 
     /// Digits of a fraction in the archive: of an episode that is summed over hundreds of others fewer are enough.
     pub fn digits(self) -> usize {
-        if self == Table::Episodes { 4 } else { 5 }
+        if self == Table::Episodes { 3 } else { 5 }
     }
 }
