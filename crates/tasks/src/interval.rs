@@ -337,6 +337,21 @@ mod tests {
         assert!(interval.sum_jerk > 0.0);
     }
 
+    /// An arm of six joints has no seventh whose torque could be cut.
+    #[test]
+    fn the_saturated_share_is_of_the_joints_that_the_arm_has() {
+        for (robot, joints) in [(RobotName::Robosuite, 7.0), (RobotName::Ur5e, 6.0)] {
+            let plant = Plant { robot: robot.robot(), ..plant(0.002) };
+            let (torque, at_rest, penalty) = (JointVector::zeros(), JointVector::zeros(), ForcePenalty::default());
+            for (limited, counted) in [(3, 3.0), (7, joints)] {
+                let mut interval = Interval::default();
+                let contacts = [ContactReading::default()];
+                interval.add(&torque, &at_rest, &contacts, &controller([0.0; 6], limited), &penalty, &plant);
+                assert_eq!(interval.saturated(), counted / joints, "{robot}, {limited}");
+            }
+        }
+    }
+
     /// An action that diverged in its first sample has means all the same.
     #[test]
     fn means_over_no_sample_are_zero() {
