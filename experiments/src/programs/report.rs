@@ -1,6 +1,6 @@
 //! Run folders to tables and pictures.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -35,8 +35,8 @@ use show::plot;
 /// reached.csv (actions until an evaluation returns 450, with runs that never come there), profiles.csv (the share of runs above each return),
 /// aggregates.csv (interquartile means over robosuite's tasks of a space), robustness.csv (what disturbances cost, where `evaluate --disturb` left a disturbed.csv in the folders of runs) with a picture of it, with
 /// --hypotheses verdicts.csv and pooled.csv (hypotheses judged one by one, and over experiments that ask the same),
-/// and, in the folder of each experiment, tables.md (the paper's table of each task, beside what others published), curves_TASK
-/// (learning curves, at most four spaces in a panel); and NAME from every NAME.j2 in these folders: text
+/// tables.md (the paper's table of each experiment and task, beside what others published), in the folder of each experiment
+/// curves_TASK (learning curves, at most four spaces in a panel); and NAME from every NAME.j2 in these folders: text
 /// that people wrote, with figures from the tables. Where the folder has an energy_ratio.toml, energy_ratio.csv and a plot of
 /// it are the ratios of energy that it asks for; where it has a derived.toml, so are the tables that it asks for. Runs are compared within the folder that holds their tasks: an
 /// experiment. A sweep that is still going on is reported as far as it has come. A finished run that cannot be read is left
@@ -252,7 +252,7 @@ impl<'a> Report<'a> {
         sections: &[Section],
         comparison: &[ComparisonRow],
     ) -> Result<()> {
-        let mut tables: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+        let mut tables = vec![];
         for section in sections {
             let of_section: Vec<_> =
                 found.runs.iter().zip(&found.rows).filter(|(_, row)| Section::of(row) == *section).collect();
@@ -265,17 +265,14 @@ impl<'a> Report<'a> {
                 plot::write(&figure.title, &figure.panels, &curves)?;
                 pictures.push(file::with_suffix(&curves, ".svg"));
             }
-            let names: Vec<_> = pictures.iter().filter_map(|path| path.file_name()?.to_str()).collect();
-            let of_experiment = tables.entry(section.experiment).or_default();
-            of_experiment.push(markdown::tables(*section, groups, comparison, &names));
+            let names: Vec<_> = pictures.iter().filter_map(|path| path.strip_prefix(self.out).ok()?.to_str()).collect();
+            tables.push(markdown::tables(*section, groups, comparison, &names));
             self.written.extend(pictures);
         }
-        for (experiment, tables) in tables {
-            let path = self.out.join(experiment).join("tables.md");
-            self.forget_curves(&path)?;
-            file::replace(&path, tables.join("\n").as_bytes())?;
-            self.written.push(path);
-        }
+        let path = self.out.join("tables.md");
+        self.forget_curves(&path)?;
+        file::replace(&path, tables.join("\n").as_bytes())?;
+        self.written.push(path);
         Ok(())
     }
 

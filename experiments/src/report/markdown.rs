@@ -16,8 +16,8 @@ pub fn tables(section: Section, groups: &[Group], comparison: &[ComparisonRow], 
     let Section { experiment, task } = section;
     let groups: Vec<&Group> = groups.iter().filter(|group| group.section == section).collect();
     let comparison: Vec<_> = comparison.iter().filter(|row| row.experiment == experiment && row.task == task).collect();
-    let title = section.title();
-    let of = if experiment.is_empty() { String::new() } else { format!("Of {experiment}. ") };
+    let of = if experiment.is_empty() { String::new() } else { format!("{experiment}: ") };
+    let title = of + &section.title();
     let steps: BTreeSet<String> = groups
         .iter()
         .flat_map(|group| &group.runs)
@@ -25,9 +25,10 @@ pub fn tables(section: Section, groups: &[Group], comparison: &[ComparisonRow], 
         .collect();
     let steps = steps.into_iter().collect::<Vec<_>>().join(" or ");
     // Runs of other learners do not tell theirs.
-    let steps =
-        if steps.is_empty() { steps } else { format!("An action moves the goal by at most {steps} along an axis.") };
-    let mut parts = vec![format!("# {title}\n\n{}\n", format!("{of}{steps}").trim_end())];
+    let mut parts = vec![format!("# {title}\n")];
+    if !steps.is_empty() {
+        parts.push(format!("An action moves the goal by at most {steps} along an axis.\n"));
+    }
     parts.extend(notes(&groups));
     parts.extend(curves.iter().map(|picture| format!("![Learning curves]({picture})\n")));
     let mut tables = vec![returns(&groups), energies(&groups)];
