@@ -129,7 +129,7 @@ bench: setup
 	$(CARGO) bench --workspace
 
 # What is in results/, once more below runs/: experts and random actions (half a second of one core per episode, and random_1000 has
-# 18 000 of them), the wiping experiment (a minute), then the study.
+# 18 000 of them), the wiping experiment (seven minutes), then the study.
 reproduce: setup $(BASELINES)
 	$(RUN) wiping -- --out runs/wiping
 	$(MAKE) study
