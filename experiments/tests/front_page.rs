@@ -92,7 +92,7 @@ fn the_readme_tells_what_it_is_worth_to_feel_force() {
         let of_group = [("variant", variant), ("metric", "end_success")];
         format!("{:.0} %", 100.0 * numbers("insert/summary.csv", &of_group, "mean")[0])
     });
-    let sentence = format!("puts a peg into a hole 1 mm wider in {felt} of the starts, one that does not in {unfelt}");
+    let sentence = format!("inserts a peg 1 mm thinner than its hole in {felt} of the starts, without force {unfelt}");
     assert!(page.contains(&sentence), "{sentence}");
     let of_hypothesis = [("hypothesis", "AFORCE inserts more often than variable")];
     let [above, p] = ["above", "p_holm"].map(|column| numbers("insert/verdicts.csv", &of_hypothesis, column)[0]);
