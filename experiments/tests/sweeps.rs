@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{few, note, program, start, states};
+use common::{error, expect, few, note, program, start, states};
 use experiments::config::RunConfig;
 use experiments::run::csv_table::CsvTable;
 use rustix::process::{Pid, Signal, kill_process};
@@ -47,6 +47,72 @@ fn settings_are_swept_like_spaces() {
     let row = |label: &str| tables.lines().filter(|line| line.starts_with(&format!("| `{label}` |"))).count();
     // Return, energy, comparison, safety.
     assert_eq!((row("osc"), row("osc,n_step=1,horizon=50"), row("aforce")), (4, 4, 3), "{tables}");
+}
+
+/// A sweep does what it can, names what failed, and does the rest when called again.
+#[test]
+fn a_sweep_hides_no_run_and_repeats_none() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, out) = (folder.path().join("few.toml"), folder.path().join("out"));
+    std::fs::write(&file, few(600)).unwrap();
+    let sweep = |arguments: &[&str]| {
+        let mut command = program("sweep");
+        command.arg(&file).arg("--out").arg(&out).args(arguments);
+        command
+    };
+    let states = || states(&file, &out);
+    assert_eq!(states(), ["new", "new"]);
+    expect(&error(&mut sweep(&["--index", "2"]), 2), &["--index 2", "0 to 1"]);
+
+    // Somebody else's run in the first folder.
+    let first = out.join("lift/aforce/seed_1");
+    std::fs::create_dir_all(&first).unwrap();
+    std::fs::write(first.join("config.toml"), "seed = 8\n").unwrap();
+    expect(&error(&mut sweep(&[]), 3), &["failed: lift aforce 1", "another configuration", "log.txt"]);
+    assert_eq!(states(), ["begun", "done"]);
+
+    std::fs::remove_file(first.join("config.toml")).unwrap();
+    let table = std::fs::read(out.join("lift/osc/seed_1/eval.csv")).unwrap();
+    sweep(&[]).assert().success();
+    assert_eq!(states(), ["done", "done"]);
+    assert!(std::fs::read(out.join("lift/osc/seed_1/eval.csv")).unwrap() == table, "a run was repeated");
+
+    // A report is of runs that differ in their seeds.
+    program("report").arg(&out).assert().success();
+    for name in ["runs.csv", "summary.csv", "comparison.csv", "tables.md", "curves_lift.svg"] {
+        assert!(out.join(name).is_file(), "{name}");
+    }
+    // Curves of runs that are gone go too; a table of somebody else stays.
+    let (stale, own) = (out.join("curves_lift_gone.svg"), out.join("tables.md"));
+    let (others, shown) = (out.join("curves_lift_mine.svg"), std::fs::read_to_string(&own).unwrap());
+    std::fs::write(&own, shown.clone() + "\n![Learning curves](curves_lift_gone.svg)\n").unwrap();
+    for picture in [&stale, &others] {
+        std::fs::write(picture, "").unwrap();
+    }
+    program("report").arg(&out).assert().success();
+    assert!(!stale.exists() && others.exists() && out.join("curves_lift.svg").is_file());
+    assert_eq!(std::fs::read_to_string(&own).unwrap(), shown);
+    std::fs::write(&own, "mine").unwrap();
+    expect(&error(program("report").arg(&out), 1), &["tables.md", "not replaced"]);
+    assert_eq!(std::fs::read_to_string(&own).unwrap(), "mine");
+    std::fs::remove_file(&own).unwrap();
+    let (again, config) = (out.join("again"), std::fs::read_to_string(first.join("config.toml")).unwrap());
+    std::fs::create_dir(&again).unwrap();
+    for table in ["episodes.csv", "eval.csv", "progress.csv", "manifest.json", "DONE"] {
+        std::fs::copy(first.join(table), again.join(table)).unwrap();
+    }
+    std::fs::write(again.join("config.toml"), &config).unwrap();
+    expect(&error(program("report").arg(&out), 1), &["again", "lift/aforce/seed_1", "same seed"]);
+    let [within, packed] = [&out, folder.path()].map(|folder| folder.join("packed/of/few"));
+    expect(&error(program("archive").arg(&out).arg("--out").arg(&within), 2), &["whose runs are read"]);
+    expect(&error(program("archive").arg(&out).arg("--out").arg(&packed), 1), &["again", "are the same run"]);
+    assert!(!within.exists() && !packed.exists());
+    let other = config.replace("seed = 1\n", "seed = 2\n").replace("gamma = 0.97", "gamma = 0.9");
+    std::fs::write(again.join("config.toml"), other).unwrap();
+    expect(&error(program("report").arg(&out), 1), &["again", "learner.gamma: there 0.9, here 0.97"]);
+    let larger = config.replace("seed = 1\n", "seed = 2\n").replace("position_step = 0.05", "position_step = 0.02");
+    std::fs::write(again.join("config.toml"), larger).unwrap();
+    expect(&error(program("report").arg(&out), 1), &["again", "position_step: there 0.02, here 0.05"]);
 }
 
 /// Four candidates, two after 300 actions, one after 600; the same command again finds all done and writes the same table.
