@@ -8,7 +8,7 @@ use crate::config::cli;
 use crate::report::comparable::comparable;
 use crate::report::comparison::{ComparisonRow, comparison};
 use crate::report::curves;
-use crate::report::derived;
+use crate::report::derived::{Derived, derived};
 use crate::report::disturbed::{DisturbedRow, disturbed, heat_map};
 use crate::report::energy_ratio::energy_ratios;
 use crate::report::groups::{Group, Section, groups, sections, summary};
@@ -37,8 +37,8 @@ use show::plot;
 /// --hypotheses verdicts.csv and pooled.csv (hypotheses judged one by one, and over experiments that ask the same),
 /// tables.md (the paper's table of each experiment and task, beside what others published), in the folder of each experiment
 /// curves_TASK (learning curves, at most four spaces in a panel); and NAME from every NAME.j2 in these folders: text
-/// that people wrote, with figures from the tables. Where the folder has an energy_ratio.toml, energy_ratio.csv and a plot of
-/// it are the ratios of energy that it asks for; where it has a derived.toml, so are the tables that it asks for. Runs are compared within the folder that holds their tasks: an
+/// that people wrote, with figures from the tables, and from those that a derived.toml beside it asks for. Where the folder has an energy_ratio.toml, energy_ratio.csv and a plot of
+/// it are the ratios of energy that it asks for. Runs are compared within the folder that holds their tasks: an
 /// experiment. A sweep that is still going on is reported as far as it has come. A finished run that cannot be read is left
 /// out and named, as is a disturbed.csv, and the exit code is 3. Curves of Stable-Baselines3 are read as well, from a folder TASK/SPACE,LEARNER/seed_N with an
 /// evaluations.npz and perhaps a monitor.csv.
@@ -97,12 +97,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     report.picture("energy_ratio", !ratios.is_empty(), |path| plot::write_forest(&forest, path))?;
     let sections = sections(&groups);
     report.experiments(&found, &groups, &sections, &comparison)?;
-    for wanted in derived::find(root)? {
-        report.derived(root, &wanted)?;
-    }
+    let derived = derived(root, out)?;
     for template in text::find_templates(root)? {
         let filled = out.join(template.strip_prefix(root)?).with_extension("");
-        report.text(&template, filled, &found.rows, &comparison)?;
+        report.text(&template, filled, &found.rows, &comparison, &derived)?;
     }
     program::written(&report.written);
     program::result(format_args!(
@@ -296,13 +294,6 @@ impl<'a> Report<'a> {
         Ok(())
     }
 
-    /// The tables that `wanted`, in or below `root`, asks for.
-    fn derived(&mut self, root: &Path, wanted: &Path) -> Result<()> {
-        let folder = wanted.parent().unwrap_or(root).strip_prefix(root)?;
-        self.written.extend(derived::make(wanted, &self.out.join(folder))?);
-        Ok(())
-    }
-
     /// The text `filled` from its template.
     fn text(
         &mut self,
@@ -310,9 +301,10 @@ impl<'a> Report<'a> {
         filled: PathBuf,
         rows: &[RunSummary],
         comparison: &[ComparisonRow],
+        derived: &Derived,
     ) -> Result<()> {
         file::prepare(&filled)?;
-        file::replace(&filled, text::fill(template, &filled, rows, comparison)?.as_bytes())?;
+        file::replace(&filled, text::fill(template, &filled, rows, comparison, derived)?.as_bytes())?;
         self.written.push(filled);
         Ok(())
     }
@@ -340,12 +332,10 @@ fn pages(root: &Path, out: &Path) -> Result<ExitCode> {
         let between = file.ancestors().skip(1).take_while(|folder| folder.starts_with(root));
         !between.into_iter().any(has_report)
     };
-    for wanted in derived::find(root)?.into_iter().filter(is_ours) {
-        report.derived(root, &wanted)?;
-    }
+    let derived = derived(root, out)?;
     for template in text::find_templates(root)?.into_iter().filter(is_ours) {
         let filled = out.join(template.strip_prefix(root)?).with_extension("");
-        report.text(&template, filled, &[], &[])?;
+        report.text(&template, filled, &[], &[], &derived)?;
     }
     ensure!(!report.written.is_empty(), "{}: no NAME.j2 there or below", root.display());
     program::written(&report.written);

@@ -1,10 +1,9 @@
 //! Tables made of other tables, for pages: what the rows of a group have on average, and what that is beside a reference.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Component, Path, PathBuf};
 
 use anyhow::{Context, Result};
-use output::file;
 use output::program::bad;
 use output::statistics::{deviation, mean, median, range};
 use serde::Deserialize;
@@ -14,8 +13,8 @@ use walkdir::WalkDir;
 use crate::report::columns::number;
 use crate::run::csv_table::CsvTable;
 
-/// The name of a file that asks for such tables, which are made beside it.
-pub const FILE: &str = "derived.toml";
+/// The name of a file that asks for such tables.
+const FILE: &str = "derived.toml";
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -41,28 +40,37 @@ struct Wanted {
     reference: Option<BTreeMap<String, String>>,
 }
 
-/// Every file that asks for tables in or below a folder.
+/// Tables, each by the path at which a page beside its `derived.toml` finds it. They are not written: a page shows what it takes from them.
+pub type Derived = HashMap<PathBuf, CsvTable>;
+
+/// The tables that every `derived.toml` in or below `root` asks for, as if they lay in `out`, which may have newer tables than `root`.
 ///
 /// # Errors
-/// If a folder cannot be read.
-pub fn find(root: &Path) -> Result<Vec<PathBuf>> {
-    let files = WalkDir::new(root).sort_by_file_name().into_iter().map(|entry| Ok(entry?.into_path()));
-    let files: Vec<PathBuf> = files.collect::<Result<_>>()?;
-    Ok(files.into_iter().filter(|path| path.file_name().is_some_and(|name| name == FILE)).collect())
+/// If a folder cannot be read, a file is not understood, or a table lacks a column or holds no numbers there.
+pub fn derived(root: &Path, out: &Path) -> Result<Derived> {
+    let mut made = Derived::new();
+    for entry in WalkDir::new(root).sort_by_file_name() {
+        let path = entry?.into_path();
+        if path.file_name().is_some_and(|name| name == FILE) {
+            let beside = path.parent().context("a file lies in a folder")?;
+            make(&path, &out.join(beside.strip_prefix(root)?), &mut made)?;
+        }
+    }
+    Ok(made)
 }
 
-/// Makes the tables that `path` asks for, in the folder `out`; a file that they are made of is looked for there, and else beside `path`.
-/// Returns what was written.
-///
-/// # Errors
-/// If the file is not understood, a table lacks a column or holds no numbers there, or another file has a table's name.
-pub fn make(path: &Path, out: &Path) -> Result<Vec<PathBuf>> {
+/// Those of one file, for the pages in the folder `out`; a file that they are made of is looked for there, and else beside `path`.
+fn make(path: &Path, out: &Path, made: &mut Derived) -> Result<()> {
     let wrong = |problem: String| bad(format!("{}: {problem}", path.display()));
     let File { table: wanted } = parse(&settings::text(path)?).map_err(wrong)?;
     let beside = path.parent().context("a file lies in a folder")?;
-    let mut written = vec![];
     for table in &wanted {
-        let find = |name: &PathBuf| Some(out.join(name)).filter(|made| made.exists()).unwrap_or(beside.join(name));
+        let find = |name: &PathBuf| match made.get(&out.join(name)) {
+            Some(earlier) => Ok(earlier.clone()),
+            None => CsvTable::read_finished(
+                &Some(out.join(name)).filter(|there| there.exists()).unwrap_or(beside.join(name)),
+            ),
+        };
         let stays = table.name.components().all(|part| matches!(part, Component::Normal(_)));
         if !stays || table.from.contains(&table.name) {
             return Err(wrong(format!(
@@ -72,38 +80,24 @@ pub fn make(path: &Path, out: &Path) -> Result<Vec<PathBuf>> {
         }
         let rows = table.rows(find).with_context(|| format!("{}: {}", path.display(), table.name.display()))?;
         let target = out.join(&table.name);
-        if target.exists() && !is_derived(&fs_err::read_to_string(&target)?) {
-            return Err(wrong(format!(
-                "{}: is there and was not made by such a file; nothing was overwritten",
-                target.display()
-            )));
-        }
-        file::prepare(&target)?;
-        file::replace(&target, &table.summed_up(&rows)?)?;
-        written.push(target);
+        let summed_up = table.summed_up(&rows)?;
+        made.insert(target.clone(), CsvTable::parse(&target, &summed_up)?);
     }
-    Ok(written)
+    Ok(())
 }
 
 /// The columns after those of `by`.
 const STATISTICS: [&str; 7] = ["metric", "n", "mean", "std", "lowest", "highest", "median"];
-
-/// Whether a text is a table that was made here, if perhaps by other columns.
-fn is_derived(text: &str) -> bool {
-    let columns: Vec<&str> = text.lines().next().unwrap_or_default().split(',').collect();
-    text.is_empty() || columns.windows(STATISTICS.len()).any(|columns| columns == STATISTICS)
-}
 
 /// What a group is called, and the numbers of each of `of`.
 type Summed = (Vec<String>, Vec<Vec<f64>>);
 
 impl Wanted {
     /// The groups, in the order of their first rows.
-    fn rows(&self, find: impl Fn(&PathBuf) -> PathBuf) -> Result<Vec<Summed>> {
+    fn rows(&self, find: impl Fn(&PathBuf) -> Result<CsvTable>) -> Result<Vec<Summed>> {
         let mut groups: Vec<Summed> = vec![];
         for name in &self.from {
-            let path = find(name);
-            let table = CsvTable::read_finished(&path)?;
+            let table = find(name)?;
             let column = |column: &String| table.column(column);
             let by = self.by.iter().map(column).collect::<Result<Vec<_>>>()?;
             let of = self.of.iter().map(column).collect::<Result<Vec<_>>>()?;
@@ -119,8 +113,9 @@ impl Wanted {
                 });
                 for (values, (cells, name)) in groups[at].1.iter_mut().zip(of.iter().zip(&self.of)) {
                     let told = number(cells[row]);
-                    let line =
-                        || format!("{}, row {}: {name} is {:?}, not a number", path.display(), row + 1, cells[row]);
+                    let line = || {
+                        format!("{}, row {}: {name} is {:?}, not a number", table.path().display(), row + 1, cells[row])
+                    };
                     values.push(told.with_context(line)?);
                 }
             }
@@ -133,7 +128,7 @@ impl Wanted {
         Ok(groups)
     }
 
-    fn summed_up(&self, groups: &[Summed]) -> Result<Vec<u8>> {
+    fn summed_up(&self, groups: &[Summed]) -> Result<String> {
         let mut writer = csv::Writer::from_writer(vec![]);
         let beside = ["over_reference", "minus_reference", "excess_share", "apart"];
         let beside = if self.reference.is_some() { &beside[..] } else { &[] };
@@ -156,7 +151,7 @@ impl Wanted {
                 writer.write_record(&row)?;
             }
         }
-        Ok(writer.into_inner()?)
+        Ok(String::from_utf8(writer.into_inner()?)?)
     }
 
     /// The group that one is held against, if that is asked for.
@@ -173,15 +168,17 @@ impl Wanted {
 mod tests {
     use super::*;
 
-    fn made(wanted: &str, tables: &[(&str, &str)]) -> Result<String> {
+    /// The rows of the table that is asked for, cells divided by commas.
+    fn made(wanted: &str, tables: &[(&str, &str)]) -> Result<Vec<String>> {
         let folder = tempfile::tempdir()?;
         for (name, text) in tables {
             fs_err::write(folder.path().join(name), text)?;
         }
-        let file = folder.path().join(FILE);
-        fs_err::write(&file, format!("[[table]]\nname = 'made.csv'\n{wanted}"))?;
+        fs_err::write(folder.path().join(FILE), format!("[[table]]\nname = 'made.csv'\n{wanted}"))?;
         let out = folder.path().join("out");
-        Ok(fs_err::read_to_string(&make(&file, &out)?[0])?)
+        let all = derived(folder.path(), &out)?;
+        assert!(!out.exists());
+        Ok(all[&out.join("made.csv")].rows.iter().map(|row| row.iter().collect::<Vec<_>>().join(",")).collect())
     }
 
     const TABLE: &str =
@@ -190,35 +187,32 @@ mod tests {
     #[test]
     fn groups_are_summed_up_and_held_against_their_reference() {
         let wanted = "from = ['a.csv']\nby = ['task', 'space']\nof = ['energy_j']\nreference = { space = 'aforce' }";
-        let text = made(wanted, &[("a.csv", TABLE)]).unwrap();
-        let lines: Vec<&str> = text.lines().collect();
-        assert_eq!(lines[1], "lift,low,energy_j,2,4,1.4142135623730951,3,5,4,4,3,3,true");
-        assert_eq!(lines[2], "lift,aforce,energy_j,1,1,,1,1,1,1,0,0,false");
+        let rows = made(wanted, &[("a.csv", TABLE)]).unwrap();
+        assert_eq!(rows[0], "lift,low,energy_j,2,4,1.4142135623730951,3,5,4,4,3,3,true");
+        assert_eq!(rows[1], "lift,aforce,energy_j,1,1,,1,1,1,1,0,0,false");
         let wanted = "from = ['a.csv']\nby = ['space']\nof = ['done']\nlast = 2\nonly = { space = 'low' }";
-        let text = made(wanted, &[("a.csv", TABLE)]).unwrap();
-        assert_eq!(text.lines().nth(1), Some("low,done,2,0.5,0.7071067811865476,0,1,0.5"));
+        assert_eq!(made(wanted, &[("a.csv", TABLE)]).unwrap()[0], "low,done,2,0.5,0.7071067811865476,0,1,0.5");
         // A group without a number is no number away from another.
         let wanted = "from = ['a.csv']\nby = ['space']\nof = ['energy_j']\nreference = { space = 'aforce' }";
-        let text = made(wanted, &[("a.csv", "space,energy_j\nlow,\naforce,1\n")]).unwrap();
-        assert_eq!(text.lines().nth(1), Some("low,energy_j,0,,,,,,,,,"));
+        assert_eq!(
+            made(wanted, &[("a.csv", "space,energy_j\nlow,\naforce,1\n")]).unwrap()[0],
+            "low,energy_j,0,,,,,,,,,"
+        );
     }
 
     #[test]
-    fn a_table_that_was_not_made_here_is_not_replaced() {
-        let folder = tempfile::tempdir().unwrap();
-        let place = |name: &str| folder.path().join(name);
-        fs_err::write(place("a.csv"), TABLE).unwrap();
-        let of = |by: &str| {
-            let text = format!("[[table]]\nname = 'b.csv'\nfrom = ['a.csv']\nby = ['{by}']\nof = ['energy_j']");
-            fs_err::write(place(FILE), text).unwrap();
-            make(&place(FILE), folder.path())
-        };
-        of("space").unwrap();
-        of("task").unwrap();
-        fs_err::write(place("b.csv"), TABLE).unwrap();
-        let told = of("task").unwrap_err().to_string();
-        assert!(told.contains("b.csv: is there") && told.contains("nothing was overwritten"), "{told}");
-        assert_eq!(fs_err::read_to_string(place("b.csv")).unwrap(), TABLE);
+    fn a_table_is_made_of_an_earlier_one_and_of_newer_files() {
+        let [root, out] = [(); 2].map(|()| tempfile::tempdir().unwrap());
+        let wanted = "[[table]]\nname = 'first.csv'\nfrom = ['a.csv']\nby = ['task', 'space']\nof = ['energy_j']\n
+            [[table]]\nname = 'second.csv'\nfrom = ['first.csv']\nby = ['task']\nof = ['mean']";
+        fs_err::create_dir(root.path().join("below")).unwrap();
+        fs_err::write(root.path().join("below").join(FILE), wanted).unwrap();
+        fs_err::write(root.path().join("below/a.csv"), TABLE).unwrap();
+        let second = || derived(root.path(), out.path()).unwrap()[&out.path().join("below/second.csv")].rows[0].clone();
+        assert_eq!(second().iter().take(4).collect::<Vec<_>>(), ["lift", "mean", "2", "2.5"]);
+        fs_err::create_dir(out.path().join("below")).unwrap();
+        fs_err::write(out.path().join("below/a.csv"), "task,space,energy_j\nlift,low,7\n").unwrap();
+        assert_eq!(second().iter().take(4).collect::<Vec<_>>(), ["lift", "mean", "1", "7"]);
     }
 
     #[test]

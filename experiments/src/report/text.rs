@@ -1,6 +1,6 @@
 //! Text that people write, with figures that come from the runs.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
@@ -12,6 +12,7 @@ use serde_json::{Value as Json, json};
 use walkdir::WalkDir;
 
 use crate::report::comparison::ComparisonRow;
+use crate::report::derived::Derived;
 use crate::report::summary::{RunSummary, label};
 use crate::run::csv_table::CsvTable;
 
@@ -33,14 +34,20 @@ pub fn find_templates(root: &Path) -> Result<Vec<PathBuf>> {
 
 /// Fills in the template `path` as the text `filled`, in Jinja's language. It knows `runs[EXPERIMENT][TASK][GROUP][COLUMN]`, a column of
 /// `runs.csv` as a list over the runs of a group, `comparison[EXPERIMENT][TASK][GROUP][QUANTITY]`, a row of
-/// `comparison.csv`, `rows(FILE, COLUMN=VALUE, ...)`, the rows of any other CSV file (its path counted from the
+/// `comparison.csv`, `rows(FILE, COLUMN=VALUE, ...)`, the rows of a `derived` table or any other CSV file (its path counted from the
 /// folder of the text, or else of the template) whose columns read so, `cell(FILE, NAME, COLUMN=VALUE, ...)`, a cell of the only such row, and
 /// the filters `digits(n)` (of a number, of each in a list, or of a row of `comparison.csv` with its interval) and `percent(n)` (of a share).
 /// A text computes nothing: numbers are cells of tables.
 ///
 /// # Errors
 /// If it is no template, or asks for files, runs, columns or quantities that do not exist.
-pub fn fill(path: &Path, filled: &Path, runs: &[RunSummary], comparison: &[ComparisonRow]) -> Result<String> {
+pub fn fill(
+    path: &Path,
+    filled: &Path,
+    runs: &[RunSummary],
+    comparison: &[ComparisonRow],
+    derived: &Derived,
+) -> Result<String> {
     let template = fs_err::read_to_string(path)?;
     let folder = |file: &Path| file.parent().map(Path::to_path_buf).context("a file lies in a folder");
     let (here, there) = (folder(filled)?, folder(path)?);
@@ -49,13 +56,13 @@ pub fn fill(path: &Path, filled: &Path, runs: &[RunSummary], comparison: &[Compa
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).keep_trailing_newline(true).build()?);
     environment.add_filter("digits", digits);
     environment.add_filter("percent", percent);
-    let tables: Arc<Mutex<HashMap<PathBuf, CsvTable>>> = Arc::default();
+    let tables = Arc::new(Mutex::new(derived.clone()));
     let found = move |file: &str, wanted: &Kwargs| {
         let wanted = wanted.args().map(|column| Ok((column, wanted.get::<Value>(column)?.to_string())));
         let wanted = wanted.collect::<Result<Vec<_>, Error>>()?;
-        let made = here.join(file);
-        let path = if made.exists() { made } else { there.join(file) };
         let mut tables = tables.lock().expect("no thread but this one");
+        let made = here.join(file);
+        let path = if tables.contains_key(&made) || made.exists() { made } else { there.join(file) };
         if !tables.contains_key(&path) {
             tables.insert(path.clone(), CsvTable::read_finished(&path).map_err(problem)?);
         }
@@ -176,7 +183,9 @@ mod tests {
         let path = folder.path().join("a.md.j2");
         fs_err::write(&path, template)?;
         fs_err::write(folder.path().join("b.csv"), "space,energy_j,commit\nosc,2.5,353933642383\naforce,1.5,e\n")?;
-        fill(&path, &path.with_extension(""), &all, &comparison(&groups(&all)))
+        let made = folder.path().join("made.csv");
+        let derived = Derived::from([(made.clone(), CsvTable::parse(&made, "space,mean\nosc,3.5\n")?)]);
+        fill(&path, &path.with_extension(""), &all, &comparison(&groups(&all)), &derived)
     }
 
     #[test]
@@ -197,6 +206,7 @@ mod tests {
         let text =
             filled("{{ rows('b.csv', space='aforce')[0].energy_j + 1 }}, {{ rows('b.csv', energy_j=2.5)[0].commit }}");
         assert_eq!(text.unwrap(), "2.5, 353933642383");
+        assert_eq!(filled("{{ cell('made.csv', 'mean', space='osc') }}").unwrap(), "3.5");
     }
 
     #[test]
