@@ -1,7 +1,7 @@
 //! Text that people write, with figures that come from the runs.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use anyhow::{Context, Result, anyhow, bail};
@@ -61,7 +61,7 @@ pub fn fill(
         let wanted = wanted.args().map(|column| Ok((column, wanted.get::<Value>(column)?.to_string())));
         let wanted = wanted.collect::<Result<Vec<_>, Error>>()?;
         let mut tables = tables.lock().expect("no thread but this one");
-        let made = here.join(file);
+        let made = without_parents(&here.join(file));
         let path = if tables.contains_key(&made) || made.exists() { made } else { there.join(file) };
         if !tables.contains_key(&path) {
             tables.insert(path.clone(), CsvTable::read_finished(&path).map_err(problem)?);
@@ -83,6 +83,19 @@ pub fn fill(
     });
     let known = Serde(json!({ "runs": by_group(runs)?, "comparison": by_space(comparison)? }));
     Ok(environment.render_named_str(&path.display().to_string(), &template, known)?)
+}
+
+/// With `a/../b` as `b`: a derived table has no file whose path the system could resolve.
+fn without_parents(path: &Path) -> PathBuf {
+    let join = |mut so_far: PathBuf, part: Component| {
+        if part == Component::ParentDir && so_far.file_name().is_some() {
+            so_far.pop();
+        } else {
+            so_far.push(part);
+        }
+        so_far
+    };
+    path.components().fold(PathBuf::new(), join)
 }
 
 fn by_group(runs: &[RunSummary]) -> Result<Json> {
@@ -206,7 +219,10 @@ mod tests {
         let text =
             filled("{{ rows('b.csv', space='aforce')[0].energy_j + 1 }}, {{ rows('b.csv', energy_j=2.5)[0].commit }}");
         assert_eq!(text.unwrap(), "2.5, 353933642383");
-        assert_eq!(filled("{{ cell('made.csv', 'mean', space='osc') }}").unwrap(), "3.5");
+        for name in ["made.csv", "below/../made.csv"] {
+            let text = filled(&format!("{{{{ cell('{name}', 'mean', space='osc') }}}}"));
+            assert_eq!(text.unwrap(), "3.5");
+        }
     }
 
     #[test]
