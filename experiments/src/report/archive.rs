@@ -2,7 +2,7 @@
 //!
 //! `runs.jsonl.zst` has a line per run: task, space, variant, seed, whether it is done, its `config.toml` and its `manifest.json`.
 //! `episodes.csv.zst` and the others have the rows of all runs, each with task, space, variant and seed. `zstdcat`, pandas and
-//! polars read them. Fractions have three digits in `episodes.csv.zst` and five in the others.
+//! polars read them. Fractions have three digits in `episodes.csv.zst`, in `eval.csv.zst` too but for the return, and else five.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -123,7 +123,7 @@ pub fn write(records: &[Record], folder: &Path) -> Result<()> {
         let mut parts = vec![];
         for record in records {
             if let Some(csv) = record.csv(table)? {
-                parts.push(with_key(&csv, &RunId::of(&record.config), table.digits()));
+                parts.push(with_key(&csv, &RunId::of(&record.config), table));
             }
         }
         let path = folder.join(format!("{}.zst", table.file()));
@@ -170,8 +170,8 @@ fn kept_with(record: &Record) -> PathBuf {
     file::with_suffix(&record.path, ".zip")
 }
 
-/// With the columns that tell the run, after `schema`, and fractions of so many `digits`.
-fn with_key(csv: &CsvTable, run: &RunId, digits: usize) -> CsvTable {
+/// With the columns that tell the run, after `schema`, and fractions as short as the archive has them.
+fn with_key(csv: &CsvTable, run: &RunId, table: Table) -> CsvTable {
     let values = [run.task.clone(), run.space.clone(), run.variant.clone(), run.seed.to_string()];
     let at = csv.position("schema").map_or(0, |at| at + 1);
     let others: Vec<usize> =
@@ -182,7 +182,9 @@ fn with_key(csv: &CsvTable, run: &RunId, digits: usize) -> CsvTable {
         before.into_iter().map(cell).chain(key.iter().copied()).chain(after.into_iter().map(cell)).collect()
     };
     let values = values.each_ref().map(String::as_str);
-    let short = |row: &csv::StringRecord| row.iter().map(|cell| rounded(cell, digits)).collect();
+    let digits: Vec<usize> = csv.headers.iter().map(|column| table.digits(column)).collect();
+    let short =
+        |row: &csv::StringRecord| row.iter().zip(&digits).map(|(cell, &digits)| rounded(cell, digits)).collect();
     let rows = csv.rows.iter().map(|row| with(&short(row), &values)).collect();
     let headers = with(&csv.headers, &KEY);
     CsvTable::new(csv.path(), headers, rows)

@@ -30,8 +30,13 @@ impl Table {
         }
     }
 
-    /// Digits of a fraction in the archive: of an episode that is summed over hundreds of others fewer are enough.
-    pub fn digits(self) -> usize {
-        if self == Table::Episodes { 3 } else { 5 }
+    /// Digits of a fraction of a column in the archive: three are enough for an episode that is only one of a mean. The best evaluation is chosen
+    /// by its return, with five digits as the others.
+    pub fn digits(self, column: &str) -> usize {
+        match self {
+            Table::Episodes => 3,
+            Table::Eval if column != "return" => 3,
+            _ => 5,
+        }
     }
 }
