@@ -20,13 +20,17 @@ const SOURCE: &str = "keywords";
 /// Keys of an environment that a configuration without them does not tell.
 const UNTOLD: [&str; 2] = ["options", "stop_price"];
 
+/// Keywords that are no keys of an environment.
+const PYTHONS_OWN: [&str; 5] = ["config", "render_mode", "render_size", "scaled", "setup"];
+
 /// The environment of the built-in `task` that a run's `config.toml`, if one is given, and keywords on top of it describe.
 ///
 /// # Errors
 /// `TypeError` for an unknown keyword, else as a program answers the same keys.
 pub fn env_config(task: &str, config: Option<PathBuf>, keywords: &Bound<'_, PyDict>) -> PyResult<EnvConfig> {
     let wanted = TaskName::BUILT_IN.into_iter().find(|name| name.as_str() == task);
-    let wanted = wanted.ok_or_else(|| value_error(format!("no task is called {task:?}")))?;
+    let known = || TaskName::BUILT_IN.map(|name| name.as_str()).join(", ");
+    let wanted = wanted.ok_or_else(|| value_error(format!("no task is called {task:?}; there are {}", known())))?;
     config_of(wanted, None, config, keywords)
 }
 
@@ -47,13 +51,20 @@ pub fn config_of(
     // keywords of theirs look for both.
     let mut unknown = None;
     let mut layer = |name: &str, dict: &Bound<'_, PyDict>| -> PyResult<_> {
-        let mut env = table(dict, 0)?;
-        let setup = env.remove("setup").map(|setup| ("setup".to_string(), setup));
-        if let Some(key) = env.keys().find(|key| !UNTOLD.contains(&key.as_str()) && !known.contains_key(*key)) {
-            let keyword = name == SOURCE;
-            unknown =
-                Some(if keyword { format!("got an unexpected keyword argument '{key}': ") } else { String::new() });
+        let is_known = |key: &str| UNTOLD.contains(&key) || key == "setup" || known.contains_key(key);
+        let mut env = Table::new();
+        for (key, value) in dict.iter() {
+            let key = named(&key)?;
+            if is_known(&key) {
+                env.extend(entry(key, &value, 1)?);
+            } else {
+                let words = || format!("got an unexpected keyword argument '{key}': ");
+                unknown = Some(if name == SOURCE { words() } else { String::new() });
+                // Whatever it holds, the answer is that there is no such key.
+                env.insert(key, Value::Boolean(true));
+            }
         }
+        let setup = env.remove("setup").map(|setup| ("setup".to_string(), setup));
         let mut layer = Table::from_iter([("env".to_string(), Value::Table(env))].into_iter().chain(setup));
         spaces::work_out(&mut layer, Path::new("")).map_err(value_error)?;
         Ok((Source::named(name), layer))
@@ -70,7 +81,7 @@ pub fn config_of(
     }
     layers.push(layer(SOURCE, keywords)?);
     let config = settings::env(base, layers).map_err(|error| match unknown {
-        Some(words) => type_error(format!("{words}{error:#}")),
+        Some(words) => type_error(format!("{words}{error:#}; and of Python {}", PYTHONS_OWN.join(", "))),
         None => value_error(error),
     })?;
     if config.task != wanted {
@@ -82,15 +93,25 @@ pub fn config_of(
     Ok(config)
 }
 
-/// A dictionary as a table of settings.
+/// A dictionary as a table of settings; what is None counts as not given.
 pub fn table(dict: &Bound<'_, PyDict>, depth: usize) -> PyResult<Table> {
-    let entry = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
-        let key: String =
-            key.extract().map_err(|_| PyTypeError::new_err(format!("{key}: a setting's name is a string")))?;
-        let value = setting(&key, &value, depth + 1)?;
-        Ok((key, value))
-    };
-    dict.iter().map(entry).collect()
+    let mut table = Table::new();
+    for (key, value) in dict.iter() {
+        table.extend(entry(named(&key)?, &value, depth + 1)?);
+    }
+    Ok(table)
+}
+
+fn named(key: &Bound<'_, PyAny>) -> PyResult<String> {
+    key.extract().map_err(|_| PyTypeError::new_err(format!("{key}: a setting's name is a string")))
+}
+
+fn entry(key: String, value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Option<(String, Value)>> {
+    if value.is_none() {
+        return Ok(None);
+    }
+    let value = setting(&key, value, depth)?;
+    Ok(Some((key, value)))
 }
 
 fn setting(key: &str, value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value> {

@@ -208,6 +208,9 @@ def bad(words, kind=ValueError, **keywords):
     [
         bad('unknown key "env.horzon"; did you mean "env.horizon"?', TypeError, horzon=3),
         bad("got an unexpected keyword argument 'frameskip': keywords: unknown key \"env.frameskip\"; known are task, ", TypeError, frameskip=4),
+        bad("got an unexpected keyword argument 'callback': ", TypeError, callback=object()),
+        bad("; and of Python config, render_mode, render_size, scaled, setup", TypeError, scale=True),
+        bad("scaled = 'false' is not allowed; allowed: True or False", scaled="false"),
         bad("env.horizon = 0 is not allowed; allowed: 1 to 1000000", horizon=0),
         bad('env.force_penalty.limt"; did you mean "env.force_penalty.limit"?', force_penalty={"limt": 1}),
         bad("env.force_penalty.limit = NaN is not allowed", force_penalty={"limit": np.nan}),
@@ -383,3 +386,16 @@ def test_a_camera_is_observed_beside_the_numbers():
         make(observation={"camera": {"kind": "dept"}})
     with pytest.raises(ValueError, match="observation.camera is not for this vector"):
         gym.make_vec("aforce/Lift-v0", num_envs=2, observation={"camera": {}})
+
+
+def test_what_it_describes_makes_it_again(tmp_path):
+    (tmp_path / "arm.urdf").write_text(urdf('<sphere radius="0.05"/>'))
+    made = aforce.Env("lift", robot=tmp_path / "arm.urdf", horizon=30, space=None, observation={"force": True, "camera": None})
+    settings = made.describe()["env"]
+    assert settings.pop("task") == "lift" and settings["robot"]["air"] is None
+    assert aforce.Env("lift", **settings).describe() == made.describe()
+
+
+def test_an_unknown_task_is_told_with_the_known_ones():
+    with pytest.raises(ValueError, match='no task is called "Lift"; there are lift, door, wipe, insert'):
+        aforce.Env("Lift")

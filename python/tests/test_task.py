@@ -324,6 +324,39 @@ def test_what_goes_wrong_later_ends_the_episode(kind, words, later, count):
     env.step(actions)
 
 
+def test_a_reward_of_progress_has_both_distances():
+    class Closer(Reach):
+        calls = []
+
+        def reset(self, rng):
+            self.before = self.now = None
+            return super().reset(rng)
+
+        def advance(self, state):
+            self.calls.append("advance")
+            self.before, self.now = self.now, float(state.tool.position[2])
+
+        def observe(self, state):
+            self.calls.append("observe")
+            return super().observe(state)
+
+        def reward(self, state):
+            self.calls.append("reward")
+            return {"progress": 0.0 if self.before is None else self.before - self.now}
+
+        def success(self, state):
+            self.calls.append("success")
+            return False
+
+    env = aforce.Env(task=Closer, space="osc")
+    env.reset(seed=1)
+    env.step(np.zeros(6))
+    Closer.calls.clear()
+    rewards = [env.step([0, 0, -1, 0, 0, 0])[1] for _ in range(5)]
+    assert Closer.calls[:4] == ["advance", "observe", "reward", "success"]
+    assert rewards[-1] > 0
+
+
 def test_a_task_without_a_script_says_so():
     env = aforce.Env(task=Plain)
     env.reset(seed=1)

@@ -88,6 +88,10 @@ def test_wrappers_for_vectors_take_it():
     assert info["episode"]["l"].tolist() == [3, 3, 3]
 
 
+def test_it_describes_what_each_environment_is():
+    assert vector(horizon=9).describe() == make(horizon=9).unwrapped.describe()
+
+
 def test_bad_input_is_answered():
     with pytest.raises(ValueError, match="threads = 0 is not allowed; allowed: a whole number, 1 or above"):
         vector(threads=0)

@@ -24,6 +24,12 @@ Observation: TypeAlias = Any  # Floats, or a dict of them as `state` and of `pix
 LARGEST = 8192
 
 
+def checked_scaled(scaled: bool) -> bool:
+    if not isinstance(scaled, bool | np.bool_):
+        raise ValueError(f"scaled = {scaled!r} is not allowed; allowed: True or False")
+    return bool(scaled)
+
+
 def spaces_of(description: dict[str, Any], scaled: bool) -> tuple[Box, Box]:
     """Spaces of observation and action: finite where observations are scaled."""
     limit = description["scaled_limit"] if scaled else np.inf
@@ -88,6 +94,7 @@ class Env(gym.Env[Observation, Floats], EzPickle):
     render_size  width and height of a picture
     **settings   everything else that `env` of a configuration has, with the same names, defaults and messages: setup, robot,
                  horizon, controller, force_penalty, disturbance, observation, ends_on_success, stops, stop_price, motion_price, ..
+                 None counts as not given
 
     Observations and actions are float32; NaN or a wrong shape is a ValueError. An episode is truncated at its horizon, and
     terminated if the simulation diverges or, with `stops=True`, where a real arm would have stopped itself. With `stop_price` it
@@ -125,13 +132,13 @@ class Env(gym.Env[Observation, Floats], EzPickle):
         made_by = maker(named, task, settings)
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise ValueError(f'render_mode = {render_mode!r} is not allowed; allowed: None, "rgb_array"')
-        self.scaled, self.render_mode = scaled, render_mode
+        self.scaled, self.render_mode = checked_scaled(scaled), render_mode
         sides = list(render_size) if np.iterable(render_size) else []
         whole = all(isinstance(side, int | np.integer) and not isinstance(side, bool) for side in sides)
         if len(sides) != 2 or not whole or not all(1 <= side <= LARGEST for side in sides):
             raise ValueError(f"render_size = {render_size!r} is not allowed; allowed: a width and a height, 1 to {LARGEST}")
         self._width, self._height = (int(side) for side in sides)
-        self._native = Native(made_by, config, settings, bool(scaled))
+        self._native = Native(made_by, config, settings, self.scaled)
         description = self.describe()
         self.task: str = description["env"]["task"]
         self._horizon: int = description["env"]["horizon"]

@@ -14,9 +14,9 @@ Numbers: TypeAlias = "float | ArrayLike"
 
 class Task:
     """A task: a class below this one says what the scene is, what is drawn, observed, rewarded, and what success is. Every environment
-    makes an object of its own. Lengths in metres, angles in radians, world axes with z up, quaternions x, y, z, w.
+    makes an object of its own. When an environment is made it calls `reset`, `observe`, `reward` and `success` for a first time. Lengths in metres, angles in radians, world axes with z up, quaternions x, y, z, w.
 
-    scene        a dict, or the name of an MJCF (.xml) or URDF (.urdf) file. Floor, table and robot are there by themselves
+    scene        a dict, or the path of an MJCF (.xml) or URDF (.urdf) file, counted from the working directory. Floor, table and robot are there by themselves
         table        {"height": 0.8, "centre": [0, 0], "size": [0.8, 0.8], "friction": 1}
         bodies       a list, parents before children, of dicts {"name", "parent", "pose", "joint", "mass" or "density", "shapes"},
                      or of files {"file", "pose"; for a URDF "free", "friction"}. The origin of an MJCF file's body with a joint is
@@ -26,7 +26,7 @@ class Task:
     gripper      whether the last entry of an action moves the fingers
     name         in descriptions and pages; the class's name in kebab-case if it is None
     achievement  what success is: a verb and its object
-    defaults     settings that differ from those of other tasks, as keywords of an environment: {"horizon": 300}
+    defaults     settings that differ from those of other tasks, with the keys of `env`: {"horizon": 300}
     scaling      of names of the observation, a pair: typical value, typical deviation; (0, 1) of the others
     units        of names of the observation
     camera       {"eye": [..], "target": [..], "field_of_view": ..}, from where pictures are taken
@@ -45,7 +45,8 @@ class Task:
     script(state)          where a script goes next: {"position": [..], "grip": -1 opens, +1 closes, "force": N to press with}, and
                            "forward" (hand straight down, fingers open along it; with "turns": how many turns about z do as well) or
                            "quaternion"; without these the hand keeps its rotation
-    advance(state)         called once after every action, for what the object remembers
+    advance(state)         called once after every action, before observe, reward and success, for what the object remembers. A reward of
+                           progress needs both distances: `self.before, self.now = self.now, distance` here, their difference in reward
     observe_critic(state)  as observe: what a critic may see besides, for observation={"critic": ["task"]}
     marks()                discs that are drawn: a list of x, y, z, radius
     """
@@ -72,7 +73,7 @@ class Task:
         raise NotImplementedError(f"{type(self).__name__} has no observe(state)")
 
     def reward(self, state: State) -> dict[str, float] | float:
-        """The terms that add up to the reward, at most sixteen: the same names every time. Called once before the first episode."""
+        """The terms that add up to the reward, at most sixteen: the same names every time."""
         raise NotImplementedError(f"{type(self).__name__} has no reward(state)")
 
     def success(self, state: State) -> bool:

@@ -13,7 +13,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
 from ._native import Vector as Native
-from .env import File, Floats, absolute, checked_seed, maker, spaces_of
+from .env import File, Floats, absolute, checked_scaled, checked_seed, maker, spaces_of
 from .task import Makes
 
 
@@ -56,8 +56,8 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
         )
         threads = len(os.sched_getaffinity(0)) if threads is None else threads
         made_by = maker(named, task, settings)
-        self._native = Native(num_envs, threads, made_by, config, settings, bool(scaled))
-        description = json.loads(self._native.describe())
+        self._native = Native(num_envs, threads, made_by, config, settings, checked_scaled(scaled))
+        description = self.describe()
         if "pixels" in description:
             raise ValueError("observation.camera is not for this vector; allowed: Gymnasium's own, of single environments")
         horizon = description["env"]["horizon"]
@@ -138,6 +138,11 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
             info[name] = cls._masked(values, mask) if nested else np.where(rows, values, values.dtype.type(0))
             info[f"_{name}"] = mask.copy()
         return info
+
+    def describe(self) -> dict[str, Any]:
+        """As `Env.describe`: all environments are alike."""
+        description: dict[str, Any] = json.loads(self._native.describe())
+        return description
 
     def close_extras(self, **kwargs: Any) -> None:
         if hasattr(self, "_native"):  # Closed in the end even if it could not be made.
