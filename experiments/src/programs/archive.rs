@@ -6,8 +6,10 @@ use std::process::ExitCode;
 
 use crate::config::RunId;
 use crate::report::archive;
+use crate::report::columns::Columns;
 use crate::report::record::Record;
 use crate::report::summary::{RunSummary, find_runs};
+use crate::report::table::Table;
 use crate::run::folder::RunFolder;
 use crate::run::kept;
 use crate::run::manifest::Manifest;
@@ -74,9 +76,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
                 tell_of_another(kept, record, &folder);
             }
         }
-        // What cannot be summed up would spoil the archive for good.
         for record in &added {
-            RunSummary::of(record, &folder)?;
+            can_be_summed_up(record, &folder)?;
         }
         all.extend(added.iter().cloned());
         let order = |record: &Record| {
@@ -108,11 +109,20 @@ fn lies_apart(out: &Path, runs: &Path) -> Result<()> {
     Ok(())
 }
 
+/// What cannot would spoil the archive for good.
+fn can_be_summed_up(record: &Record, folder: &Path) -> Result<()> {
+    RunSummary::of(record, folder)?;
+    if let Some(played) = record.csv(Table::Disturbed)? {
+        record.policies_of(Table::Disturbed, &Columns::of(played)?)?;
+    }
+    Ok(())
+}
+
 /// The run `kept` of the archive `folder` with the tables that it lacks and its own folder has.
 fn completed(kept: &Record, record: &Record, folder: &Path) -> Result<Record> {
     let (completed, added) = kept.with_tables_of(record)?;
     if !added.is_empty() {
-        RunSummary::of(&completed, folder)?;
+        can_be_summed_up(&completed, folder)?;
     }
     for table in added {
         program::say(format_args!("added: {}", record.place(table)));
@@ -124,7 +134,11 @@ fn completed(kept: &Record, record: &Record, folder: &Path) -> Result<Record> {
 fn tell_of_another(kept: &Record, record: &Record, folder: &Path) {
     let [there, here] = [kept, record].map(|run| {
         let Record { config, manifest, .. } = run;
-        format!("{} actions, commit {}, configuration {}", config.steps, manifest.commit, manifest.config_hash)
+        let Manifest { commit, config_hash, started_unix_s, .. } = manifest;
+        format!(
+            "{} actions, commit {commit}, configuration {config_hash}, begun at {started_unix_s} s of Unix time",
+            config.steps
+        )
     });
     program::tell(format_args!(
         "not taken: {}: {} has the run already ({there}), here it is another ({here})",

@@ -2,7 +2,7 @@
 //!
 //! `runs.jsonl.zst` has a line per run: task, space, variant, seed, whether it is done, its `config.toml` and its `manifest.json`.
 //! `episodes.csv.zst` and the others have the rows of all runs, each with task, space, variant and seed. `zstdcat`, pandas and
-//! polars read them. Fractions have three digits in `episodes.csv.zst`, in `eval.csv.zst` too but for the return, and else five.
+//! polars read them. Fractions have three digits in `episodes.csv.zst`, in `eval.csv.zst` too but for the return, which has seven, and else five.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -105,7 +105,12 @@ fn read_rows(folder: &Path, listed_alone: bool) -> Result<Vec<Record>> {
     lines
         .into_iter()
         .map(|line| {
-            let tables = tables.remove(&key(&line)).expect("one per line");
+            let mut tables = tables.remove(&key(&line)).expect("one per line");
+            // A short run has come to its end without a row of it, and has it nonetheless.
+            if tables.iter().all(|(table, _)| *table != Table::Progress) {
+                let path = folder.join(format!("{}.zst", Table::Progress.file()));
+                tables.push((Table::Progress, CsvTable::new(&path, <_>::default(), vec![])));
+            }
             let label = crate::config::label(&line.space, &line.variant);
             let place = folder.join(&line.task).join(label).join(format!("seed_{}", line.seed));
             Record::archived(place, line.config, line.manifest, line.done, tables)
@@ -256,6 +261,12 @@ mod tests {
             both.rows[..table.rows.len()] == table.rows
                 && both.rows[table.rows.len()..].iter().all(|row| row[last].is_empty())
         );
+        // A run that ended before the first row of its progress is summed up from the archive too.
+        let progress = RunFolder::at(&root.path().join(paths[0])).progress();
+        let header = fs_err::read_to_string(&progress).unwrap().lines().next().unwrap().to_string() + "\n";
+        fs_err::write(&progress, header).unwrap();
+        write(&records, &second).unwrap();
+        assert!(read(&second).unwrap().iter().all(|record| RunSummary::of(record, &second).is_ok()));
         let list = unpack(&folder.join(RUNS)).unwrap();
         pack(&folder.join(RUNS), list.lines().next().unwrap().as_bytes()).unwrap();
         let told = read(&folder).unwrap_err().to_string();

@@ -190,6 +190,7 @@ mod tests {
         assert!(row.number("final_return").is_finite() && row.wall_s > 0.0);
         let unknown = ["sampled_return", "energy_per_action_j", "final_energy_per_action_j"];
         assert!(unknown.iter().all(|name| row.number(name).is_nan()));
+        assert_eq!(row.steps, Some(300), "a longer run is not held against a shorter one");
         assert_eq!((row.position_step_m, row.preset.as_str(), row.commit.as_str()), (None, "", ""));
     }
 

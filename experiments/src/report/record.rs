@@ -11,6 +11,7 @@ use crate::report::table::Table;
 use crate::run::csv_table::CsvTable;
 use crate::run::folder::RunFolder;
 use crate::run::manifest::Manifest;
+use crate::run::tables::of_run;
 
 /// A run's configuration, where it came from, and its tables.
 #[derive(Debug, Clone)]
@@ -157,9 +158,13 @@ impl Record {
     /// taken on may have got others than those which were played.
     ///
     /// # Errors
-    /// If it is of neither, or of sampled actions.
+    /// If it is of neither, of another run, or of sampled actions.
     pub fn policies_of(&self, table: Table, played: &Columns) -> Result<[bool; 2]> {
         let path = self.place(table);
+        // In an archive the run's own columns stand in place of those that the table had.
+        if matches!(self.tables, Tables::Folder) {
+            self.csv(table)?.map_or(Ok(()), |csv| of_run(&csv, &self.config))?;
+        }
         let policies = played.by_text("policy")?;
         ensure!(
             policies.iter().all(|(policy, _)| policy == "mean"),

@@ -82,6 +82,11 @@ impl RunTables {
         Ok(trained.or(self.returns.last().map(|point| point.0)).map_or(0, |step| step as u64))
     }
 
+    /// The action of the last evaluation.
+    pub(super) fn last_evaluation(&self) -> Option<u64> {
+        self.returns.last().map(|point| point.0 as u64)
+    }
+
     /// Every number of the run: those that its columns' entries name, and those that no single column makes.
     pub(super) fn numbers(&self) -> Result<Vec<(&'static str, Cell)>> {
         let mut numbers = vec![];

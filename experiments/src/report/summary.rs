@@ -30,7 +30,7 @@ pub struct RunSummary {
     pub preset: String,
     pub position_step_m: Option<f64>,
     pub rotation_step_rad: Option<f64>,
-    /// The actions that it was to train for, where its configuration is known; no column.
+    /// The actions that it was to train for, or of its last evaluation where its configuration is not known; no column.
     pub steps: Option<u64>,
     pub env_steps: u64,
     pub done: bool,
@@ -145,7 +145,7 @@ impl RunSummary {
             preset: if run.outside { String::new() } else { config.preset.name.into() },
             position_step_m: step(0),
             rotation_step_rad: step(3),
-            steps: (!run.outside).then_some(config.steps),
+            steps: if run.outside { tables.last_evaluation() } else { Some(config.steps) },
             env_steps: tables.last_step()?,
             done: *done,
             numbers: tables.numbers()?,

@@ -1,5 +1,7 @@
 //! Which tables a run may leave.
 
+use crate::run::csv_writer::DIGITS;
+
 /// The tables that a run may leave, each a file of its folder and a file of the archive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Table {
@@ -31,12 +33,13 @@ impl Table {
     }
 
     /// Digits of a fraction of a column in the archive: three are enough for an episode that is only one of a mean. The best evaluation is chosen
-    /// by its return, with five digits as the others.
+    /// by its return, which has the seven of the run's own table.
     pub fn digits(self, column: &str) -> usize {
         match self {
             Table::Episodes => 3,
-            Table::Eval if column != "return" => 3,
-            _ => 5,
+            Table::Eval if column == "return" => DIGITS,
+            Table::Eval => 3,
+            Table::Progress | Table::Disturbed | Table::End => 5,
         }
     }
 }

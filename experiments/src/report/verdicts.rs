@@ -206,7 +206,7 @@ fn sides(
         let label = label(&run.space, &run.variant);
         let Some(side) = sides.iter().position(|side| side.label == label) else { continue };
         experiments.insert(run.experiment.as_str());
-        presets.insert(run.preset.as_str());
+        presets.insert(if run.preset.is_empty() { "another learner" } else { run.preset.as_str() });
         lengths.extend(run.steps);
         let id = format!("{} {label} {}", run.task, run.seed);
         let value = numbers[metric].as_f64().or(worst(metric, numbers));

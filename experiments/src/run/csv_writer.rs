@@ -64,7 +64,7 @@ impl CsvWriter {
 }
 
 /// Digits of a fraction in the tables of a run: they tell all that a simulation of contacts can.
-pub(super) const DIGITS: usize = 7;
+pub const DIGITS: usize = 7;
 
 /// A cell as it is written: a fraction has so many digits.
 pub(crate) fn rounded(cell: &str, digits: usize) -> String {

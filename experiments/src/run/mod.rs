@@ -20,7 +20,7 @@ pub mod rows;
 pub mod seeds;
 pub mod source;
 pub mod stop;
-mod tables;
+pub mod tables;
 pub mod tensorboard;
 pub mod train;
 pub mod which;

@@ -1,7 +1,5 @@
 //! The tables of a run, as far as a checkpoint has seen them.
 
-use std::path::Path;
-
 use anyhow::{Result, bail, ensure};
 use tasks::Outcome;
 
@@ -25,8 +23,11 @@ impl Tables {
         takes(&table, (TrainingKey::default(), Outcome::default()))?;
         takes(&folder.eval(), (EvaluationKey::default(), Outcome::default()))?;
         takes(&folder.progress(), ProgressRow::default())?;
-        of_run(&table, config)?;
-        of_run(&folder.eval(), config)?;
+        for table in [&table, &folder.eval()] {
+            if table.exists() {
+                of_run(&CsvTable::read(table)?, config)?;
+            }
+        }
         for (path, needed) in [(&table, step), (&folder.eval(), evaluated(config, step))] {
             let last = last_step(path)?;
             ensure!(
@@ -64,13 +65,16 @@ impl Tables {
     }
 }
 
-/// Whether every row of a table is of this run.
-fn of_run(path: &Path, config: &RunConfig) -> Result<()> {
-    let table = if path.exists() { CsvTable::read(path)? } else { return Ok(()) };
+/// Whether every row of a table is of this run, as far as its columns tell.
+///
+/// # Errors
+/// If one is of another.
+pub fn of_run(table: &CsvTable, config: &RunConfig) -> Result<()> {
     let RunId { task, space, seed, .. } = RunId::of(config);
     for (column, ours) in [("task", task), ("space", rounded(&space, DIGITS)), ("seed", seed.to_string())] {
-        if let Some(other) = table.column(column)?.into_iter().find(|there| *there != ours) {
-            bail!("{}: has rows of another run, with {column} {other}, not {ours}", path.display());
+        let Some(at) = table.position(column) else { continue };
+        if let Some(other) = table.rows.iter().map(|row| &row[at]).find(|there| *there != ours) {
+            bail!("{}: has rows of another run, with {column} {other}, not {ours}", table.path().display());
         }
     }
     Ok(())

@@ -159,15 +159,20 @@ fn the_last_policy_is_summed_up_apart() {
     let folder = RunFolder::at(&root.path().join(path));
     let mut end = CsvWriter::append(&folder.path().join(Table::End.file())).unwrap();
     for (total, success) in [(400.0, true), (100.0, false)] {
-        let key = EvaluationKey { schema: SCHEMA, step: 80_000, policy: "mean".into(), ..Default::default() };
+        let of = EvaluationKey { task: "lift".into(), space: "osc".into(), seed: 1, ..Default::default() };
+        let key = EvaluationKey { schema: SCHEMA, step: 80_000, policy: "mean".into(), ..of };
         let cells = [("return", Cell::Real(total)), ("success_before_stop", Cell::Flag(success))];
         end.write((key, Outcome::default().with(&cells))).unwrap();
     }
     let row = summary_of(&folder, root.path());
     assert_eq!((row.number("end_return"), row.number("end_success_before_stop")), (250.0, 0.5));
     assert!(row.number("end_time_to_success_s").is_nan(), "no cell is filled");
-    for (key, problem) in [("mean", "neither of the best policy"), ("sampled", "are to be of mean actions")] {
-        let text = format!("schema,step,policy,return\n{SCHEMA},70000,{key},400\n");
+    for (key, problem) in [
+        ("70000,mean,1", "neither of the best policy"),
+        ("80000,sampled,1", "are to be of mean actions"),
+        ("80000,mean,2", "end.csv: has rows of another run, with seed 2, not 1"),
+    ] {
+        let text = format!("schema,step,policy,seed,return\n{SCHEMA},{key},400\n");
         fs_err::write(folder.path().join(Table::End.file()), text).unwrap();
         let told = RunSummary::of(&Record::of_folder(&folder).unwrap(), root.path()).unwrap_err();
         assert!(format!("{told:#}").contains(problem), "{told:#}");

@@ -82,6 +82,9 @@ fn a_run_counts_once_it_is_done() {
     all[4].preset = "paper".into();
     let error = judged(&hypothesis("sampled_return", "above", "osc", ""), &all).unwrap_err().to_string();
     assert!(error.contains("runs trained with paper and swift"), "{error}");
+    all[4].preset = String::new();
+    let error = judged(&hypothesis("sampled_return", "above", "osc", ""), &all).unwrap_err().to_string();
+    assert!(error.contains("runs trained with another learner and swift"), "{error}");
     all[4].preset = "swift".into();
     all.iter_mut().zip([200, 200, 200, 200, 80]).for_each(|(run, steps)| run.steps = Some(steps));
     let error = judged(&hypothesis("sampled_return", "above", "osc", ""), &all).unwrap_err().to_string();
