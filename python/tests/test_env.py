@@ -221,7 +221,7 @@ def bad(words, kind=ValueError, **keywords):
         bad("setup = \"tiny\": known are paper-steps, small-steps, solve", setup="tiny"),
         bad("horizon is a object", TypeError, horizon=object()),
         bad("horizon = 1180591620717411303424 is too large", horizon=2**70),
-        bad("hinge_spring: door has it, lift has not", disturbance={"hinge_spring": 1.0}),
+        bad("env.disturbance.hinge_spring: ", disturbance={"hinge_spring": 1.0}),
         bad("none.toml", FileNotFoundError, config="none.toml"),
         bad("none.toml", space="none.toml"),
         bad("render_mode = 'ansi' is not allowed", render_mode="ansi"),

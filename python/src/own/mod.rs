@@ -3,6 +3,7 @@
 
 mod answer;
 mod blueprint;
+mod bodies;
 mod scene;
 mod start;
 mod state;

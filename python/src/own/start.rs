@@ -9,7 +9,7 @@ use physics::scene::{Joint, Scene};
 use serde::Deserialize;
 use tasks::{Fingers, Start};
 
-use super::scene::pose;
+use super::bodies::pose;
 
 /// What `reset` returned.
 #[derive(Default, Deserialize)]

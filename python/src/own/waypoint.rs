@@ -7,7 +7,7 @@ use serde::Deserialize;
 use tasks::{Waypoint, nearest_straight_down};
 
 use super::answer::Part;
-use super::scene::pose;
+use super::bodies::pose;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
