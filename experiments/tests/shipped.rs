@@ -42,9 +42,11 @@ fn committed_runs_are_those_of_the_shipped_sweeps() {
         "second-study/stops.toml",
         "second-study/entries.toml",
         "second-study/door.toml",
+        "second-study/condensed.toml",
         "insert/force.toml",
         "insert/spaces.toml",
         "insert/parts.toml",
+        "insert/narrow.toml",
     ];
     let others = others.map(String::from);
     let nameless = |mut run: RunConfig| {
