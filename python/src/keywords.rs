@@ -81,7 +81,9 @@ pub fn config_of(
     }
     layers.push(layer(SOURCE, keywords)?);
     let config = settings::env(base, layers).map_err(|error| match unknown {
-        Some(words) => type_error(format!("{words}{error:#}; and of Python {}", PYTHONS_OWN.join(", "))),
+        // Those of a task's `defaults` have none of Python's own.
+        Some(words) if words.is_empty() => type_error(error),
+        Some(words) => type_error(format!("{words}{error:#} (Python's own: {})", PYTHONS_OWN.join(", "))),
         None => value_error(error),
     })?;
     if config.task != wanted {

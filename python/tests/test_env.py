@@ -209,7 +209,7 @@ def bad(words, kind=ValueError, **keywords):
         bad('unknown key "env.horzon"; did you mean "env.horizon"?', TypeError, horzon=3),
         bad("got an unexpected keyword argument 'frameskip': keywords: unknown key \"env.frameskip\"; known are task, ", TypeError, frameskip=4),
         bad("got an unexpected keyword argument 'callback': ", TypeError, callback=object()),
-        bad("; and of Python config, render_mode, render_size, scaled, setup", TypeError, scale=True),
+        bad(" (Python's own: config, render_mode, render_size, scaled, setup)", TypeError, scale=True),
         bad("scaled = 'false' is not allowed; allowed: True or False", scaled="false"),
         bad("env.horizon = 0 is not allowed; allowed: 1 to 1000000", horizon=0),
         bad('env.force_penalty.limt"; did you mean "env.force_penalty.limit"?', force_penalty={"limt": 1}),

@@ -14,9 +14,11 @@ Numbers: TypeAlias = "float | ArrayLike"
 
 class Task:
     """A task: a class below this one says what the scene is, what is drawn, observed, rewarded, and what success is. Every environment
-    makes an object of its own. When an environment is made it calls `reset`, `observe`, `reward` and `success` for a first time. Lengths in metres, angles in radians, world axes with z up, quaternions x, y, z, w.
+    makes an object of its own. When an environment is made it calls `reset`, `observe`, `reward` and `success` for a first time. Lengths in
+    metres, angles in radians, world axes with z up, quaternions x, y, z, w.
 
-    scene        a dict, or the path of an MJCF (.xml) or URDF (.urdf) file, counted from the working directory. Floor, table and robot are there by themselves
+    scene        a dict, or the path of an MJCF (.xml) or URDF (.urdf) file, counted from the working directory. Floor,
+                 table and robot are there by themselves
         table        {"height": 0.8, "centre": [0, 0], "size": [0.8, 0.8], "friction": 1}
         bodies       a list, parents before children, of dicts {"name", "parent", "pose", "joint", "mass" or "density", "shapes"},
                      or of files {"file", "pose"; for a URDF "free", "friction"}. The origin of an MJCF file's body with a joint is
