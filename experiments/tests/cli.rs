@@ -304,7 +304,7 @@ fn baselines_make_their_folder() {
     expect(&error(&mut command, 1), &["table.csv", "nothing was overwritten"]);
     let mut twice = program("baselines");
     twice.current_dir(&folder).args(["random", "--episodes", "1", "--out", "one.svg", "--plot", "one"]);
-    expect(&error(&mut twice, 2), &["one.svg", "would both write it"]);
+    expect(&error(&mut twice, 2), &["one.svg", "two of --out, --plot and --map would write it"]);
     let (sweep, table) = (folder.path().join("sweep.toml"), folder.path().join("variants.csv"));
     let groups = "[run]\nenv.horizon = 2\n[variants]\na = {}\nb.env.space.damping_ratio = 0.5\n[[group]]\ntasks = ['lift', 'door']\nspaces = ['osc']\nseeds = [1, 2]";
     std::fs::write(&sweep, groups).unwrap();
@@ -330,6 +330,50 @@ fn baselines_make_their_folder() {
     for learners in ["--steps", "--preset", "--seed"] {
         expect(&error(program("evaluate").args(["--random", learners, "5"]), 2), &[learners]);
     }
+}
+
+/// A kept policy plays where it was trained, in the sets of a sweep, which a map shows.
+#[test]
+fn a_trained_policy_is_a_baseline_of_its_own_set_ups() {
+    let folder = tempfile::tempdir().unwrap();
+    let kept = concat!(env!("CARGO_MANIFEST_DIR"), "/../results/study/table-1/lift/aforce/seed_12.zip");
+    let sweep = folder.path().join("psi.toml");
+    let adaptive = "env.space.stiffness.adaptive";
+    let groups = format!(
+        "[run]\nenv.horizon = 2\nsetup = 'paper-steps'\n[[group]]\ntasks = ['lift', 'door']\nspaces = ['aforce', 'osc']\nseeds = [7, 8]\n\
+         [[group]]\nname = 'soft'\ntasks = ['lift']\nspaces = ['aforce']\nseeds = [7]\nrun.{adaptive}.k_min = [100.0, 5.0]\nrun.{adaptive}.delta_sign = 'off'"
+    );
+    std::fs::write(&sweep, groups).unwrap();
+    let table = folder.path().join("played.csv");
+    let mut command = program("baselines");
+    command.args([kept, "--episodes", "1", "--sweep"]).arg(&sweep).arg("--out").arg(&table);
+    command.arg("--map").arg(folder.path().join("map")).assert().success();
+    let table = CsvTable::read_finished(&table).unwrap();
+    let [task, space, variant, policy, k_min, tolerance, sign] =
+        ["task", "space", "variant", "policy", "k_min_n_per_m", "tolerance_m", "delta_sign"]
+            .map(|name| table.column(name).unwrap());
+    assert_eq!((task, space, variant), (vec!["lift"; 2], vec!["aforce"; 2], vec!["", "soft"]));
+    assert_eq!((policy, k_min, sign), (vec!["mean"; 2], vec!["300.0", "100.0"], vec!["damping", "off"]));
+    assert!(tolerance.iter().all(|cell| cell.starts_with("0.037")), "{tolerance:?}");
+    let map = std::fs::read_to_string(folder.path().join("map.svg")).unwrap();
+    assert!(
+        map.contains("Lift, delta with the damping sign")
+            && map.contains("Lift, without delta")
+            && !map.contains("Door")
+    );
+    assert!(map.contains("100 to 150 N/m") && map.contains(">100<"), "{map}");
+    let mut random = program("baselines");
+    random.current_dir(&folder).args(["random", "--spaces", "osc", "--out", "a.csv", "--map", "b"]);
+    expect(&error(&mut random, 2), &["--map", "in none of these action spaces"]);
+    let mut elsewhere = program("baselines");
+    elsewhere.current_dir(&folder).args([kept, "--tasks", "wipe", "--out", "a.csv"]);
+    expect(&error(&mut elsewhere, 2), &["no set-up is lift with aforce"]);
+    let mut nobody = program("baselines");
+    expect(
+        &error(nobody.current_dir(&folder).args(["exprt", "--out", "a.csv"]), 2),
+        &["neither expert, random nor a run"],
+    );
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 3);
 }
 
 /// A policy is played undisturbed and under every case, from the same starts; what its task has not is refused before.

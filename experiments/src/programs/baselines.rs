@@ -1,4 +1,6 @@
-//! What needs no learning: scripted experts and random actions in every action space.
+//! What needs no learning: scripted experts, random actions and policies that are there, in many set-ups.
+
+mod map;
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -8,29 +10,34 @@ use crate::config::cli::{self, EnvArgs, SettingArgs};
 use crate::config::{RunConfig, RunId, label, sweep};
 use crate::report::groups::Section;
 use crate::report::run_tables::statistic;
+use crate::run::csv_writer::{DIGITS, rounded};
 use crate::run::rollout::Policy;
 use crate::run::rows::SCHEMA;
 use crate::run::seeds::evaluation_seed;
-use aforce::ActionSpace;
+use crate::run::source::Trained;
+use aforce::{ActionSpace, DeltaSign};
 use anyhow::{Context, Result, ensure};
-use clap::{Parser, ValueEnum};
+use clap::Parser;
 use output::file;
 use output::program::{self, bad};
+use sac::Act;
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 use show::plot::{self, Panel, Series};
 use tasks::columns::{Cell, Column, Over, RunNumber, run_numbers};
 use tasks::{Env, Outcome, Step, TaskName};
 
-/// Play the evaluation episodes with the scripted expert or with random actions, and write a row per task and action
-/// space. One thread per processor core, each with an environment of its own; the table does not depend on their number.
+/// Play the evaluation episodes with the scripted expert, with random actions or with a trained policy, and write a row per
+/// task and action space. One thread per processor core, each with an environment of its own; the table does not depend on their number.
 /// An episode takes about half a second of one core.
 #[derive(Parser)]
 #[command(name = "baselines", version = output::VERSION, after_help = "Example: baselines random --tasks lift,wipe --out random.csv")]
 pub struct Arguments {
-    /// Who plays
+    /// Who plays: expert, random, or the folder of a run (or the .zip in which `archive` kept its policy), in the set-ups of
+    /// its own task and action space, with mean actions
+    #[arg(value_parser = Who::parse)]
     policy: Who,
-    /// Where the table goes; must not exist
+    /// Where the table goes, compressed if the name ends in .zst; must not exist
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Tasks (default: the configuration's)
@@ -50,12 +57,27 @@ pub struct Arguments {
     /// Joules per action, a dot per row, in FILE.svg
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
+    /// Of the adaptive law: success before a stop and energy by its lowest stiffness, tolerance and sign of delta, in FILE.svg
+    #[arg(long, value_name = "FILE")]
+    map: Option<PathBuf>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, ValueEnum)]
+#[derive(Debug, Clone, PartialEq)]
 enum Who {
     Expert,
     Random,
+    Run(PathBuf),
+}
+
+impl Who {
+    fn parse(word: &str) -> Result<Self, String> {
+        match word {
+            "expert" => Ok(Who::Expert),
+            "random" => Ok(Who::Random),
+            path if Path::new(path).exists() => Ok(Who::Run(path.into())),
+            _ => Err("neither expert, random nor a run that is there".into()),
+        }
+    }
 }
 
 /// A row of the table: which set-up, what its columns' entries tell of the episodes, and what no column tells.
@@ -66,14 +88,45 @@ struct Row {
     policy: &'static str,
     position_step_m: f64,
     rotation_step_rad: f64,
+    /// If the stiffness adapts.
+    law: Option<Law>,
     episodes: u32,
     numbers: Vec<(&'static str, Cell)>,
     commit: String,
 }
 
+/// The adaptive law's parameters that decide most.
+#[derive(Clone, Copy)]
+struct Law {
+    k_min_n_per_m: f64,
+    k_min_nm_per_rad: f64,
+    tolerance_m: f64,
+    tolerance_rad: f64,
+    feedforward_spring_n_per_m: f64,
+    delta_s: f64,
+    delta_sign: DeltaSign,
+}
+
+impl Law {
+    /// Those along x and about x.
+    fn of(space: &ActionSpace) -> Option<Self> {
+        let psi = space.psi()?;
+        let tolerance = psi.tolerance();
+        Some(Law {
+            k_min_n_per_m: psi.k_min[0],
+            k_min_nm_per_rad: psi.k_min[3],
+            tolerance_m: tolerance[0],
+            tolerance_rad: tolerance[3],
+            feedforward_spring_n_per_m: psi.feedforward_spring()[0],
+            delta_s: psi.delta[0],
+            delta_sign: psi.delta_sign,
+        })
+    }
+}
+
 impl Serialize for Row {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut row = serializer.serialize_struct("Row", 9 + self.numbers.len())?;
+        let mut row = serializer.serialize_struct("Row", 16 + self.numbers.len())?;
         row.serialize_field("schema", &SCHEMA)?;
         row.serialize_field("task", self.task)?;
         row.serialize_field("space", &self.space)?;
@@ -81,6 +134,14 @@ impl Serialize for Row {
         row.serialize_field("policy", self.policy)?;
         row.serialize_field("position_step_m", &self.position_step_m)?;
         row.serialize_field("rotation_step_rad", &self.rotation_step_rad)?;
+        let law = self.law.as_ref();
+        row.serialize_field("k_min_n_per_m", &law.map(|law| law.k_min_n_per_m))?;
+        row.serialize_field("k_min_nm_per_rad", &law.map(|law| law.k_min_nm_per_rad))?;
+        row.serialize_field("tolerance_m", &law.map(|law| law.tolerance_m))?;
+        row.serialize_field("tolerance_rad", &law.map(|law| law.tolerance_rad))?;
+        row.serialize_field("feedforward_spring_n_per_m", &law.map(|law| law.feedforward_spring_n_per_m))?;
+        row.serialize_field("delta_s", &law.map(|law| law.delta_s))?;
+        row.serialize_field("delta_sign", &law.map(|law| law.delta_sign))?;
         row.serialize_field("episodes", &self.episodes)?;
         self.numbers.iter().try_for_each(|(name, cell)| row.serialize_field(name, cell))?;
         row.serialize_field("commit", &self.commit)?;
@@ -95,21 +156,37 @@ impl Serialize for Row {
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let out = arguments.out.display();
     ensure!(!arguments.out.exists(), "{out}: exists; nothing was overwritten");
-    let setups = match &arguments.sweep {
+    let trained = match &arguments.policy {
+        Who::Run(path) => Some(Trained::open(path, None)?),
+        Who::Expert | Who::Random => None,
+    };
+    let mut setups = match &arguments.sweep {
         Some(path) => of_sweep(path)?,
         None => arguments.setups()?,
     };
-    let picture = arguments.plot.as_ref().map(|path| plot::files(path)[0].clone());
-    if picture.as_ref() == Some(&arguments.out) {
-        return Err(bad(format!("{out}: --out and --plot would both write it")));
+    if let Some(run) = &trained {
+        let of = |config: &RunConfig| (config.env.task, config.env.space.name.clone());
+        setups.retain(|config| of(config) == of(&run.config));
+        if setups.is_empty() {
+            let RunId { task, space, .. } = RunId::of(&run.config);
+            return Err(bad(format!("no set-up is {task} with {space}, for which the policy was trained")));
+        }
     }
-    [Some(&arguments.out), picture.as_ref()].into_iter().flatten().try_for_each(|path| file::prepare(path))?;
+    let pictures = [&arguments.plot, &arguments.map].map(|path| path.as_ref().map(|path| plot::files(path)[0].clone()));
+    let files: Vec<&PathBuf> = [&arguments.out].into_iter().chain(pictures.iter().flatten()).collect();
+    if let Some((_, twice)) = files.iter().enumerate().find(|(at, file)| files[..*at].contains(file)) {
+        return Err(bad(format!("{}: two of --out, --plot and --map would write it", twice.display())));
+    }
+    if arguments.map.is_some() && setups.iter().all(|config| config.env.space.psi().is_none()) {
+        return Err(bad("--map: in none of these action spaces the stiffness adapts".into()));
+    }
+    files.iter().try_for_each(|path| file::prepare(path))?;
     // Every scene that there will be, before the first episode is played.
     for config in &setups {
         Env::new(config.env.clone(), 0).with_context(|| RunId::of(config).to_string())?;
     }
     let rows = output::parallel::map(&setups, |config| {
-        let row = play(config, arguments.policy, arguments.episodes)?;
+        let row = play(config, &arguments.policy, trained.as_ref(), arguments.episodes)?;
         program::say(format_args!(
             "{} {}: success {:.2}, return {:.1}",
             row.task,
@@ -124,7 +201,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if let Some(path) = &arguments.plot {
         plot::write(&format!("{} actions", rows[0].policy), &panels(&rows), path)?;
     }
-    program::written(&[Some(&arguments.out), picture.as_ref()].into_iter().flatten().collect::<Vec<_>>());
+    if let Some(path) = &arguments.map {
+        plot::write_heat_map(&map::map(&rows), path)?;
+    }
+    program::written(&files);
     let (rows, episodes) = (rows.len(), u64::from(arguments.episodes) * rows.len() as u64);
     program::result(format_args!("{rows} set-ups, {episodes} episodes, {diverged} of them diverged"));
     Ok(ExitCode::SUCCESS)
@@ -176,6 +256,14 @@ impl Row {
     }
 }
 
+/// A fraction with as many digits as in the tables of a run.
+fn short(cell: Cell) -> Cell {
+    match cell {
+        Cell::Real(value) => Cell::Real(rounded(&format!("{value:?}"), DIGITS).parse().expect("a number")),
+        other => other,
+    }
+}
+
 /// A panel per task, a line of it per row, the first one on top.
 fn panels(rows: &[Row]) -> Vec<Panel> {
     let of_task = |task: TaskName| -> Vec<&Row> { rows.iter().filter(|row| row.task == task.as_str()).rev().collect() };
@@ -196,10 +284,14 @@ fn panels(rows: &[Row]) -> Vec<Panel> {
     tasks.map(panel).collect()
 }
 
-fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
+fn play(config: &RunConfig, who: &Who, trained: Option<&Trained>, episodes: u32) -> Result<Row> {
     let mut env = Env::new(config.env.clone(), 0)?;
     let rule = config.env.force_penalty;
-    let mut policy = if who == Who::Expert { Policy::Expert } else { Policy::random(config.seed) };
+    let mut policy = match trained {
+        Some(run) => run.policy(&env, &RunId { seed: run.config.seed, ..RunId::of(config) }, Act::Mean)?.0,
+        None if *who == Who::Expert => Policy::Expert,
+        None => Policy::random(config.seed),
+    };
     let (mut net_absolute, mut excess, mut over_at_the_end, mut overlap) = (0.0, 0.0, 0, 0.0f64);
     let outcomes: Vec<Outcome> = (0..episodes)
         .map(|index| {
@@ -216,14 +308,14 @@ fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
     let values = |name: &str| outcomes.iter().filter_map(|outcome| outcome.number(name)).collect::<Vec<f64>>();
     let (actions, penalised): (f64, f64) = (values("length").iter().sum(), values("penalised_steps").iter().sum());
     let told = |(column, number): (&'static Column, &'static RunNumber)| {
-        (number.name, statistic(number.how, &values(column.name), actions))
+        (number.name, short(statistic(number.how, &values(column.name), actions)))
     };
     let mut numbers: Vec<_> = run_numbers(Over::Baseline).map(told).collect();
     numbers.extend([
-        ("energy_net_absolute_per_action_j", Cell::Real(net_absolute / actions)),
-        ("over_limit_read_once_share", Cell::Real(over_at_the_end as f64 / actions)),
-        ("mean_excess_n", (penalised > 0.0).then_some(excess / penalised).into()),
-        ("deepest_overlap_mm", Cell::Real(1000.0 * overlap)),
+        ("energy_net_absolute_per_action_j", short(Cell::Real(net_absolute / actions))),
+        ("over_limit_read_once_share", short(Cell::Real(over_at_the_end as f64 / actions))),
+        ("mean_excess_n", short((penalised > 0.0).then_some(excess / penalised).into())),
+        ("deepest_overlap_mm", short(Cell::Real(1000.0 * overlap))),
     ]);
     Ok(Row {
         task: config.env.task.as_str(),
@@ -232,6 +324,7 @@ fn play(config: &RunConfig, who: Who, episodes: u32) -> Result<Row> {
         policy: policy.name(),
         position_step_m: config.env.space.step(&config.env.controller, 0),
         rotation_step_rad: config.env.space.step(&config.env.controller, 3),
+        law: Law::of(&config.env.space),
         episodes,
         numbers,
         commit: output::commit(),

@@ -22,8 +22,6 @@ use crate::run::which::Which;
 
 /// The list of runs; a folder with this file is an archive.
 const RUNS: &str = "runs.jsonl.zst";
-/// Of zstd: small rather than fast, as an archive is written once.
-const LEVEL: i32 = 19;
 /// What tells the runs apart in every table.
 const KEY: [&str; 4] = ["task", "space", "variant", "seed"];
 
@@ -66,7 +64,7 @@ pub fn read_listed(folder: &Path) -> Result<Vec<Record>> {
 
 fn read_rows(folder: &Path, listed_alone: bool) -> Result<Vec<Record>> {
     let path = folder.join(RUNS);
-    let lines = unpack(&path)?;
+    let lines = file::text(&path)?;
     let lines = lines.lines().map(serde_json::from_str).collect::<Result<Vec<Line>, _>>();
     let lines = lines.with_context(|| path.display().to_string())?;
     let mut tables: HashMap<Key, Vec<(Table, CsvTable)>> = HashMap::new();
@@ -79,7 +77,7 @@ fn read_rows(folder: &Path, listed_alone: bool) -> Result<Vec<Record>> {
         if !path.exists() {
             continue;
         }
-        let all = CsvTable::parse(&path, &unpack(&path)?).with_context(|| path.display().to_string())?;
+        let all = CsvTable::read_finished(&path)?;
         let places = KEY.map(|column| all.position(column));
         let Some(places) = places.into_iter().collect::<Option<Vec<usize>>>() else {
             bail!("{}: needs the columns {}", path.display(), KEY.join(", "))
@@ -135,7 +133,7 @@ pub fn write(records: &[Record], folder: &Path) -> Result<()> {
         match parts.as_slice() {
             [] if path.exists() => fs_err::remove_file(&path)?,
             [] => {}
-            parts => pack(&path, &joined(parts)?)?,
+            parts => file::replace(&path, &file::compressed(&joined(parts)?)?)?,
         }
     }
     // The list comes last: a folder without it is no archive.
@@ -146,7 +144,7 @@ pub fn write(records: &[Record], folder: &Path) -> Result<()> {
         serde_json::to_writer(&mut list, &Line { task, space, variant, seed, done: record.done, manifest, config })?;
         list.push(b'\n');
     }
-    pack(&folder.join(RUNS), &list)
+    file::replace(&folder.join(RUNS), &file::compressed(&list)?)
 }
 
 /// Keeps the policy of a run that stands for its group in the file `place`: the best one, unless `which` is given. The run lies in a folder, or
@@ -214,16 +212,6 @@ fn joined(parts: &[CsvTable]) -> Result<Vec<u8>> {
     Ok(writer.into_inner()?)
 }
 
-fn pack(path: &Path, bytes: &[u8]) -> Result<()> {
-    let packed = zstd::encode_all(bytes, LEVEL).with_context(|| path.display().to_string())?;
-    file::replace(path, &packed)
-}
-
-fn unpack(path: &Path) -> Result<String> {
-    let bytes = zstd::decode_all(fs_err::File::open(path)?).with_context(|| path.display().to_string())?;
-    String::from_utf8(bytes).with_context(|| path.display().to_string())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -267,8 +255,9 @@ mod tests {
         fs_err::write(&progress, header).unwrap();
         write(&records, &second).unwrap();
         assert!(read(&second).unwrap().iter().all(|record| RunSummary::of(record, &second).is_ok()));
-        let list = unpack(&folder.join(RUNS)).unwrap();
-        pack(&folder.join(RUNS), list.lines().next().unwrap().as_bytes()).unwrap();
+        let list = file::text(&folder.join(RUNS)).unwrap();
+        let first = file::compressed(list.lines().next().unwrap().as_bytes()).unwrap();
+        file::replace(&folder.join(RUNS), &first).unwrap();
         let told = read(&folder).unwrap_err().to_string();
         assert!(told.contains("does not list") && told.contains("aforce"), "{told}");
     }

@@ -29,10 +29,12 @@ struct Wanted {
     name: PathBuf,
     /// CSV files, their rows below each other; later tables may be made of earlier ones.
     from: Vec<PathBuf>,
-    /// The rows that count.
+    /// The rows that count. A text with a star at its end stands for all that begin so.
     #[serde(default)]
     only: BTreeMap<String, String>,
     by: Vec<String>,
+    /// A column of numbers, none of them empty: each group is divided into its four quarters, which then have `quarter` after `by`, 1 the lowest.
+    quarters: Option<String>,
     of: Vec<String>,
     /// The number of rows at the end of each group that count; all, unless said.
     last: Option<usize>,
@@ -71,6 +73,9 @@ fn make(path: &Path, out: &Path, made: &mut Derived) -> Result<()> {
                 &Some(out.join(name)).filter(|there| there.exists()).unwrap_or(beside.join(name)),
             ),
         };
+        if table.quarters.is_some() && table.reference.is_some() {
+            return Err(wrong(format!("{}: quarters and a reference do not go together", table.name.display())));
+        }
         let stays = table.name.components().all(|part| matches!(part, Component::Normal(_)));
         if !stays || table.from.contains(&table.name) {
             return Err(wrong(format!(
@@ -100,18 +105,19 @@ impl Wanted {
             let table = find(name)?;
             let column = |column: &String| table.column(column);
             let by = self.by.iter().map(column).collect::<Result<Vec<_>>>()?;
-            let of = self.of.iter().map(column).collect::<Result<Vec<_>>>()?;
+            let numbers: Vec<&String> = self.of.iter().chain(&self.quarters).collect();
+            let of = numbers.iter().map(|name| column(name)).collect::<Result<Vec<_>>>()?;
             let only = self.only.keys().map(column).collect::<Result<Vec<_>>>()?;
             for row in 0..table.rows.len() {
-                if only.iter().zip(self.only.values()).any(|(cells, wanted)| cells[row] != wanted) {
+                if only.iter().zip(self.only.values()).any(|(cells, wanted)| !is_wanted(cells[row], wanted)) {
                     continue;
                 }
                 let key: Vec<String> = by.iter().map(|cells| cells[row].to_string()).collect();
                 let at = groups.iter().position(|(known, _)| *known == key).unwrap_or_else(|| {
-                    groups.push((key, vec![vec![]; self.of.len()]));
+                    groups.push((key, vec![vec![]; numbers.len()]));
                     groups.len() - 1
                 });
-                for (values, (cells, name)) in groups[at].1.iter_mut().zip(of.iter().zip(&self.of)) {
+                for (values, (cells, name)) in groups[at].1.iter_mut().zip(of.iter().zip(&numbers)) {
                     let told = number(cells[row]);
                     let line = || {
                         format!("{}, row {}: {name} is {:?}, not a number", table.path().display(), row + 1, cells[row])
@@ -119,6 +125,10 @@ impl Wanted {
                     values.push(told.with_context(line)?);
                 }
             }
+        }
+        if let Some(column) = &self.quarters {
+            let divided: Option<Vec<_>> = groups.into_iter().map(quarters).collect();
+            groups = divided.with_context(|| format!("quarters: a {column} is empty"))?.concat();
         }
         for values in groups.iter_mut().flat_map(|(_, columns)| columns) {
             let first = self.last.map_or(0, |last| values.len().saturating_sub(last));
@@ -132,7 +142,10 @@ impl Wanted {
         let mut writer = csv::Writer::from_writer(vec![]);
         let beside = ["over_reference", "minus_reference", "excess_share", "apart"];
         let beside = if self.reference.is_some() { &beside[..] } else { &[] };
-        writer.write_record(self.by.iter().map(String::as_str).chain(STATISTICS).chain(beside.iter().copied()))?;
+        let quarter = self.quarters.as_ref().map(|_| "quarter");
+        writer.write_record(
+            self.by.iter().map(String::as_str).chain(quarter).chain(STATISTICS).chain(beside.iter().copied()),
+        )?;
         let cell = |value: f64| if value.is_finite() { value.to_string() } else { String::new() };
         for (key, columns) in groups {
             let reference = self.reference_of(key, groups)?;
@@ -162,6 +175,27 @@ impl Wanted {
         let found = groups.iter().find(|(key, _)| *key == wanted);
         Ok(Some(found.with_context(|| format!("no row with {}", wanted.join(", ")))?))
     }
+}
+
+/// Whether a row with this cell counts.
+fn is_wanted(cell: &str, wanted: &str) -> bool {
+    wanted.strip_suffix('*').map_or(cell == wanted, |start| cell.starts_with(start))
+}
+
+/// A group divided by its last column, which is left out; rows with the same number stay together. None if that lacks a number.
+fn quarters((key, mut columns): Summed) -> Option<Vec<Summed>> {
+    let by = columns.pop()?;
+    let below = |value: &f64| by.iter().filter(|other| *other < value).count();
+    let quarter: Vec<usize> = by.iter().map(|value| 4 * below(value) / by.len() + 1).collect();
+    let of = |wanted: usize| {
+        let key = key.iter().cloned().chain([wanted.to_string()]).collect();
+        let rows = |values: &Vec<f64>| {
+            let pairs = values.iter().zip(&quarter);
+            pairs.filter(|(_, own)| **own == wanted).map(|(value, _)| *value).collect()
+        };
+        (key, columns.iter().map(rows).collect())
+    };
+    by.iter().all(|value| !value.is_nan()).then(|| (1..=4).map(of).collect())
 }
 
 #[cfg(test)]
@@ -198,6 +232,18 @@ mod tests {
             made(wanted, &[("a.csv", "space,energy_j\nlow,\naforce,1\n")]).unwrap()[0],
             "low,energy_j,0,,,,,,,,,"
         );
+    }
+
+    #[test]
+    fn a_group_is_divided_into_quarters_of_a_column() {
+        let table = "variant,k,energy_j\na1,10,1\na2,10,2\nb,20,3\na3,30,5\na4,5,8\na5,40,6\na6,7,4\na7,8,9\na8,9,7\n";
+        let wanted = "from = ['a.csv']\nby = []\nquarters = 'k'\nof = ['energy_j']\nonly = { variant = 'a*' }";
+        // By k: 5 and 7, 8 and 9, twice 10, 30 and 40.
+        let rows = made(wanted, &[("a.csv", table)]).unwrap();
+        let means: Vec<String> = rows.iter().map(|row| row.split(',').take(4).collect::<Vec<_>>().join(",")).collect();
+        assert_eq!(means, ["1,energy_j,2,6", "2,energy_j,2,8", "3,energy_j,2,1.5", "4,energy_j,2,5.5"]);
+        let empty = table.replace("30", "");
+        assert!(format!("{:#}", made(wanted, &[("a.csv", &empty)]).unwrap_err()).contains("a k is empty"));
     }
 
     #[test]

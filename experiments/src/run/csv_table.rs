@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
+use output::file;
 use serde::Serialize;
 
 /// A CSV file, read.
@@ -26,12 +27,12 @@ impl CsvTable {
         Self::parse(path, whole).with_context(|| path.display().to_string())
     }
 
-    /// Reads `path`, which nothing is added to any more: an editor may have left out the end of its last line.
+    /// Reads `path`, which nothing is added to any more: an editor may have left out the end of its last line. It is compressed if its name ends in `.zst`.
     ///
     /// # Errors
     /// If it is missing or not a table.
     pub fn read_finished(path: &Path) -> Result<Self> {
-        Self::parse(path, &fs_err::read_to_string(path)?).with_context(|| path.display().to_string())
+        Self::parse(path, &file::text(path)?).with_context(|| path.display().to_string())
     }
 
     /// Of parts.

@@ -110,42 +110,72 @@ impl SourceArgs {
             let policy = if self.expert { Policy::Expert } else { Policy::random(config.seed) };
             return Ok(Player { config, env, policy, checkpoint: None, step: 0, changed: None });
         };
+        let run = Trained::open(path, self.checkpoint)?;
+        let config = on_top_of(&run.run.config, &self.env)?;
+        let env = Env::new(config.env.clone(), 0)?;
+        let act = if self.sample { Act::Sample } else { Act::Mean };
+        let (policy, step) = run.policy(&env, &RunId::of(&config), act)?;
+        let changed = run.config.difference(&config);
+        Ok(Player { config, env, policy, checkpoint: Some(run.which), step, changed })
+    }
+}
+
+/// A run whose trained policy plays.
+pub struct Trained {
+    path: PathBuf,
+    run: Playable,
+    /// Its configuration.
+    pub config: RunConfig,
+    /// Which of its checkpoints plays.
+    which: Which,
+}
+
+impl Trained {
+    /// That of a run's folder or of a kept policy, with its checkpoint `which`: unless said the best one, or the one that is kept.
+    ///
+    /// # Errors
+    /// If the run or its checkpoint is missing or damaged.
+    pub fn open(path: &Path, which: Option<Which>) -> Result<Self> {
         let run = Playable::open(path)?;
-        let config = on_top_of(&run.config, &self.env)?;
-        let which = self.checkpoint.or(run.kept).unwrap_or(Which::Best);
-        let checkpoint = match which {
-            Which::Best => run.folder.best(),
-            Which::Last => run.folder.checkpoint(),
-        };
-        let at = path.display();
+        let which = which.or(run.kept).unwrap_or(Which::Best);
+        let config = RunConfig::resolve(Some(&run.config), &[])?;
+        let trained = Trained { path: path.into(), run, config, which };
+        let (at, exists) = (path.display(), Checkpoint::exists(&trained.checkpoint()));
         match which {
-            _ if run.kept.is_some_and(|kept| kept != which) => {
+            _ if trained.run.kept.is_some_and(|kept| kept != which) => {
                 bail!("{at}: --checkpoint {}: it keeps the other one", which.name())
             }
-            Which::Best if !Checkpoint::exists(&checkpoint) => bail!(
+            Which::Best if !exists => bail!(
                 "{at}: no best checkpoint: a run under way has one from its first evaluation on (before: --checkpoint last), \
                  and of the runs in results/ those that results/README.md lists"
             ),
-            Which::Last if !Checkpoint::exists(&checkpoint) => {
-                bail!("{at}: no last checkpoint: a run has one from its first save on")
-            }
-            _ => {}
+            Which::Last if !exists => bail!("{at}: no last checkpoint: a run has one from its first save on"),
+            _ => Ok(trained),
         }
-        let env = Env::new(config.env.clone(), 0)?;
-        let (actor, record) =
-            Actor::load(&checkpoint, env.observation_components().len(), env.action_dim(), config.seed)
-                .map_err(|error| run.named(error.into()))?;
-        let at = || path.join("checkpoints").join(which.name()).display().to_string();
+    }
+
+    /// The folder of its checkpoint.
+    fn checkpoint(&self) -> PathBuf {
+        match self.which {
+            Which::Best => self.run.folder.best(),
+            Which::Last => self.run.folder.checkpoint(),
+        }
+    }
+
+    /// The policy, to play in `env`, which is that of the run `id`, and the training actions that it has seen.
+    ///
+    /// # Errors
+    /// If it is damaged or was trained for something else.
+    pub fn policy(&self, env: &Env, id: &RunId, act: Act) -> Result<(Policy, u64)> {
+        let sizes = (env.observation_components().len(), env.action_dim());
+        let (actor, record) = Actor::load(&self.checkpoint(), sizes.0, sizes.1, self.config.seed)
+            .map_err(|error| self.run.named(error.into()))?;
+        let at = || self.path.join("checkpoints").join(self.which.name()).display().to_string();
         let record: CheckpointRecord = serde_json::from_value(record)
             .with_context(|| format!("{}: does not say what it was trained for", at()))?;
-        record.belongs_to(&RunId::of(&config)).with_context(at)?;
-        let policy = Policy::Actor {
-            actor: Box::new(actor),
-            act: if self.sample { Act::Sample } else { Act::Mean },
-            scaled: config.learner.scaled_observations,
-        };
-        let changed = RunConfig::resolve(Some(&run.config), &[])?.difference(&config);
-        Ok(Player { config, env, policy, checkpoint: Some(which), step: record.step, changed })
+        record.belongs_to(id).with_context(at)?;
+        let scaled = self.config.learner.scaled_observations;
+        Ok((Policy::Actor { actor: Box::new(actor), act, scaled }, record.step))
     }
 }
 
