@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use aforce::{DeltaSign, Psi};
 use experiments::config::sweep::{self, Sweep};
 use experiments::config::{RunConfig, RunId};
 use experiments::report::summary::find_runs;
@@ -43,6 +44,7 @@ fn committed_runs_are_those_of_the_shipped_sweeps() {
         "second-study/entries.toml",
         "second-study/door.toml",
         "second-study/condensed.toml",
+        "second-study/hidden.toml",
         "insert/force.toml",
         "insert/spaces.toml",
         "insert/parts.toml",
@@ -115,6 +117,23 @@ fn tuned_spaces_are_the_winners_of_the_search() {
     assert_eq!(constants.len(), 15);
     for RunConfig { env, .. } in constants {
         assert_eq!((&env.controller, &env.space), (&like.env.controller, &like.env.space));
+    }
+}
+
+#[test]
+fn the_sets_of_block_g_come_in_pairs_of_both_signs() {
+    let runs = shipped_sweep("second-study/psi.toml").runs;
+    for (task, case) in [("lift", "still"), ("door", "hidden"), ("wipe", "push")] {
+        let of_case: Vec<_> =
+            runs.iter().filter(|run| run.env.task.as_str() == task && run.variant.starts_with(case)).collect();
+        assert_eq!(of_case.len(), 200);
+        let (printed, damping): (Vec<_>, Vec<_>) = of_case.into_iter().partition(|run| run.variant.contains("printed"));
+        for (one, other) in printed.into_iter().zip(damping) {
+            assert_eq!(one.variant, other.variant.replace(case, &format!("{case},printed")));
+            let (one, other) = (one.env.space.psi().unwrap(), other.env.space.psi().unwrap());
+            assert_eq!((one.delta_sign, other.delta_sign), (DeltaSign::Literal, DeltaSign::Damping));
+            assert_eq!(Psi { delta_sign: DeltaSign::Damping, ..*one }, *other);
+        }
     }
 }
 
