@@ -62,48 +62,21 @@ pub fn write_table(path: &Path, rows: &[impl Serialize]) -> Result<()> {
     replace(path, &table(rows)?)
 }
 
-/// As [`write_table`], but of a name that no other file may have; compressed if that ends in `.zst`.
+/// As [`replace`], but of a name that no other file may have.
 ///
 /// # Errors
-/// As [`write_table`], or if there is a file of this name, which stays as it is.
-pub fn write_new_table(path: &Path, rows: &[impl Serialize]) -> Result<()> {
+/// As [`replace`], or if there is a file of this name, which stays as it is.
+pub fn write_new(path: &Path, bytes: &[u8]) -> Result<()> {
     let mut file = unfinished(path)?;
-    let mut text = table(rows)?;
-    if is_compressed(path) {
-        text = compressed(&text)?;
-    }
-    file.write_all(&text).with_context(|| path.display().to_string())?;
+    file.write_all(bytes).with_context(|| path.display().to_string())?;
     finish_new(file, path)
 }
 
-/// What `bytes` are in a file whose name ends in `.zst`.
+/// The text of a CSV table: a row for each, what is no finite number as an empty cell.
 ///
 /// # Errors
-/// If there is no memory for it.
-pub fn compressed(bytes: &[u8]) -> Result<Vec<u8>> {
-    // Small rather than fast: a table is written once.
-    const LEVEL: i32 = 19;
-    Ok(zstd::encode_all(bytes, LEVEL)?)
-}
-
-/// The text in a file, which is compressed if its name ends in `.zst`.
-///
-/// # Errors
-/// If it is missing or no text.
-pub fn text(path: &Path) -> Result<String> {
-    if !is_compressed(path) {
-        return Ok(fs::read_to_string(path)?);
-    }
-    let bytes = zstd::decode_all(fs::File::open(path)?).with_context(|| path.display().to_string())?;
-    String::from_utf8(bytes).with_context(|| path.display().to_string())
-}
-
-fn is_compressed(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ending == "zst")
-}
-
-/// The text of a CSV table.
-fn table(rows: &[impl Serialize]) -> Result<Vec<u8>> {
+/// If a row is no row of a table.
+pub fn table(rows: &[impl Serialize]) -> Result<Vec<u8>> {
     let mut table = csv::Writer::from_writer(vec![]);
     for row in rows {
         table.serialize(row)?;
@@ -192,18 +165,6 @@ mod tests {
             assert!(problems.iter().all(|problem| problem.contains(word)), "{problems:?}");
         }
         assert!(socket.exists());
-    }
-
-    #[test]
-    fn a_table_is_compressed_where_its_name_says_so() {
-        let folder = tempfile::tempdir().unwrap();
-        let [plain, packed] = ["table.csv", "table.csv.zst"].map(|name| folder.path().join(name));
-        let rows = vec![("lift", 0.5); 100];
-        [&plain, &packed].iter().for_each(|path| write_new_table(path, &rows).unwrap());
-        assert_eq!(text(&plain).unwrap(), text(&packed).unwrap());
-        assert!(fs::read(&packed).unwrap().len() < fs::read(&plain).unwrap().len() / 10);
-        fs::write(&packed, "no archive").unwrap();
-        assert!(format!("{:#}", text(&packed).unwrap_err()).contains("table.csv.zst"));
     }
 
     #[test]

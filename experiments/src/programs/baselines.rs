@@ -11,6 +11,7 @@ use crate::config::{RunConfig, RunId, label, sweep};
 use crate::report::groups::Section;
 use crate::report::run_tables::statistic;
 use crate::run::csv_writer::{DIGITS, rounded};
+use crate::run::packed;
 use crate::run::rollout::Policy;
 use crate::run::rows::SCHEMA;
 use crate::run::seeds::evaluation_seed;
@@ -102,7 +103,7 @@ struct Law {
     k_min_nm_per_rad: f64,
     tolerance_m: f64,
     tolerance_rad: f64,
-    feedforward_spring_n_per_m: f64,
+    feedforward_spring_translation_n_per_m: f64,
     delta_s: f64,
     delta_sign: DeltaSign,
 }
@@ -117,7 +118,7 @@ impl Law {
             k_min_nm_per_rad: psi.k_min[3],
             tolerance_m: tolerance[0],
             tolerance_rad: tolerance[3],
-            feedforward_spring_n_per_m: psi.feedforward_spring()[0],
+            feedforward_spring_translation_n_per_m: psi.feedforward_spring()[0],
             delta_s: psi.delta[0],
             delta_sign: psi.delta_sign,
         })
@@ -139,7 +140,10 @@ impl Serialize for Row {
         row.serialize_field("k_min_nm_per_rad", &law.map(|law| law.k_min_nm_per_rad))?;
         row.serialize_field("tolerance_m", &law.map(|law| law.tolerance_m))?;
         row.serialize_field("tolerance_rad", &law.map(|law| law.tolerance_rad))?;
-        row.serialize_field("feedforward_spring_n_per_m", &law.map(|law| law.feedforward_spring_n_per_m))?;
+        row.serialize_field(
+            "feedforward_spring_translation_n_per_m",
+            &law.map(|law| law.feedforward_spring_translation_n_per_m),
+        )?;
         row.serialize_field("delta_s", &law.map(|law| law.delta_s))?;
         row.serialize_field("delta_sign", &law.map(|law| law.delta_sign))?;
         row.serialize_field("episodes", &self.episodes)?;
@@ -197,7 +201,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         Ok::<_, anyhow::Error>(row)
     })?;
     let diverged: f64 = rows.iter().map(|row| row.number("diverged_episodes")).sum();
-    file::write_new_table(&arguments.out, &rows)?;
+    file::write_new(&arguments.out, &packed::packed(&arguments.out, file::table(&rows)?)?)?;
     if let Some(path) = &arguments.plot {
         plot::write(&format!("{} actions", rows[0].policy), &panels(&rows), path)?;
     }

@@ -18,6 +18,7 @@ use crate::run::csv_table::CsvTable;
 use crate::run::csv_writer::rounded;
 use crate::run::kept;
 use crate::run::manifest::Manifest;
+use crate::run::packed;
 use crate::run::which::Which;
 
 /// The list of runs; a folder with this file is an archive.
@@ -64,7 +65,7 @@ pub fn read_listed(folder: &Path) -> Result<Vec<Record>> {
 
 fn read_rows(folder: &Path, listed_alone: bool) -> Result<Vec<Record>> {
     let path = folder.join(RUNS);
-    let lines = file::text(&path)?;
+    let lines = packed::text(&path)?;
     let lines = lines.lines().map(serde_json::from_str).collect::<Result<Vec<Line>, _>>();
     let lines = lines.with_context(|| path.display().to_string())?;
     let mut tables: HashMap<Key, Vec<(Table, CsvTable)>> = HashMap::new();
@@ -133,7 +134,7 @@ pub fn write(records: &[Record], folder: &Path) -> Result<()> {
         match parts.as_slice() {
             [] if path.exists() => fs_err::remove_file(&path)?,
             [] => {}
-            parts => file::replace(&path, &file::compressed(&joined(parts)?)?)?,
+            parts => file::replace(&path, &packed::packed(&path, joined(parts)?)?)?,
         }
     }
     // The list comes last: a folder without it is no archive.
@@ -144,7 +145,8 @@ pub fn write(records: &[Record], folder: &Path) -> Result<()> {
         serde_json::to_writer(&mut list, &Line { task, space, variant, seed, done: record.done, manifest, config })?;
         list.push(b'\n');
     }
-    file::replace(&folder.join(RUNS), &file::compressed(&list)?)
+    let path = folder.join(RUNS);
+    file::replace(&path, &packed::packed(&path, list)?)
 }
 
 /// Keeps the policy of a run that stands for its group in the file `place`: the best one, unless `which` is given. The run lies in a folder, or
@@ -255,9 +257,9 @@ mod tests {
         fs_err::write(&progress, header).unwrap();
         write(&records, &second).unwrap();
         assert!(read(&second).unwrap().iter().all(|record| RunSummary::of(record, &second).is_ok()));
-        let list = file::text(&folder.join(RUNS)).unwrap();
-        let first = file::compressed(list.lines().next().unwrap().as_bytes()).unwrap();
-        file::replace(&folder.join(RUNS), &first).unwrap();
+        let path = folder.join(RUNS);
+        let first = packed::text(&path).unwrap().lines().next().unwrap().as_bytes().to_vec();
+        file::replace(&path, &packed::packed(&path, first).unwrap()).unwrap();
         let told = read(&folder).unwrap_err().to_string();
         assert!(told.contains("does not list") && told.contains("aforce"), "{told}");
     }

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
-use output::file;
 use serde::Serialize;
+
+use crate::run::packed;
 
 /// A CSV file, read.
 #[derive(Debug, Clone)]
@@ -32,7 +33,7 @@ impl CsvTable {
     /// # Errors
     /// If it is missing or not a table.
     pub fn read_finished(path: &Path) -> Result<Self> {
-        Self::parse(path, &file::text(path)?).with_context(|| path.display().to_string())
+        Self::parse(path, &packed::text(path)?).with_context(|| path.display().to_string())
     }
 
     /// Of parts.

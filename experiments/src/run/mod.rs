@@ -11,6 +11,7 @@ pub mod kept;
 mod learner;
 mod learner_log;
 pub mod manifest;
+pub mod packed;
 pub mod place;
 pub mod playable;
 pub mod pool;

@@ -11,48 +11,65 @@ use crate::report::groups::Section;
 /// For every task and sign of delta a row per quarter of the lowest stiffness. Its columns are quarters of the tolerance, first for
 /// success, then for energy as a share of what the first row of the task spends.
 pub(super) fn map(rows: &[Row]) -> HeatMap {
-    let all: Vec<(&Row, &Law)> = rows.iter().filter_map(|row| Some((row, row.law.as_ref()?))).collect();
-    let numbers = |of: fn(&Law) -> f64| all.iter().map(|(_, law)| of(law)).collect::<Vec<_>>();
-    let stiffness = Quarters::of(&numbers(|law| law.k_min_n_per_m));
-    let tolerance = Quarters::of(&numbers(|law| 1000.0 * law.tolerance_m));
-    let columns = |what: &str| tolerance.names("mm").map(|name| format!("{what}, {name}"));
-    let of_task = |task: TaskName| {
-        let of_task: Vec<_> = all.iter().filter(|(row, _)| row.task == task.as_str()).collect();
-        let first = of_task.first().map_or(f64::NAN, |(row, _)| row.number("energy_per_action_j"));
-        let of_sign = |(sign, name): (DeltaSign, &str)| {
-            let title = Section { experiment: "", task: task.as_str() }.title();
-            let of_sign: Vec<_> = of_task.iter().filter(|(_, law)| law.delta_sign == sign).collect();
-            let row = |(quarter, label): (usize, String)| {
-                let shares = |column: &str, whole: f64| {
-                    let of_cell = |wanted: usize| {
-                        let there = |law: &Law| {
-                            stiffness.place(law.k_min_n_per_m) == quarter
-                                && tolerance.place(1000.0 * law.tolerance_m) == wanted
-                        };
-                        let rows = of_sign.iter().filter(|(_, law)| there(law));
-                        let values: Vec<f64> = rows.map(|(row, _)| row.number(column)).collect();
-                        (!values.is_empty()).then(|| mean(&values) / whole)
-                    };
-                    (0..4).map(of_cell).collect::<Vec<_>>()
-                };
-                let shares = [shares("success_before_stop", 1.0), shares("energy_per_action_j", first)].concat();
-                HeatRow { heading: format!("{title}, {name}"), label, shares }
-            };
-            if of_sign.is_empty() { vec![] } else { stiffness.names("N/m").into_iter().enumerate().map(row).collect() }
-        };
-        let signs = [
-            (DeltaSign::Damping, "delta with the damping sign"),
-            (DeltaSign::Literal, "delta with the printed sign"),
-            (DeltaSign::Off, "without delta"),
-        ];
-        signs.into_iter().flat_map(of_sign).collect::<Vec<_>>()
+    let rows: Vec<Adaptive> = rows.iter().filter_map(|row| Some(Adaptive { row, law: row.law.as_ref()? })).collect();
+    let axes = Axes {
+        stiffness: Quarters::of(&rows.iter().map(|row| row.law.k_min_n_per_m).collect::<Vec<_>>()),
+        tolerance: Quarters::of(&rows.iter().map(|row| row.law.tolerance_m).collect::<Vec<_>>()),
     };
+    let columns = |what: &str| axes.tolerance.names(1000.0, "mm").map(|name| format!("{what}, {name}"));
     HeatMap {
         title:
             "By lowest stiffness and tolerance: success before a stop, %; energy per action, % of the task's first row"
                 .into(),
         columns: [columns("success"), columns("energy")].concat(),
-        rows: TaskName::all().into_iter().flat_map(of_task).collect(),
+        rows: TaskName::all().into_iter().flat_map(|task| of_task(task, &rows, &axes)).collect(),
+    }
+}
+
+/// A row whose stiffness adapts.
+#[derive(Clone, Copy)]
+struct Adaptive<'a> {
+    row: &'a Row,
+    law: &'a Law,
+}
+
+/// What the map's rows and columns stand for (N/m, m).
+struct Axes {
+    stiffness: Quarters,
+    tolerance: Quarters,
+}
+
+fn of_task(task: TaskName, rows: &[Adaptive], axes: &Axes) -> Vec<HeatRow> {
+    let title = Section { experiment: "", task: task.as_str() }.title();
+    let of_task: Vec<Adaptive> = rows.iter().filter(|row| row.row.task == task.as_str()).copied().collect();
+    let first = of_task.first().map_or(f64::NAN, |first| first.row.number("energy_per_action_j"));
+    let signs = [
+        (DeltaSign::Damping, "delta with the damping sign"),
+        (DeltaSign::Literal, "delta with the printed sign"),
+        (DeltaSign::Off, "without delta"),
+    ];
+    let mut lines = vec![];
+    for (sign, name) in signs {
+        let of_sign: Vec<Adaptive> = of_task.iter().filter(|row| row.law.delta_sign == sign).copied().collect();
+        if of_sign.is_empty() {
+            continue;
+        }
+        for (quarter, label) in axes.stiffness.names(1.0, "N/m").into_iter().enumerate() {
+            let success = axes.shares(&of_sign, quarter, "success_before_stop", 1.0);
+            let energy = axes.shares(&of_sign, quarter, "energy_per_action_j", first);
+            lines.push(HeatRow { heading: format!("{title}, {name}"), label, shares: [success, energy].concat() });
+        }
+    }
+    lines
+}
+
+impl Axes {
+    /// For every quarter of the tolerance the mean of `column` over `whole`, of the rows in a quarter of the stiffness.
+    fn shares(&self, rows: &[Adaptive], stiffness: usize, column: &str, whole: f64) -> [Option<f64>; 4] {
+        let there = rows.iter().filter(|row| self.stiffness.place(row.law.k_min_n_per_m) == stiffness);
+        let mut values = [(); 4].map(|()| vec![]);
+        there.for_each(|row| values[self.tolerance.place(row.law.tolerance_m)].push(row.row.number(column)));
+        values.map(|values| (!values.is_empty()).then(|| mean(&values) / whole))
     }
 }
 
@@ -74,9 +91,10 @@ impl Quarters {
         self.borders.iter().filter(|border| number > **border).count()
     }
 
-    fn names(&self, unit: &str) -> [String; 4] {
+    /// Each part as `low to high unit`, of which `factor` make one of ours.
+    fn names(&self, factor: f64, unit: &str) -> [String; 4] {
         let [first, second, third] = self.borders;
         [(self.lowest, first), (first, second), (second, third), (third, self.highest)]
-            .map(|(low, high)| format!("{low:.0} to {high:.0} {unit}"))
+            .map(|(low, high)| format!("{:.0} to {:.0} {unit}", factor * low, factor * high))
     }
 }
