@@ -324,6 +324,14 @@ def test_what_goes_wrong_later_ends_the_episode(kind, words, later, count):
     env.step(actions)
 
 
+def test_marks_are_finite():
+    task = type("Wrong", (Plain,), {"marks": lambda self: [(0, 0, float("nan"), 1)]})
+    env = aforce.Env(task=task, render_mode="rgb_array")
+    with pytest.raises(ValueError, match="Wrong.marks: .* all finite"):
+        env.reset(seed=1)
+        env.render()
+
+
 def test_a_reward_of_progress_has_both_distances():
     class Closer(Reach):
         calls = []

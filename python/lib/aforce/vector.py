@@ -66,6 +66,8 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
         self.single_observation_space, self.single_action_space = spaces_of(description, scaled)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
+        if autoreset_mode not in list(AutoresetMode) and autoreset_mode not in (modes := [mode.value for mode in AutoresetMode]):
+            raise ValueError(f"autoreset_mode = {autoreset_mode!r} is not allowed; allowed: an AutoresetMode or one of {', '.join(modes)}")
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         rate = description["env"]["controller"]["policy_hz"]
         self.metadata = {"render_modes": [], "render_fps": rate, "autoreset_mode": self.autoreset_mode}

@@ -8,7 +8,7 @@ use aforce::Measurement;
 use physics::camera::{Camera, Decal};
 use physics::robots::Robot;
 use physics::{Plant, Simulation};
-use pyo3::exceptions::{PyNotImplementedError, PyTypeError};
+use pyo3::exceptions::{PyNotImplementedError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rand::Rng;
@@ -357,12 +357,11 @@ impl Task for PythonTask {
     fn decals(&self) -> Vec<Decal> {
         let marks = Python::attach(|py| {
             let Some(marks) = self.object.bind(py).getattr_opt("marks")? else { return Ok(vec![]) };
-            let marks: Vec<[f64; 4]> = marks.call0()?.extract().map_err(|_: PyErr| {
-                PyTypeError::new_err(format!(
-                    "{}.marks: a list of x, y, z and a radius (m) is wanted",
-                    self.sayings.class
-                ))
-            })?;
+            let wanted = || format!("{}.marks: a list of x, y, z and a radius (m) is wanted", self.sayings.class);
+            let marks: Vec<[f64; 4]> = marks.call0()?.extract().map_err(|_: PyErr| PyTypeError::new_err(wanted()))?;
+            if marks.iter().flatten().any(|number| !number.is_finite()) {
+                return Err(PyValueError::new_err(format!("{}, all finite", wanted())));
+            }
             Ok(marks
                 .into_iter()
                 .map(|[x, y, z, radius]| Decal { centre: [x, y, z], radius, color: [40, 120, 200] })
