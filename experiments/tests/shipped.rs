@@ -1,6 +1,6 @@
 //! The shipped configurations: what they say of the paper, that committed runs come from them, and that each is read.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use aforce::{DeltaSign, Psi};
@@ -134,6 +134,36 @@ fn the_sets_of_block_g_come_in_pairs_of_both_signs() {
             assert_eq!((one.delta_sign, other.delta_sign), (DeltaSign::Literal, DeltaSign::Damping));
             assert_eq!(Psi { delta_sign: DeltaSign::Damping, ..*one }, *other);
         }
+    }
+}
+
+/// What was drawn for block G and did best in its first round, by the committed tables, is what its second round plays, in this order.
+#[test]
+fn block_g_plays_its_best_sets_again() {
+    let mut sets: BTreeMap<String, (f64, f64)> = BTreeMap::new();
+    for player in ["expert", "policy"] {
+        let table = format!("../results/second-study/psi/{player}.csv.zst");
+        let table = CsvTable::read_finished(&Path::new(env!("CARGO_MANIFEST_DIR")).join(table)).unwrap();
+        let [tasks, variants, successes, energies] =
+            ["task", "variant", "success_before_stop", "energy_per_action_j"].map(|name| table.column(name).unwrap());
+        for at in (0..tasks.len()).filter(|at| tasks[*at] == "lift") {
+            let (_, set) = variants[at].split_once(',').unwrap();
+            let sum = sets.entry(set.into()).or_default();
+            *sum = (sum.0 + successes[at].parse::<f64>().unwrap(), sum.1 + energies[at].parse::<f64>().unwrap());
+        }
+    }
+    let mut ranked: Vec<_> = sets.into_iter().collect();
+    ranked.sort_by(|(_, one), (_, other)| other.0.total_cmp(&one.0).then(one.1.total_cmp(&other.1)));
+    let of = |name: &str, case: &str| {
+        let runs = shipped_sweep(name).runs.into_iter();
+        runs.filter(|run| run.env.task == TaskName::LIFT && run.variant.starts_with(case)).collect::<Vec<_>>()
+    };
+    let (drawn, again) = (of("second-study/psi.toml", "push"), of("second-study/psi-best.toml", "push"));
+    assert_eq!((ranked.len(), again.len()), (200, 20));
+    for ((set, _), run) in ranked.iter().zip(&again) {
+        assert_eq!(run.variant, format!("push,{}", set.replace(',', "-")));
+        let first = drawn.iter().find(|other| other.variant == format!("push,{set}")).unwrap();
+        assert_eq!(run.env, first.env);
     }
 }
 
