@@ -34,8 +34,8 @@ use tasks::{Env, Outcome, Step, TaskName};
 #[derive(Parser)]
 #[command(name = "baselines", version = output::VERSION, after_help = "Example: baselines random --tasks lift,wipe --out random.csv")]
 pub struct Arguments {
-    /// Who plays: expert, random, or the folder of a run (or the .zip in which `archive` kept its policy), in the set-ups of
-    /// its own task and action space, with mean actions
+    /// Who plays: expert, random, or the folder of a run (or the .zip in which `archive` kept its policy), whose best policy (of a
+    /// .zip the one it has) plays with mean actions, in those of the set-ups asked for that have its task and the name of its space
     #[arg(value_parser = Who::parse)]
     policy: Who,
     /// Where the table goes, compressed if the name ends in .zst; must not exist
