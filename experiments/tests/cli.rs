@@ -366,8 +366,12 @@ fn a_trained_policy_is_a_baseline_of_its_own_set_ups() {
     random.current_dir(&folder).args(["random", "--spaces", "osc", "--out", "a.csv", "--map", "b"]);
     expect(&error(&mut random, 2), &["--map", "in none of these action spaces"]);
     let mut elsewhere = program("baselines");
-    elsewhere.current_dir(&folder).args([kept, "--tasks", "wipe", "--out", "a.csv"]);
+    let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/second-study/door.toml");
+    elsewhere.current_dir(&folder).args([kept, "--sweep", shipped, "--out", "a.csv"]);
     expect(&error(&mut elsewhere, 2), &["no set-up is lift with aforce"]);
+    let mut nowhere = program("baselines");
+    nowhere.current_dir(&folder).args([kept, "--tasks", "lift", "--out", "a.csv"]);
+    expect(&error(&mut nowhere, 2), &["name it with --sweep"]);
     let mut nobody = program("baselines");
     expect(
         &error(nobody.current_dir(&folder).args(["exprt", "--out", "a.csv"]), 2),

@@ -35,7 +35,7 @@ use tasks::{Env, Outcome, Step, TaskName};
 #[command(name = "baselines", version = output::VERSION, after_help = "Example: baselines random --tasks lift,wipe --out random.csv")]
 pub struct Arguments {
     /// Who plays: expert, random, or the folder of a run (or the .zip in which `archive` kept its policy), whose best policy (of a
-    /// .zip the one it has) plays with mean actions, in those of the set-ups asked for that have its task and the name of its space
+    /// .zip the one it has) plays with mean actions, in those set-ups of --sweep that have its task and the name of its space
     #[arg(value_parser = Who::parse)]
     policy: Who,
     /// Where the table goes, compressed if the name ends in .zst; must not exist
@@ -169,6 +169,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         None => arguments.setups()?,
     };
     if let Some(run) = &trained {
+        if arguments.sweep.is_none() {
+            return Err(bad("a trained policy plays in the set-ups of a sweep: name it with --sweep".into()));
+        }
         let of = |config: &RunConfig| (config.env.task, config.env.space.name.clone());
         setups.retain(|config| of(config) == of(&run.config));
         if setups.is_empty() {
