@@ -2,7 +2,8 @@
 //!
 //! `runs.jsonl.zst` has a line per run: task, space, variant, seed, whether it is done, its `config.toml` and its `manifest.json`.
 //! `episodes.csv.zst` and the others have the rows of all runs, each with task, space, variant and seed. `zstdcat`, pandas and
-//! polars read them. Fractions have three digits in `episodes.csv.zst`, in `eval.csv.zst` too but for the return, which has seven, and else five.
+//! polars read them. Fractions have three digits in `episodes.csv.zst`, `eval.csv.zst` and `progress.csv.zst`, and else five; the return of
+//! `eval.csv.zst` has seven, the times of `progress.csv.zst` have five.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -175,12 +176,12 @@ fn kept_with(record: &Record) -> PathBuf {
     file::with_suffix(&record.path, ".zip")
 }
 
-/// With the columns that tell the run, after `schema`, and fractions as short as the archive has them.
+/// The columns that the archive keeps, with those that tell the run after `schema`, and fractions as short as the archive has them.
 fn with_key(csv: &CsvTable, run: &RunId, table: Table) -> CsvTable {
     let values = [run.task.clone(), run.space.clone(), run.variant.clone(), run.seed.to_string()];
     let at = csv.position("schema").map_or(0, |at| at + 1);
-    let others: Vec<usize> =
-        (0..csv.headers.len()).filter(|&place| !KEY.contains(&csv.headers.get(place).unwrap_or_default())).collect();
+    let kept = |column: &str| !KEY.contains(&column) && table.keeps(column);
+    let others: Vec<usize> = (0..csv.headers.len()).filter(|&place| kept(&csv.headers[place])).collect();
     let with = |cells: &csv::StringRecord, key: &[&str]| {
         let (before, after): (Vec<usize>, Vec<usize>) = others.iter().partition(|place| **place < at);
         let cell = |place: usize| &cells[place];
@@ -234,6 +235,10 @@ mod tests {
         for (record, row) in again.iter().zip(&rows) {
             assert_eq!(RunSummary::of(record, &folder).unwrap(), *row);
         }
+        let columns = |table: Table| again[0].csv(table).unwrap().unwrap().headers.clone();
+        let has = |table: Table, column: &str| columns(table).iter().any(|known| known == column);
+        assert!(has(Table::Episodes, "time_to_success_s") && has(Table::Episodes, "fulfilled_time_s"));
+        assert!(has(Table::Eval, "energy_to_success_j") && !has(Table::Episodes, "energy_to_success_j"));
         // Once more, from the archive: the same bytes.
         let bytes = |folder: &Path| fs_err::read(folder.join("eval.csv.zst")).unwrap();
         let second = root.path().join("second");

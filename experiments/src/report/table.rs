@@ -32,14 +32,21 @@ impl Table {
         }
     }
 
-    /// Digits of a fraction of a column in the archive: three are enough for an episode that is only one of a mean. The best evaluation is chosen
-    /// by its return, which has the seven of the run's own table.
+    /// Digits of a fraction of a column in the archive. Three are enough for an episode that is only one of a mean, and for the losses of a learner.
+    /// The best evaluation is chosen by its return, which has the seven of the run's own table.
     pub fn digits(self, column: &str) -> usize {
         match self {
             Table::Episodes => 3,
             Table::Eval if column == "return" => DIGITS,
-            Table::Eval => 3,
-            Table::Progress | Table::Disturbed | Table::End => 5,
+            Table::Progress if matches!(column, "wall_s" | "cpu_s") => 5,
+            Table::Eval | Table::Progress => 3,
+            Table::Disturbed | Table::End => 5,
         }
+    }
+    /// Whether the archive keeps a column. What an episode took until its success, and while the task stood fulfilled, is read from evaluations alone;
+    /// of the training episodes the archive keeps these two times, as the other columns were a fifth of its bytes.
+    pub fn keeps(self, column: &str) -> bool {
+        let of_a_success = column.contains("_to_success") || column.starts_with("fulfilled_");
+        self != Table::Episodes || !of_a_success || matches!(column, "time_to_success_s" | "fulfilled_time_s")
     }
 }
