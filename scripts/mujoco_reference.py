@@ -5,7 +5,7 @@
     VENV/bin/python scripts/mujoco_reference.py
 
 Needs cargo. Exports the scenes (example `export_mjcf`), checks that nothing was lost on the way (exits non-zero if it was), and writes
-seven kinds of files, read by crates/physics/tests/{mujoco,mujoco_door,contact_forces}.rs and src/engine/drag.rs:
+seven kinds of files, read by crates/physics/tests/{mujoco,contact_forces}.rs and src/engine/drag.rs:
 
     states_<set>.csv    50 random joint states: mass matrix, bias, Jacobian, pose and forward dynamics
     motions_<set>.csv   2 s motions at 20 Hz by RK4 at a twentieth of the step, the torque held for 2 ms
