@@ -146,7 +146,7 @@ fn texts(names: &[&str]) -> Vec<Vec<u8>> {
 fn toml_that_people_write() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mangled.toml");
-    let mut runs = texts(&["experiments/configs/plain-osc.toml", "experiments/configs/demo.toml"]);
+    let mut runs = texts(&["experiments/configs/second-study/door.toml", "experiments/configs/demo.toml"]);
     runs.push(RunConfig::preset(sac::Preset::DESKTOP).to_toml().into_bytes());
     fuzz("configuration of a run", &path, &runs, inputs(), 0, || drop(RunConfig::resolve(Some(&path), &[])));
     let sweeps = texts(&["experiments/configs/observation.toml", "experiments/configs/study/hidden.toml"]);
