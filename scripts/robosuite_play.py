@@ -8,7 +8,8 @@
 A row for each episode and simulator. The law is this repository's in both, with the settings of the run; starts are each simulator's own,
 drawn from the same distributions. Actions are mean actions. Energy and force are counted alike (robosuite_meter.py). The return is of
 robosuite's reward terms in both: so Door's force penalty is not in it, Wipe's is. robosuite's Wipe reads that force once per action, and
-counts a marker as wiped without pressure. robosuite's arm never stops itself, so the arm of a run with env.stops does not stop here either.
+counts a marker as wiped without pressure, but only where the tool's face is below the marker; here up to 2 mm above it. With
+--raise-markers 0.002 robosuite alone plays, its markers that far above the table. robosuite's arm never stops itself, so the arm of a run with env.stops does not stop here either.
 A run whose observation or disturbance robosuite does not have is refused.
 """
 
@@ -53,7 +54,10 @@ class Robosuite:
 
     name = "robosuite"
 
-    def __init__(self, policy):
+    def __init__(self, policy, raised=0.0):
+        self._raised = raised  # Height of Wipe's markers above the table (m).
+        if raised:
+            self.name = f"robosuite, markers {1000 * raised:g} mm higher"
         description = policy.make().unwrapped.describe()
         settings, parts = description["env"], description["observation"]
         law = {key: value for key, value in settings["controller"].items() if key not in RATES}
@@ -67,6 +71,12 @@ class Robosuite:
     def reset(self, start):
         np.random.seed(start)  # robosuite draws placements from the global generator.
         observation = self._env.reset()
+        if self._raised:
+            model = self._env.sim.model
+            for marker in self._env.model.mujoco_arena.markers:
+                model.body_pos[model.body_name2id(marker.root_body)][2] += self._raised
+            self._env.sim.forward()
+            observation = self._env._get_observations(force_update=True)
         self._meter = Meter(self._env)
         return self._observed(observation)
 
@@ -123,11 +133,11 @@ def complaint(policy):
     return None
 
 
-def rows(run, checkpoint, starts, actions):
+def rows(run, checkpoint, starts, actions, raised):
     policy = aforce.Policy.load(run, checkpoint)
     experiment, task, label, seed = run.resolve().with_suffix("").parts[-4:]
     space, _, variant = label.partition(",")
-    for simulator in (Robosuite(policy), Here(policy)):
+    for simulator in (Robosuite(policy, raised),) if raised else (Robosuite(policy), Here(policy)):
         for start in starts:
             who = {"experiment": experiment, "task": task, "space": space, "variant": variant, "seed": seed.removeprefix("seed_")}
             what = {"checkpoint": policy.checkpoint, "step": policy.step, "simulator": simulator.name, "start": start}
@@ -141,11 +151,14 @@ def main():
     parser.add_argument("--episodes", type=int, default=2, help="of each policy in each simulator")
     parser.add_argument("--start", type=int, default=50_000, help="seed of the first episode's start, from which others count on")
     parser.add_argument("--actions", type=int, default=HORIZON, help=f"in an episode, {HORIZON} at most")
+    parser.add_argument("--raise-markers", type=float, default=0.0, metavar="M", help="of Wipe in robosuite, above the table (m)")
     parser.add_argument("--out", type=Path, required=True)
     arguments = parser.parse_args()
     for key, least, most in (("episodes", 1, 10_000), ("start", 0, 10**9), ("actions", 1, HORIZON)):
         if not least <= getattr(arguments, key) <= most:
             parser.error(f"--{key} {getattr(arguments, key)}: allowed are {least} to {most}")
+    if not 0 <= arguments.raise_markers <= 0.02:  # Higher ones are never wiped.
+        parser.error(f"--raise-markers {arguments.raise_markers}: allowed are 0 to 0.02")
     starts = range(arguments.start, arguments.start + arguments.episodes)
     if arguments.out.exists():
         parser.error(f"{arguments.out} exists: it is not overwritten")
@@ -160,7 +173,7 @@ def main():
     with whole_file(arguments.out) as file:
         writer = None
         for run in arguments.runs:
-            for row in rows(run, arguments.checkpoint, starts, arguments.actions):
+            for row in rows(run, arguments.checkpoint, starts, arguments.actions, arguments.raise_markers):
                 writer = writer or csv.DictWriter(file, row, lineterminator="\n")
                 if file.tell() == 0:
                     writer.writeheader()
