@@ -9,8 +9,9 @@ A row for each episode and simulator. The law is this repository's in both, with
 drawn from the same distributions. Actions are mean actions. Energy and force are counted alike (robosuite_meter.py). The return is of
 robosuite's reward terms in both: so Door's force penalty is not in it, Wipe's is. robosuite's Wipe reads that force once per action, and
 counts a marker as wiped without pressure, but only where the tool's face is below the marker; here up to 2 mm above it. With
---raise-markers 0.002 robosuite alone plays, its markers that far above the table. robosuite's arm never stops itself, so the arm of a run with env.stops does not stop here either.
-A run whose observation or disturbance robosuite does not have is refused.
+--raise-markers 0.002 robosuite alone plays, its markers that far above the table, and so what a policy sees of them. robosuite's arm never
+stops itself, so the arm of a run with env.stops does not stop here either. A run whose observation or disturbance robosuite does not have is
+refused.
 """
 
 import argparse
@@ -164,7 +165,10 @@ def main():
         parser.error(f"{arguments.out} exists: it is not overwritten")
     for run in arguments.runs:
         try:
-            reason = complaint(aforce.Policy.load(run, arguments.checkpoint))
+            policy = aforce.Policy.load(run, arguments.checkpoint)
+            reason = complaint(policy)
+            if arguments.raise_markers and policy.task != "wipe":
+                reason = f"--raise-markers: the task is {policy.task}; wipe is wanted, which has markers"
         except (OSError, ValueError) as error:
             reason = error
         if reason:
