@@ -372,6 +372,12 @@ fn a_trained_policy_is_a_baseline_of_its_own_set_ups() {
     let mut nowhere = program("baselines");
     nowhere.current_dir(&folder).args([kept, "--tasks", "lift", "--out", "a.csv"]);
     expect(&error(&mut nowhere, 2), &["name it with --sweep"]);
+    let mut last = program("baselines");
+    last.current_dir(&folder).args([kept, "--checkpoint", "last", "--out", "a.csv", "--sweep"]).arg(&sweep);
+    expect(&error(&mut last, 1), &["--checkpoint last", "it keeps the other one"]);
+    let mut last = program("baselines");
+    last.current_dir(&folder).args(["random", "--checkpoint", "last", "--out", "a.csv"]);
+    expect(&error(&mut last, 2), &["--checkpoint", "have none"]);
     let mut nobody = program("baselines");
     expect(
         &error(nobody.current_dir(&folder).args(["exprt", "--out", "a.csv"]), 2),

@@ -16,6 +16,7 @@ use crate::run::rollout::Policy;
 use crate::run::rows::SCHEMA;
 use crate::run::seeds::evaluation_seed;
 use crate::run::source::Trained;
+use crate::run::which::Which;
 use aforce::{ActionSpace, DeltaSign};
 use anyhow::{Context, Result, ensure};
 use clap::Parser;
@@ -34,10 +35,13 @@ use tasks::{Env, Outcome, Step, TaskName};
 #[derive(Parser)]
 #[command(name = "baselines", version = output::VERSION, after_help = "Example: baselines random --tasks lift,wipe --out random.csv")]
 pub struct Arguments {
-    /// Who plays: expert, random, or the folder of a run (or the .zip in which `archive` kept its policy), whose best policy (of a
-    /// .zip the one it has) plays with mean actions, in those set-ups of --sweep that have its task and the name of its space
+    /// Who plays: expert, random, or the folder of a run (or the .zip in which `archive` kept its policy), whose policy
+    /// plays with mean actions, in those set-ups of --sweep that have its task and the name of its space
     #[arg(value_parser = Who::parse)]
     policy: Who,
+    /// Which of a run's checkpoints [default: best, or the one that a .zip has]
+    #[arg(long)]
+    checkpoint: Option<Which>,
     /// Where the table goes, compressed if the name ends in .zst; must not exist
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
@@ -161,7 +165,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let out = arguments.out.display();
     ensure!(!arguments.out.exists(), "{out}: exists; nothing was overwritten");
     let trained = match &arguments.policy {
-        Who::Run(path) => Some(Trained::open(path, None)?),
+        Who::Run(path) => Some(Trained::open(path, arguments.checkpoint)?),
+        Who::Expert | Who::Random if arguments.checkpoint.is_some() => {
+            return Err(bad("--checkpoint: the expert and random actions have none".into()));
+        }
         Who::Expert | Who::Random => None,
     };
     let mut setups = match &arguments.sweep {
