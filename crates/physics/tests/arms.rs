@@ -10,8 +10,8 @@ use physics::robots::RobotName;
 use physics::scene::{Scene, pose};
 use physics::scenes::wipe;
 
-/// The largest differences of mass matrix, bias torques and pose over the states of a reference file, relative to the largest entry. Rotors are in the
-/// model's mass matrix and perhaps not in the file's.
+/// The largest differences of mass matrix, bias torques and pose over the states of a reference file; the first two relative to the largest entry.
+/// `rotors` are inertias of the model's mass matrix that the file's lacks.
 fn worst<'a>(model: &Model, rotors: JointMatrix, states: impl Iterator<Item = &'a [f64]>) -> [f64; 3] {
     let mut worst = [0.0f64; 3];
     let mut count = 0;

@@ -43,8 +43,9 @@ impl Table {
             Table::Disturbed | Table::End => 5,
         }
     }
-    /// Whether the archive keeps a column. What an episode took until its success, and while the task stood fulfilled, is read from evaluations alone;
-    /// of the training episodes the archive keeps these two times, as the other columns were a fifth of its bytes.
+
+    /// Whether the archive keeps a column. What an episode took until its success, and while the task stood fulfilled, is read from evaluations alone.
+    /// Of training episodes only the times of both are kept, as the other columns were a fifth of the bytes.
     pub fn keeps(self, column: &str) -> bool {
         let of_a_success = column.contains("_to_success") || column.starts_with("fulfilled_");
         self != Table::Episodes || !of_a_success || matches!(column, "time_to_success_s" | "fulfilled_time_s")
