@@ -158,6 +158,68 @@ fn measured(space: &str) -> String {
     table(&head.replace("SPACE", space), TaskName::ROBOSUITE.map(row))
 }
 
+/// A doc comment for a cell of a table, without rustdoc's links.
+fn plain(doc: &str) -> String {
+    let doc = doc.replace('|', "\\|");
+    let mut parts = doc.split("[`");
+    let first = parts.next().unwrap().to_string();
+    parts.fold(first, |text, part| {
+        let (code, rest) = part.split_once("`]").expect("a link to code");
+        let rest = if rest.starts_with('(') { rest.split_once(')').unwrap().1 } else { rest };
+        format!("{text}`{code}`{rest}")
+    })
+}
+
+/// Each item of a struct or enum in a source file, below its doc comment: what stands before the last comma, and the comment.
+fn items(path: &Path, kind: &str, name: &str) -> Option<Vec<(String, String)>> {
+    let text = fs::read_to_string(path).unwrap();
+    let (_, body) = text.split_once(&format!("\npub {kind} {name} {{\n"))?;
+    let (body, _) = body.split_once("\n}\n").unwrap();
+    let (mut items, mut doc) = (vec![], vec![]);
+    for line in body.lines().map(str::trim) {
+        if let Some(words) = line.strip_prefix("///") {
+            doc.push(words.trim());
+        } else if let Some(item) = line.strip_suffix(',') {
+            items.push((item.to_string(), plain(&doc.join(" "))));
+            doc.clear();
+        }
+    }
+    Some(items)
+}
+
+/// What a field of this type may be, if the type is an enum of that folder with nothing but names.
+fn choices(folder: &Path, kind: &str) -> String {
+    let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_file());
+    let Some(items) = files.into_iter().find_map(|path| items(&path, "enum", kind)) else { return String::new() };
+    // Of one word, whose name in a file is the word in small letters.
+    let word = |name: &str| name.chars().skip(1).all(char::is_lowercase);
+    if !items.iter().all(|(name, _)| word(name)) {
+        return String::new();
+    }
+    items.iter().map(|(name, doc)| format!(" `{}`: {doc}", name.to_lowercase())).collect()
+}
+
+/// The keys of a section of the configuration, as the struct that holds them describes them. Defaults are those of Lift.
+fn settings(path: &str, name: &str, section: &str) -> String {
+    let path = root().join(path);
+    let defaults = toml::Table::from_iter([("env".to_string(), toml::Value::try_from(EnvConfig::default()).unwrap())]);
+    let defaults = section.split('.').try_fold(&toml::Value::from(defaults), |at, key| at.get(key)).cloned();
+    let row = |(field, doc): &(String, String)| {
+        let (key, kind) = field.strip_prefix("pub ").unwrap().split_once(": ").unwrap();
+        let kind = kind.trim_start_matches("Option<").trim_start_matches("Vec<").trim_end_matches('>');
+        let meaning = format!("{doc}{}", choices(path.parent().unwrap(), kind));
+        let default = match defaults.as_ref().map(|defaults| defaults.get(key)) {
+            None => return format!("| `{key}` | {meaning} |"),
+            Some(None | Some(toml::Value::Table(_))) => String::new(),
+            Some(Some(value)) => format!("`{value}`"),
+        };
+        format!("| `{key}` | {default} | {meaning} |")
+    };
+    let items = items(&path, "struct", name).unwrap_or_else(|| panic!("{}: no {name}", path.display()));
+    let head = if defaults.is_some() { "| key | default | meaning |" } else { "| key | meaning |" };
+    table(head, items.iter().map(row))
+}
+
 fn made(kind: &str) -> String {
     match kind.split(' ').collect::<Vec<_>>()[..] {
         ["action", task, space] => action(task, space),
@@ -166,6 +228,7 @@ fn made(kind: &str) -> String {
         ["gymnasium", task, space] => gymnasium(task, space),
         ["record", space] => record(space),
         ["follows", space] => follows(space),
+        ["settings", path, name, section] => settings(path, name, section),
         ["measured", space] => measured(space),
         ["columns"] => columns(),
         ["run-columns"] => run_columns(&[Over::Training, Over::Final, Over::Sampled, Over::End]),
