@@ -1,4 +1,5 @@
-//! C programs against the header and both libraries: compiled with every warning, run, and held against the golden vectors.
+//! The committed header is what cbindgen makes of the library. C programs against the header and both libraries are compiled with
+//! every warning, run, and held against the golden vectors.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -56,4 +57,22 @@ fn the_header_is_cpp_too() {
     let mut command = Command::new(compiler);
     command.args(["-std=c++14", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I"]);
     run(command.arg(root().join("include")).arg(source));
+}
+
+/// `HEADER=write cargo test -p aforce-c --test program` takes a change over.
+#[test]
+fn the_header_is_the_librarys() {
+    let root = root();
+    let config = cbindgen::Config::from_file(root.join("cbindgen.toml")).unwrap();
+    let bindings = cbindgen::Builder::new().with_src(root.join("src/lib.rs")).with_config(config).generate().unwrap();
+    let mut text = Vec::new();
+    bindings.write(&mut text);
+    let now = String::from_utf8(text).unwrap();
+    let path = root.join("include/aforce.h");
+    if std::env::var_os("HEADER").is_some_and(|what| what == "write") {
+        std::fs::write(&path, &now).unwrap();
+    }
+    assert_eq!(now, std::fs::read_to_string(&path).unwrap());
+    let version = format!("#define AFORCE_ABI_VERSION {}\n", aforce_c::ABI_VERSION);
+    assert!(now.contains(&version), "{version}");
 }
