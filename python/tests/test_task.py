@@ -92,6 +92,28 @@ def test_an_episode_is_a_function_of_its_seed_and_copies_make_it_anew():
     assert not np.array_equal(env.reset(seed=8)[0], first)
 
 
+class Lost(Reach):
+    """Lost with the third action."""
+
+    def reset(self, rng):
+        self.actions = 0
+        super().reset(rng)
+
+    def advance(self, state):
+        self.actions += 1
+
+    def lost(self, state):
+        return self.actions == 3
+
+
+def test_an_episode_is_terminated_where_the_task_is_lost():
+    env = aforce.Env(task=Lost)
+    for _ in range(2):
+        env.reset(seed=1)
+        ends = [env.step(np.zeros(6))[2:4] for _ in range(3)]
+        assert ends == [(False, False), (False, False), (True, False)]
+
+
 @pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
 def test_the_vector_is_gymnasiums(mode):
     ours = gym.make_vec("aforce/Task-v0", num_envs=3, threads=2, task=Drawer, horizon=3, autoreset_mode=mode)
@@ -252,6 +274,7 @@ def test_what_a_joint_carries_comes_into_the_hand_too():
         (ValueError, 'Wrong.reward: "near" is nan; a finite number is wanted', returning("reward", {"near": np.nan})),
         (ValueError, "17 terms; sixteen are allowed", returning("reward", {str(i): 0 for i in range(17)})),
         (TypeError, "Wrong.success: it returned a float; True or False is wanted", returning("success", 1.0)),
+        (TypeError, "Wrong.lost: it returned a int; True or False is wanted", returning("lost", 1)),
         (TypeError, "Wrong.observe: it returned a list; a dict", returning("observe", [1.0])),
         (TypeError, "\"ball\" is 'red'; a number or an array", returning("observe", {"ball": "red"})),
         (ValueError, 'two numbers of its observation are called "eef_pos_x"', returning("observe", {"eef_pos_x": 0})),

@@ -14,8 +14,9 @@ pub struct Step {
     pub motion_cost: f64,
     /// The price of the arm's stop (at least 0), taken off the reward.
     pub stop_cost: f64,
-    /// The episode ended in a terminal state, whose value is zero: the simulation diverged, or the arm stopped itself where
-    /// episodes end with that ([`EnvConfig::stops`](crate::EnvConfig::stops)) and a stop has no price.
+    /// The episode ended in a terminal state, whose value is zero: the simulation diverged, the task is
+    /// [lost](crate::Task::lost), or the arm stopped itself where episodes end with that
+    /// ([`EnvConfig::stops`](crate::EnvConfig::stops)) and a stop has no price.
     pub terminated: bool,
     /// The episode reached its horizon, had the task held and ends there, or the arm stopped itself at a
     /// [price](crate::EnvConfig::stop_price): to the learner it would have gone on.

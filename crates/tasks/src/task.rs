@@ -58,6 +58,12 @@ pub trait Task: Send {
     /// same order every time; an environment asks for them once before its first episode.
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: Option<f64>) -> Reward;
 
+    /// Whether the task can no more be fulfilled, as when an object has fallen from the table; asked after each [`reward`](Self::reward).
+    /// The episode is then terminated: to a learner what follows is worth nothing. No built-in task is ever lost.
+    fn lost(&self, _simulation: &Simulation, _y: &Measurement) -> bool {
+        false
+    }
+
     /// What a scripted expert wants next. It may be asked several times between two actions, and answers alike. The time since the
     /// start is [`Simulation::time`]; what it shall remember from one action to the next it notes in [`advance`](Self::advance).
     fn expert(&self, simulation: &Simulation, y: &Measurement) -> Waypoint;

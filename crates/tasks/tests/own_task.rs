@@ -47,6 +47,8 @@ struct Options {
     fault: Fault,
     /// The task's kind of start.
     in_hand: bool,
+    /// After how many actions the task is lost.
+    lost_after: Option<u32>,
 }
 
 /// The hand goes around in a circle, with or without a block between the fingers.
@@ -132,6 +134,10 @@ impl Task for Circle {
             _ => [near].into(),
         };
         Reward { terms, success: false }
+    }
+
+    fn lost(&self, _: &Simulation, _: &Measurement) -> bool {
+        self.options.lost_after.is_some_and(|actions| self.actions >= actions)
     }
 
     /// Once around in two seconds.
@@ -223,6 +229,22 @@ fn a_body_stays_in_the_hand() {
         let turned = now.rotation.angle_to(&start.rotation);
         assert!(moved < 1e-3 && turned < 0.02, "action {action}: {moved} m, {turned} rad");
     }
+}
+
+#[test]
+fn an_episode_is_terminated_where_the_task_is_lost() {
+    let last = |options: &str| {
+        let mut env = Env::new(config(options), 0).unwrap();
+        let still = vec![0.0; env.action_dim()];
+        let mut steps = (1..).map(|action| (action, env.step(&still)));
+        steps
+            .find(|(_, step)| step.terminated || step.truncated)
+            .map(|(action, step)| (action, step.terminated))
+            .unwrap()
+    };
+    assert_eq!(last(""), (60, false));
+    assert_eq!(last("lost_after = 7"), (7, true));
+    assert_eq!(last("lost_after = 60"), (60, true), "a terminal state at the horizon is one");
 }
 
 #[test]

@@ -97,8 +97,8 @@ class Env(gym.Env[Observation, Floats], EzPickle):
                  None counts as not given
 
     Observations and actions are float32; NaN or a wrong shape is a ValueError. An episode is truncated at its horizon, and
-    terminated if the simulation diverges or, with `stops=True`, where a real arm would have stopped itself. With `stop_price` it
-    is truncated there, and the last reward is less by that price. `info`: is_success,
+    terminated if the simulation diverges, if a task of one's own is lost or, with `stops=True`, where a real arm would have
+    stopped itself. With `stop_price` it is truncated there, and the last reward is less by that price. `info`: is_success,
     stopped (a real arm would have stopped itself during this action), energy (J, of this action), force and hand_force (N,
     largest sustained of the whole arm, and beyond the wrist), joint_speed (of the joint nearest to its limit, as a share of that),
     penalty, motion_cost and stop_cost (reward lost to the prices of motion and of a stop), reward_terms, which, less these two, add

@@ -49,6 +49,7 @@ class Task:
                            "quaternion"; without these the hand keeps its rotation
     advance(state)         called once after every action, before observe, reward and success, for what the object remembers. A reward of
                            progress needs both distances: `self.before, self.now = self.now, distance` here, their difference in reward
+    lost(state)            whether the task can no more be fulfilled: the episode is then terminated
     observe_critic(state)  as observe: what a critic may see besides, for observation={"critic": ["task"]}
     marks()                discs that are drawn: a list of x, y, z, radius
     """

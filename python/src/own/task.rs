@@ -87,6 +87,8 @@ pub struct PythonTask {
     layouts: [RefCell<Option<Vec<Entry>>>; 2],
     /// The terms of the first reward, each 0.
     terms: Option<RewardTerms>,
+    /// What the method `lost` said last.
+    lost: bool,
 }
 
 impl PythonTask {
@@ -103,6 +105,7 @@ impl PythonTask {
             trouble,
             layouts: Default::default(),
             terms: None,
+            lost: false,
         }
     }
 
@@ -246,11 +249,15 @@ impl PythonTask {
             return Err(part.value(words));
         }
         let success = self.object.bind(py).call_method1("success", (state.clone_ref(py),))?;
-        let is_bool = success.extract::<bool>();
-        let kind = success.get_type().name()?;
-        let success =
-            is_bool.map_err(|_| self.part("success").kind(format!("it returned a {kind}; True or False is wanted")))?;
-        Ok(Reward { terms, success })
+        Ok(Reward { terms, success: self.truth("success", &success)? })
+    }
+
+    /// What the method `name` answered, which has yes and no to answer.
+    fn truth(&self, name: &str, answer: &Bound<'_, PyAny>) -> PyResult<bool> {
+        let kind = answer.get_type().name()?;
+        answer
+            .extract()
+            .map_err(|_: PyErr| self.part(name).kind(format!("it returned a {kind}; True or False is wanted")))
     }
 }
 
@@ -313,15 +320,23 @@ impl Task for PythonTask {
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: Option<f64>) -> Reward {
         let earned = Python::attach(|py| {
             let state = self.state(py, simulation, y, penalty.unwrap_or(0.0))?;
-            self.earned(py, &state)
+            let reward = self.earned(py, &state)?;
+            let lost = self.ask(py, "lost", &state)?;
+            let lost = lost.map_or(Ok(false), |answer| self.truth("lost", &answer))?;
+            Ok((reward, lost))
         });
-        let nothing = || Reward { terms: self.terms.unwrap_or_default(), success: false };
-        let reward = self.trouble.or(earned, nothing);
+        let nothing = || (Reward { terms: self.terms.unwrap_or_default(), success: false }, false);
+        let (reward, lost) = self.trouble.or(earned, nothing);
+        self.lost = lost;
         if self.terms.is_none() {
             let zeros: Vec<_> = reward.terms.names().map(|name| (name, 0.0)).collect();
             self.terms = RewardTerms::of(&zeros);
         }
         reward
+    }
+
+    fn lost(&self, _simulation: &Simulation, _y: &Measurement) -> bool {
+        self.lost
     }
 
     fn expert(&self, simulation: &Simulation, y: &Measurement) -> Waypoint {

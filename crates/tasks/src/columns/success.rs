@@ -59,7 +59,7 @@ pub(super) const COLUMNS: &[Column] = &[
     Column::new(
         "terminated",
         "",
-        "the simulation diverged, or (with `env.stops` and no price of it) the arm stopped itself",
+        "the simulation diverged, the task is lost, or (with `env.stops` and no price of it) the arm stopped itself",
         |e| Cell::Flag(e.at_the_end(|s| s.terminated)),
     ),
     Column::new(

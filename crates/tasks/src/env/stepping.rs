@@ -104,18 +104,19 @@ impl Env {
         let rule = self.config.force_penalty;
         let penalty = rule.for_force(interval.force(rule.of).max);
         let stopped = self.config.stops && interval.stop.is_some();
-        let terminated = diverged || (stopped && self.config.stop_price.is_none());
         if !diverged {
             self.task.advance(&self.simulation, &self.y);
             // After a divergence the last valid observation stays.
             self.observe();
         }
-        let reward = if diverged || stopped {
-            Reward { terms: self.nothing_earned, success: false }
+        let (reward, lost) = if diverged || stopped {
+            (Reward { terms: self.nothing_earned, success: false }, false)
         } else {
             // Rewards go by what is, not by what is measured.
-            self.task.reward(&self.simulation, &self.simulation.measure(), penalty)
+            let y = self.simulation.measure();
+            (self.task.reward(&self.simulation, &y, penalty), self.task.lost(&self.simulation, &y))
         };
+        let terminated = diverged || lost || (stopped && self.config.stop_price.is_none());
         self.check(&reward.terms);
         self.held = if reward.success { self.held + interval.time } else { 0.0 };
         let ends = self.config.ends_on_success && self.held > HELD - 1e-9;
