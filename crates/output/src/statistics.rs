@@ -13,9 +13,8 @@ const FEW: usize = 100;
 /// Share of resamples inside an interval.
 const CONFIDENCE: f64 = 0.95;
 
-/// With fewer runs a bootstrap interval is the range from the lowest to the highest, or nearly: resamples that are all the
-/// lowest are too frequent. It must not be called a 95 % interval then: of three, the range holds the median of all runs
-/// to come in 75 % of the cases.
+/// With fewer runs a bootstrap interval is the range from the lowest value to the highest, or nearly, as too many resamples draw nothing but the
+/// lowest. Such a range must not be called a 95 % interval: that of three runs holds the true median in 75 % of the cases.
 pub const FEWEST_FOR_INTERVAL: usize = 5;
 
 /// Arithmetic mean; NaN of nothing.

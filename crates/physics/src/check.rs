@@ -56,12 +56,12 @@ impl Scene {
             }
             body.check().map_err(wrong)?;
             if joint.is_some() {
-                let is_arm = self.is_arm_joint(index);
+                let is_link = (1..=7).any(|number| body.name == format!("link{number}"));
+                let is_arm = is_link || self.is_arm_joint(index);
                 if is_arm && object_moves {
                     return Err(wrong("an arm's joints have to stand before those of all objects".into()));
                 }
-                object_moves |= !is_arm && body.geoms.iter().any(|geom| geom.role == Role::Object);
-                let is_link = (1..=7).any(|number| body.name == format!("link{number}"));
+                object_moves |= !is_arm;
                 let stop = match &body.joint {
                     Joint::Hinge(axis) | Joint::Slide(axis) => Some(axis.stop),
                     Joint::Free | Joint::Fixed => None,

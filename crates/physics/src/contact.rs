@@ -16,7 +16,7 @@ pub struct ContactReading {
     /// contact turns an impact into one step of kilonewtons; a real one lasts tens of
     /// milliseconds, and so does this one.
     pub sustained: Wrench,
-    /// Impulses of the engine's last step, of 2 ms at most, divided by its length (N, Nm).
+    /// Impulses of the engine's last step, of 2 ms at most, divided by its length, and the force of the wiping tool's pad at its end (N, Nm).
     /// Single-step peaks of an impact are an artefact of rigid contact.
     pub raw: Wrench,
     /// Whether anything beyond the wrist and the environment press on each other.

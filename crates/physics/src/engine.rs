@@ -192,7 +192,7 @@ impl Engine {
             multibody.update_rigid_bodies(bodies, true);
             multibody.set_self_contacts_enabled(false);
         }
-        // The arm meets itself, as its roles say; a door does not meet its handle. A joint without a shape may be the arm's last.
+        // The arm meets itself, as its roles say; a door does not meet its handle. All joints of the arm are gone through, as one without a shape may be the last.
         for joint in self.joints.iter().filter(|joint| joint.is_arm) {
             let (multibody, _) = multibody_joints.get_mut(joint.handle).expect("inserted above");
             multibody.set_self_contacts_enabled(true);

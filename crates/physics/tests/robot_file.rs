@@ -48,6 +48,8 @@ fn what_no_scene_could_hold_is_refused_with_the_robot() {
         twice.starts_with("bodies: body \"link2\": the name ") && twice.ends_with("is that of two geoms"),
         "{twice}"
     );
+    let hollow = told(|robot| robot.gripper.palm.mass = -1.0);
+    assert!(hollow.contains("palm") || hollow.contains("mass"), "{hollow}");
     let slippery = told(|robot| robot.links[3].geoms[0].friction = -1.0);
     assert!(slippery.starts_with("bodies: body \"link4\": geom "), "{slippery}");
 }

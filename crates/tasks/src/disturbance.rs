@@ -218,7 +218,7 @@ impl Disturbance {
     pub(crate) fn draw(&self, seed: u64, known: &[OwnDisturbance]) -> Drawn {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(1);
-        // A stream of its own keeps the directions and the noise of a seed, which the first stream gives, as they were before this kind existed.
+        // `torque_gain` is drawn from a stream of its own: one draw more from the first would have changed what follows it in every known seed.
         let mut later = ChaCha8Rng::seed_from_u64(seed);
         later.set_stream(3);
         let values = KINDS.map(|kind| {

@@ -15,8 +15,8 @@ const DEPTH_STEP: f64 = 0.002;
 /// the middle of its range.
 ///
 /// To press is to aim behind the surface: the depth of the goal follows from the missing force and the
-/// stiffness. Where force control holds the axis it makes no difference. In 1/s2 the goal goes aside as well, as far as the spring
-/// then presses along the axis alone.
+/// stiffness. Where force control holds the axis it makes no difference. In 1/s2 the arm's inertia turns the force of a spring: the goal
+/// goes aside as well, so that the spring presses along the axis alone.
 pub fn action_towards(
     waypoint: &Waypoint,
     controller: &Controller,

@@ -1,4 +1,4 @@
-//! What a reward of Wipe is worth: Door measures its force penalty by it.
+//! robosuite's scale of Wipe's rewards. Door's force penalty has the same scale.
 
 /// Number of Wipe's markers.
 pub(crate) const MARKERS: usize = 100;

@@ -36,7 +36,7 @@ pub(crate) fn put(simulation: &mut Simulation, task: &dyn Task, start: &Start, q
 /// stands in nothing's way.
 ///
 /// # Errors
-/// If there is no room for the arm.
+/// If the task has the arm start out of its range, or if there is no room for the arm.
 pub(crate) fn draw_start(
     simulation: &mut Simulation,
     task: &dyn Task,
@@ -45,7 +45,16 @@ pub(crate) fn draw_start(
     rng: &mut ChaCha8Rng,
 ) -> Result<(), ConfigError> {
     let start = task.start(robot);
-    for _ in 0..MOST_STARTS {
+    let wrong = |reason| ConfigError::Contradiction { field: "env.task".into(), reason };
+    for (joint, (q, [low, high])) in start.q.iter().zip(robot.arm.range).enumerate().take(robot.joints) {
+        if !(low..=high).contains(q) {
+            let name = task.name();
+            return Err(wrong(format!("{name} starts with joint {} at {q} rad; allowed: {low} to {high}", joint + 1)));
+        }
+    }
+    // Without noise every start is the same.
+    let tries = if noise == 0.0 { 1 } else { MOST_STARTS };
+    for _ in 0..tries {
         let mut q = start.q.map(|q| q + noise * standard_normal(rng));
         // A seventh joint that there is not stays where it is.
         q.iter_mut().zip(&start.q).skip(robot.joints).for_each(|(q, start)| *q = *start);
@@ -56,9 +65,8 @@ pub(crate) fn draw_start(
             }
         }
     }
-    let (task, geoms) = (task.name(), overlapping(simulation));
-    let reason = format!(
-        "{MOST_STARTS} starts of {task} overlap its scene: leave room around the home pose; in the last one {geoms} overlap"
-    );
-    Err(ConfigError::Contradiction { field: "env.task".into(), reason })
+    let (name, geoms) = (task.name(), overlapping(simulation));
+    Err(wrong(format!(
+        "the arm has no room where {name} starts, {tries} tried: leave room around the home pose; in the last one {geoms} overlap"
+    )))
 }

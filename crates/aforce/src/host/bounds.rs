@@ -90,8 +90,8 @@ impl Bounds {
     /// What limits cut off the last sample at the tool, as the adaptation is told. K does not grow along it. `e` is the error that the
     /// adaptation sees.
     pub(crate) fn excess(&self, excess: &Vector6, e: &Vector6) -> Vector6 {
-        // A wrench that was cut and a joint's excess have different units and cannot be added. Along an axis where the cut opposes the
-        // spring, -K e, the cut counts, along the others the joints' excess.
+        // A wrench that was cut and a joint's excess have different units and cannot be added. Along an axis where what was cut
+        // has the direction of the spring, -K e, the cut counts, along the others the joints' excess.
         excess.zip_zip_map(&self.cut, e, |excess, cut, e| if -e * cut > 0.0 { cut } else { excess })
     }
 

@@ -146,7 +146,7 @@ impl Host {
     }
 
     /// One cycle: the torque for `state`, `dt` seconds after the last cycle. A `dt` of 0 (an interface's first cycle), or of less than
-    /// a hundredth of a cycle, reads the state and repeats the last torque; only a few in a row are believed. Never panics, never
+    /// a hundredth of a cycle, reads the state and repeats the last torque, or that which the arm says it took; only a few in a row are believed. Never panics, never
     /// allocates.
     pub fn update(&mut self, state: &ArmState, dt: f64) -> Command {
         let dt = if (0.0..SHORTEST * self.period).contains(&dt) { 0.0 } else { dt };

@@ -5,20 +5,20 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
-use crate::law::commanded_psi::CommandedPsi;
+use crate::law::commanded_psi::{CommandedPsi, PsiParameter};
 use crate::law::config::ControllerConfig;
 use crate::law::damping::Damping;
 use crate::law::gains::{AXES, Gains};
 use crate::law::goal::GoalRule;
 use crate::law::psi::Psi;
 use crate::law::stability::{StabilityMargin, stability_margin};
-use crate::law::stiffness::{Stiffness, StiffnessUnit};
+use crate::law::stiffness::{Scale, Stiffness, StiffnessUnit};
 use crate::name;
 use crate::spatial::RotationError;
 
 /// An action space.
 ///
-/// An action lies in [-1, 1] and reads `[kp (6) if commanded] [psi (2 per parameter) if commanded] [delta position (3), delta
+/// An action lies in [-1, 1] and reads `[kp (6, or 1 if shared) if commanded] [psi (2 per parameter) if commanded] [delta position (3), delta
 /// rotation (3)] [normal force (1) if force]`; [`entries`](Self::entries) describes each entry. The built-in ones stand in
 /// `spaces.toml` beside this crate's manifest, and parse from their names.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -133,7 +133,11 @@ impl ActionSpace {
             let (names, frame) = if range.shared { (&["kp"][..], ALL) } else { (&STIFFNESS[..], WORLD) };
             for (axis, &name) in names.iter().enumerate() {
                 let (low, high) = (range.low[axis], range.high[axis]);
-                entries.push(ActionEntry { name, unit: self.unit.name(axis), frame, low, high });
+                let unit = match range.scale {
+                    Scale::Linear => self.unit.name(axis),
+                    Scale::Log => PsiParameter::KMin.unit(self.unit, axis / 3),
+                };
+                entries.push(ActionEntry { name, unit, frame, low, high });
             }
         }
         for range in self.commanded_psi.iter().flat_map(|psi| &psi.ranges) {
@@ -239,9 +243,8 @@ impl fmt::Display for ActionSpace {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::law::commanded_psi::PsiParameter;
     use crate::law::psi::DeltaSign;
-    use crate::law::stiffness::{Scale, StiffnessRange};
+    use crate::law::stiffness::StiffnessRange;
 
     fn space(name: &str) -> ActionSpace {
         name.parse().unwrap()

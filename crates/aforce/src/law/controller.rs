@@ -33,7 +33,7 @@ pub struct Controller {
     start: Pose,
     goal: Pose,
     q0: JointVector,
-    /// Actions since the start, as far as psi is commanded.
+    /// Actions since the start, for a space that commands psi: it takes a new psi only with every so many.
     actions: u32,
     error: Vector6,
     /// K in the space's unit.

@@ -18,9 +18,9 @@ pub struct Impedance {
 ///
 /// Along the contact axis K and F_ff act in the share 1 - engagement only, and damping there grows to at least the force axis' own.
 ///
-/// What is given up is the acceleration along the axis, before it is shaped. The arm's inertia couples the axes: the
-/// wrench along n that remains cancels what an acceleration across n would add to the contact force, and it vanishes
-/// in steady sliding, where spring and damper are balanced.
+/// In 1/s2 the share is taken of the acceleration that spring and F_ff ask for, before Lambda turns it into a wrench. As Lambda couples the
+/// axes, a wrench along n remains: it cancels what an acceleration across n would add to the contact force. In steady sliding that
+/// acceleration is zero, and so is this wrench.
 #[must_use]
 pub fn impedance(space: &ActionSpace, errors: &Errors, adapted: &Adapted) -> Impedance {
     let Errors { e, e_dot, axis, lambda, .. } = errors;

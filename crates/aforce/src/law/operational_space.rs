@@ -10,10 +10,9 @@ use crate::spatial::{Jacobian, JointMatrix, Vector6, linear, rotational, stack};
 /// Smallest pivot of J M^-1 J^T that is taken at its word (1/kg, 1/(kg m^2)). A matrix with a smaller one is damped until none is
 /// smaller.
 ///
-/// A pivot is the inverse inertia along an axis with the axes before it held and those after it free. So at a singularity the
-/// apparent mass along z, the last axis of its block, stays below 4000 kg (about z: 4000 kg m^2). A pivot is no eigenvalue:
-/// along another direction of a block with trace t and pivots d the apparent mass stays below (t/2)^2/(d1 d2 d3), which may be
-/// more. With 0.02, 0.2 and 0.2 on the diagonal and 2.5e-4 as the second pivot the largest apparent mass is 44 000 kg.
+/// The pivots are those of its Cholesky factor, squared. Each is one over the apparent mass along its axis, with the axes before it held and
+/// those after it free. So at a singularity the apparent mass along z, the last axis of its block, stays below 4000 kg (about z: 4000 kg m^2).
+/// Along a direction between the axes it may be larger: with 0.02, 0.2 and 0.2 on the diagonal and 2.5e-4 as the second pivot it is 44 000 kg.
 const SMALLEST_PIVOT: f64 = 2.5e-4;
 
 /// Operational-space inertia of the tool, from the mass matrix and the Jacobian of one sample.

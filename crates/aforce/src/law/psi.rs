@@ -90,9 +90,12 @@ impl Psi {
     }
 
     /// Time in which K rises from its lower to its upper bound under a lasting `error` (m, rad) along or about `axis` (s);
-    /// infinite if the error is tolerated.
+    /// infinite if the error is tolerated, as every error is where beta is 0.
     #[must_use]
     pub fn rise_time(&self, axis: usize, error: f64) -> f64 {
+        if self.beta[axis] == 0.0 {
+            return f64::INFINITY;
+        }
         let rate = (self.beta[axis] * error - self.gamma[axis]).min(self.k_rate_max[axis]);
         if rate > 0.0 { (self.k_max[axis] - self.k_min[axis]) / rate } else { f64::INFINITY }
     }

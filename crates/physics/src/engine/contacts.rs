@@ -8,7 +8,7 @@ use rapier3d_f64::pipeline::PhysicsWorld;
 use super::Engine;
 use crate::scene::Role;
 
-/// What pressed on the arm in the last step.
+/// What pressed on the arm in the last step; of the wiping tool's pad, what presses at the beginning of the next one.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct ArmContacts {
     /// Wrench on all geoms beyond the wrist (world axes, torque about the point asked for); `None` without contact.

@@ -4,6 +4,7 @@ use aforce::{ConfigError, within};
 use nalgebra::Matrix3;
 
 use super::{JOINTS, Robot};
+use crate::gripper::add_gripper;
 use crate::scene::Scene;
 use crate::scenes::{Table, add_fixtures};
 
@@ -43,7 +44,8 @@ impl Robot {
         let mut scene = Scene::default();
         let table = Table { size: [1.0; 3], top: [0.0; 3], friction: 1.0 };
         let base = add_fixtures(&mut scene, self, &table);
-        self.add_to(&mut scene, base);
+        let wrist = self.add_to(&mut scene, base);
+        add_gripper(&mut scene, self, wrist);
         scene.check().map_err(|wrong| ConfigError::Contradiction { field: "bodies".into(), reason: wrong.to_string() })
     }
 }

@@ -8,8 +8,8 @@ use super::{Cell, Column, Parts, number, summarised};
 pub(super) const COLUMNS: &[Column] = &[Column::new(
     "aic_score",
     "",
-    "score of the AI for Industry Challenge, -35 to 100, of the way to the first success; without one of the whole episode, and without its \
-     points for coming near",
+    "score of the AI for Industry Challenge, -35 to 100, over the time until the first success, or over the whole episode if there is none; the \
+     points for coming near are left out",
     |e| Cell::Real(score(e)),
 )
 .printed("score of the AI for Industry Challenge")

@@ -40,7 +40,9 @@ impl Env {
         self.wait();
         self.running.grip = grip.first().copied().unwrap_or(0.0);
         self.controller.set_goal(motion, &self.y);
-        self.last_action.iter_mut().zip(action).for_each(|((_, last), &entry)| *last = entry.clamp(-1.0, 1.0));
+        // An entry that is no number asks for nothing.
+        let given = |entry: f64| if entry.is_nan() { 0.0 } else { entry.clamp(-1.0, 1.0) };
+        self.last_action.iter_mut().zip(action).for_each(|((_, last), &entry)| *last = given(entry));
     }
 
     /// As [`Env::begin`], with nobody acting: goal, commanded stiffness and gripper stay what they are.

@@ -1,5 +1,6 @@
 use super::*;
 use crate::force_record::ForceRecord;
+use crate::observation_options::ObservationOptions;
 use crate::penalty::{CountedForce, ForcePenalty};
 use crate::protection::Protection;
 use crate::sensing::{SensedWrench, Sensing};
@@ -91,6 +92,20 @@ fn an_episode_ends_on_success_if_it_is_to() {
     };
     assert!(last.truncated && !last.terminated && env.elapsed < env.config.horizon);
     assert_eq!(held, 20, "a second of actions at 20 Hz");
+}
+
+/// To the controller, and to who observes the last action.
+#[test]
+fn an_entry_that_is_no_number_asks_for_nothing() {
+    let observation = ObservationOptions { action: true, ..ObservationOptions::default() };
+    let mut env = Env::new(EnvConfig { observation, ..EnvConfig::default() }, 1).unwrap();
+    let nothing = vec![0.0; env.action_dim()];
+    let step = env.step(&nothing);
+    let seen = env.observation().to_vec();
+    let mut odd = Env::new(env.config().clone(), 1).unwrap();
+    let mut action = nothing.clone();
+    (action[0], action[5]) = (f64::NAN, f64::NAN);
+    assert_eq!((odd.step(&action), odd.observation().to_vec()), (step, seen));
 }
 
 #[test]

@@ -14,7 +14,7 @@ pub struct Options {
     pub clearance_mm: f64,
     /// Width and depth of the chamfer at the rim (mm); 0: a sharp rim.
     pub chamfer_mm: f64,
-    /// Sliding friction between peg and hole.
+    /// Sliding friction of peg, hole and table.
     pub friction: f64,
     /// Length of the peg (mm).
     pub length_mm: f64,
@@ -44,8 +44,9 @@ impl Options {
     /// The first that is not allowed, with its range.
     pub fn of(config: &EnvConfig) -> Result<Self, ConfigError> {
         let options: Options = config.own_options()?;
-        // Below 0.05 mm the engine's own rounding decides what enters.
-        within("env.options.clearance_mm", options.clearance_mm, 0.05..=10.0)?;
+        // Below 0.05 mm the engine's own rounding decides what enters. Above 5 mm a peg on the base may stand further from the axis than an
+        // inserted one may.
+        within("env.options.clearance_mm", options.clearance_mm, 0.05..=5.0)?;
         within("env.options.chamfer_mm", options.chamfer_mm, 0.0..=5.0)?;
         within("env.options.friction", options.friction, 0.0..=2.0)?;
         // A shorter one leaves the fingers on the rim before it is in.

@@ -198,4 +198,6 @@ fn a_lasting_error_lifts_k_from_floor_to_top_in_the_time_that_is_told() {
         assert!(after(&mut law, steps - 2) < 800.0 && after(&mut law, 2) == 800.0, "{error}: {steps}");
     }
     assert_eq!(psi.rise_time(0, 0.005), f64::INFINITY);
+    let constant = Psi { beta: Gains::all(0.0), ..psi };
+    assert!([0.2, f64::INFINITY].map(|error| constant.rise_time(0, error)).iter().all(|time| time.is_infinite()));
 }
