@@ -7,9 +7,10 @@ use std::time::{Duration, Instant};
 
 use common::{
     assert_same, error, expect, few, last_step, note, program, run_folder, start, start_loud, start_unheard, states,
-    train, train_for,
+    train, train_for, unsummed,
 };
 use experiments::config::RunConfig;
+use experiments::run::csv_table::CsvTable;
 use experiments::run::folder::RunFolder;
 use experiments::run::place::Place;
 use experiments::run::pool::{self, Job, Pool};
@@ -62,6 +63,36 @@ fn a_killed_run_goes_on_to_the_same_bytes() {
         assert_same(&whole, &killed, &networks.each_ref().map(String::as_str));
     }
     assert_same(&run_folder(&whole), &run, &["checkpoints/last/replay.bin", "checkpoints/best/state.json"]);
+}
+
+/// A kill after an evaluation may leave its policy as the best one, and no row of it. Made again on another processor the evaluation may come to
+/// less: the best policy is then that of an evaluation in the table all the same.
+#[test]
+fn a_best_policy_is_of_an_evaluation_in_the_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let often = ["--set", "evaluate_every=200"];
+    train_for(1000, folder.path()).args(often).assert().success();
+    let run = run_folder(folder.path());
+    let best = run.join("checkpoints/best");
+    for (checkpoint, key) in [("last", "best_return"), ("best", "evaluation_return")] {
+        let state = run.join("checkpoints").join(checkpoint).join("state.json");
+        let mut said: serde_json::Value = serde_json::from_slice(&std::fs::read(&state).unwrap()).unwrap();
+        said["caller"][key] = 1e6.into();
+        if checkpoint == "best" {
+            said["caller"]["step"] = 1400.into();
+        }
+        std::fs::write(&state, unsummed(&serde_json::to_string_pretty(&said).unwrap())).unwrap();
+    }
+    train_for(2000, folder.path()).args(often).arg("--resume").assert().success();
+    let said = note(&best).unwrap();
+    let table = CsvTable::read(&run.join("eval.csv")).unwrap();
+    let [steps, policies, returns] = ["step", "policy", "return"].map(|column| table.column(column).unwrap());
+    let is_it = |row: &usize| policies[*row] == "mean" && steps[*row] == said["step"].to_string();
+    let row = (0..steps.len()).find(is_it).unwrap();
+    assert!(said["step"].as_u64() >= Some(1400), "{said}");
+    // The table has fewer digits.
+    let difference = said["evaluation_return"].as_f64().unwrap() - returns[row].parse::<f64>().unwrap();
+    assert!(difference.abs() < 1e-6, "{said}, {}", returns[row]);
 }
 
 #[cfg(unix)]

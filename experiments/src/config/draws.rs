@@ -66,8 +66,8 @@ impl Draws {
         let mut candidates = vec![("draw-0".to_string(), Table::new())];
         for index in 1..self.count {
             let mut problem = String::new();
-            // A stream of its own: groups whose first ranges are alike have them alike in every candidate that neither refuses, whatever
-            // comes after.
+            // Each candidate draws from a stream of its own. So two groups that begin with the same ranges draw the same values for these,
+            // whatever ranges follow, unless one of them refuses a candidate.
             let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
             rng.set_stream(index.into());
             let accepted = (0..TRIES).map(|_| drawn(&mut rng)).find(|settings| match accepts(settings) {

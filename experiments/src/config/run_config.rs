@@ -34,8 +34,8 @@ pub struct RunConfig {
     pub evaluation_episodes: u32,
     /// Actions between checkpoints; they are taken at the next end of an episode.
     pub checkpoint_every: u64,
-    /// Time between checkpoints (min): one is taken at the end of an episode if the next one, should it last as long, would end
-    /// later.
+    /// Time between checkpoints (min). They are taken at ends of episodes, and so that the time is not exceeded if the next episode lasts as
+    /// long as the last one.
     #[serde(default = "five_minutes")]
     pub checkpoint_minutes: f64,
     /// Task, action space, controller, physics.

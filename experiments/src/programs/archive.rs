@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use crate::config::RunId;
 use crate::report::archive;
 use crate::report::columns::Columns;
+use crate::report::outside::is_outside;
 use crate::report::record::Record;
 use crate::report::summary::{RunSummary, find_runs};
 use crate::report::table::Table;
@@ -24,7 +25,7 @@ use output::program::{self, bad};
 /// runs.jsonl.zst, a line per run with its configuration and its manifest. `report` reads them as it reads run folders. Of every
 /// group one policy is kept, that of the run whose energy per action (mean actions, last evaluations) is nearest to the
 /// group's median: OUT/EXPERIMENT/TASK/SPACE/seed_N.zip, which `evaluate` and `replay` take as a run. Runs that are under way are left out. A run that the archive holds already
-/// stays as it is, but for tables that it lacks there, as those of a policy that was played later; new runs are added.
+/// stays as it is there; only tables that the archive lacks are added to it, such as the episodes of a policy that was played later. New runs are added.
 #[derive(Parser)]
 #[command(name = "archive", version = output::VERSION, after_help = "Example: archive runs/table-1 --out results/table-1")]
 pub struct Arguments {
@@ -47,12 +48,20 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     lies_apart(&arguments.out, &arguments.runs)?;
     let mut experiments: BTreeMap<String, Vec<Record>> = BTreeMap::new();
     for found in find_runs(&arguments.runs)? {
-        let record = found.map_err(|(folder, reason)| reason.context(folder.path().display().to_string()))?;
+        let outside = |path: &Path| {
+            let place = path.display();
+            program::tell(format_args!("left out: {place}: curves of another learner, which stay where they are"));
+        };
+        let record = match found {
+            Ok(record) => record,
+            Err((folder, _)) if is_outside(folder.path()) => {
+                outside(folder.path());
+                continue;
+            }
+            Err((folder, reason)) => return Err(reason.context(folder.path().display().to_string())),
+        };
         if record.outside {
-            program::tell(format_args!(
-                "left out: {}: curves of another learner, which stay where they are",
-                record.path.display()
-            ));
+            outside(&record.path);
         } else if record.done {
             experiments.entry(record.experiment(&arguments.runs)).or_default().push(record);
         } else {

@@ -59,10 +59,10 @@ pub struct Arguments {
     /// What the runs of a sweep are trained in, instead of tasks, spaces and settings: a row each, seeds apart
     #[arg(long, value_name = "FILE", conflicts_with_all = ["tasks", "spaces", "SettingArgs"])]
     sweep: Option<PathBuf>,
-    /// Joules per action, a dot per row, in FILE.svg
+    /// Joules per action, a dot per row, in FILE.svg, which must not exist
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
-    /// Of the adaptive law: success before a stop and energy by its lowest stiffness, tolerance and sign of delta, in FILE.svg
+    /// Of the adaptive law: success before a stop and energy by its lowest stiffness, tolerance and sign of delta, in FILE.svg, which must not exist
     #[arg(long, value_name = "FILE")]
     map: Option<PathBuf>,
 }
@@ -160,10 +160,13 @@ impl Serialize for Row {
 /// Runs the program; its exit code.
 ///
 /// # Errors
-/// If a setting is wrong, or the table exists or cannot be written.
+/// If a setting is wrong, or a file exists or cannot be written.
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
-    let out = arguments.out.display();
-    ensure!(!arguments.out.exists(), "{out}: exists; nothing was overwritten");
+    let pictures = [&arguments.plot, &arguments.map].map(|path| path.as_ref().map(|path| plot::files(path)[0].clone()));
+    let files: Vec<&PathBuf> = [&arguments.out].into_iter().chain(pictures.iter().flatten()).collect();
+    for file in &files {
+        ensure!(!file.exists(), "{}: exists; nothing was overwritten", file.display());
+    }
     let trained = match &arguments.policy {
         Who::Run(path) => Some(Trained::open(path, arguments.checkpoint)?),
         Who::Expert | Who::Random if arguments.checkpoint.is_some() => {
@@ -186,15 +189,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
             return Err(bad(format!("no set-up is {task} with {space}, for which the policy was trained")));
         }
     }
-    let pictures = [&arguments.plot, &arguments.map].map(|path| path.as_ref().map(|path| plot::files(path)[0].clone()));
-    let files: Vec<&PathBuf> = [&arguments.out].into_iter().chain(pictures.iter().flatten()).collect();
-    if let Some((_, twice)) = files.iter().enumerate().find(|(at, file)| files[..*at].contains(file)) {
+    files.iter().try_for_each(|path| file::prepare(path))?;
+    let places = files.iter().map(|path| file::place(path)).collect::<Result<Vec<_>>>()?;
+    if let Some((_, twice)) = places.iter().enumerate().find(|(at, place)| places[..*at].contains(place)) {
         return Err(bad(format!("{}: two of --out, --plot and --map would write it", twice.display())));
     }
     if arguments.map.is_some() && setups.iter().all(|config| config.env.space.psi().is_none()) {
         return Err(bad("--map: in none of these action spaces the stiffness adapts".into()));
     }
-    files.iter().try_for_each(|path| file::prepare(path))?;
     // Every scene that there will be, before the first episode is played.
     for config in &setups {
         Env::new(config.env.clone(), 0).with_context(|| RunId::of(config).to_string())?;

@@ -8,12 +8,13 @@ use crate::config::sweep::{self, Sweep};
 use crate::config::{RunConfig, RunId, cli};
 use crate::report::search::{self, Candidate};
 use crate::report::train_and_draw::{make_up_curves, train_and_draw};
+use crate::run::csv_table::CsvTable;
 use crate::run::folder::{Busy, RunFolder, State};
 use crate::run::place::Place;
 use crate::run::pool::{self, Ended, Job, Pool};
 use crate::run::stop::Stop;
 use crate::run::train::RunOptions;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use clap::Parser;
 use output::file;
 use output::program::{self, bad};
@@ -120,7 +121,9 @@ fn halve(
 ) -> Result<ExitCode> {
     // From its beginning on: `report` leaves out what lies beside it.
     let table = out.join("search.csv");
-    if !table.exists() {
+    if table.exists() {
+        is_of_this_search(&table, all)?;
+    } else {
         file::write_table(&table, &[] as &[Candidate])?;
     }
     let mut runs = all.to_vec();
@@ -144,6 +147,22 @@ fn halve(
     }
     program::say(format_args!("candidates, ranked: {}", table.display()));
     Ok(ending)
+}
+
+/// That every candidate that a table ranks is one of this search: those of another one would be lost.
+fn is_of_this_search(table: &Path, all: &[(usize, RunConfig)]) -> Result<()> {
+    let known: Vec<[String; 3]> =
+        all.iter().map(|(_, run)| RunId::of(run)).map(|id| [id.task, id.space, id.variant]).collect();
+    let ranked = CsvTable::read(table)?;
+    let [tasks, spaces, variants] = ["task", "space", "variant"].map(|name| ranked.column(name));
+    for ((task, space), variant) in tasks?.into_iter().zip(spaces?).zip(variants?) {
+        ensure!(
+            known.contains(&[task, space, variant].map(String::from)),
+            "{}: ranks {task} {space},{variant}, which is no candidate of this search: take another folder (--out)",
+            table.display()
+        );
+    }
+    Ok(())
 }
 
 /// What a run whose time is over has left to save itself.

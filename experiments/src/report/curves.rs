@@ -160,7 +160,7 @@ fn spread<'a>(labels: &'a [(String, &RunSummary)]) -> Vec<(String, Vec<Vec<&'a s
     variants.iter().flat_map(of_variant).collect()
 }
 
-/// The built-in spaces with the variant `common`, then what was made of them to find out why, each beside AFORCE.
+/// One figure with the built-in spaces of the variant `common`, then one with the ablations, each beside AFORCE.
 fn of_kinds<'a>(
     common: &str,
     labels: impl IntoIterator<Item = &'a (String, &'a RunSummary)>,

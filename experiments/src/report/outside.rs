@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail, ensure};
+use aforce::name;
+use anyhow::{Context, Error, Result, bail, ensure};
 use serde_json::Value;
 
 use crate::config::{RunConfig, RunId};
@@ -30,12 +31,7 @@ pub fn is_outside(folder: &Path) -> bool {
 pub fn read(folder: &Path) -> Result<(RunConfig, Vec<(Table, CsvTable)>)> {
     let evaluations = folder.join(EVALUATIONS);
     let (table, episodes) = evaluated(&evaluations).with_context(|| evaluations.display().to_string())?;
-    let id = id_of(folder)?;
-    let text = format!(
-        "variant = {:?}\nseed = {}\nevaluation_episodes = {episodes}\n[env]\ntask = {:?}\nspace = {:?}\n",
-        id.variant, id.seed, id.task, id.space
-    );
-    let config = RunConfig::of_text(&text, folder)?;
+    let config = config_of(folder, episodes)?;
     let mut tables = vec![(Table::Eval, table)];
     let monitors = monitors(folder)?;
     if !monitors.is_empty() {
@@ -56,6 +52,18 @@ fn monitors(folder: &Path) -> Result<Vec<Monitor>> {
     paths.iter().filter(is_monitor).map(read).collect()
 }
 
+/// The configuration of a run that is called so. Of its action space the name alone is known, which may be its owner's own.
+fn config_of(folder: &Path, evaluation_episodes: u32) -> Result<RunConfig> {
+    let RunId { task, space, variant, seed } = id_of(folder)?;
+    let at = || folder.display().to_string();
+    [&space, &variant].into_iter().try_for_each(|part| name::check_part(part)).map_err(Error::msg).with_context(at)?;
+    let task = task.parse().map_err(Error::msg).with_context(at)?;
+    let mut config = RunConfig { variant, seed, evaluation_episodes, ..RunConfig::preset(sac::Preset::DESKTOP) };
+    config.env.task = task;
+    config.env.space.name = space;
+    Ok(config)
+}
+
 /// Who the run is, by its folder.
 fn id_of(folder: &Path) -> Result<RunId> {
     let names: Vec<String> = folder.iter().rev().take(3).map(|name| name.to_string_lossy().into_owned()).collect();
@@ -71,7 +79,7 @@ fn id_of(folder: &Path) -> Result<RunId> {
 }
 
 /// Evaluations as rows of `eval.csv`, and how many episodes each has.
-fn evaluated(path: &Path) -> Result<(CsvTable, usize)> {
+fn evaluated(path: &Path) -> Result<(CsvTable, u32)> {
     let arrays = npz::read(path)?;
     let array = |name: &str| arrays.iter().find(|(known, _)| known == name).map(|(_, array)| array);
     let wanted = |name: &str| array(name).with_context(|| format!("no array {name:?}"));
@@ -99,7 +107,7 @@ fn evaluated(path: &Path) -> Result<(CsvTable, usize)> {
             success,
         ])
     });
-    Ok((table(path, &["schema", "step", "policy", "return", "length", "success"], rows.collect()), episodes))
+    Ok((table(path, &["schema", "step", "policy", "return", "length", "success"], rows.collect()), episodes as u32))
 }
 
 /// A `monitor.csv`: a line with a comment, then `r,l,t` and whatever else was asked for.
@@ -195,6 +203,17 @@ mod tests {
     }
 
     #[test]
+    fn a_space_of_ones_own_has_curves_too() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = folder.path().join("door/soft,sb3/seed_1");
+        fs_err::create_dir_all(&run).unwrap();
+        fs_err::copy(reference().join("lift/aforce,sb3/seed_3").join(EVALUATIONS), run.join(EVALUATIONS)).unwrap();
+        let record = Record::of_outside(&run).unwrap();
+        let row = RunSummary::of(&record, folder.path()).unwrap();
+        assert_eq!((row.task.as_str(), row.label().as_str(), row.seed), ("door", "soft,sb3", 1));
+    }
+
+    #[test]
     fn episodes_of_several_environments_follow_each_other_by_their_ends() {
         let folder = tempfile::tempdir().unwrap();
         let monitor = |name: &str, began: f64, rows: &str| {
@@ -225,7 +244,8 @@ mod tests {
         for name in ["lift/aforce/seed_1", "lift/aforce,sb3/first"] {
             assert!(told(name, &npz).contains("is to be called TASK/SPACE,LEARNER/seed_N"));
         }
-        assert!(told("lift/aforc,sb3/seed_1", &npz).contains("aforc"));
+        assert!(told("lif/aforce,sb3/seed_1", &npz).contains("lif/aforce,sb3/seed_1: no task is called \"lif\""));
+        assert!(told("lift/a force,sb3/seed_1", &npz).contains("\"a force\" is no name"));
         assert!(told("lift/aforce,sb3/seed_1", &npz[..npz.len() / 2]).contains("evaluations.npz"));
     }
 }

@@ -117,8 +117,16 @@ pub struct Side {
 /// Judges the hypotheses of several files, each by itself ([`judge`]); `p_holm_all` corrects for those of all files together.
 ///
 /// # Errors
-/// As [`judge`].
+/// As [`judge`]; if two files have one name.
 pub fn judge_all(files: &[PathBuf], runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
+    for (at, file) in files.iter().enumerate() {
+        if let Some(other) = files[..at].iter().find(|other| other.file_stem() == file.file_stem()) {
+            let (file, other) = (file.display(), other.display());
+            return Err(bad(format!(
+                "{file}: families are called after their files, as after {other}: give it another name"
+            )));
+        }
+    }
     let mut rows = files.iter().map(|file| judge(file, runs)).collect::<Result<Vec<_>>>()?.concat();
     let known: Vec<&mut VerdictRow> = rows.iter_mut().filter(|row| row.p.is_some()).collect();
     let corrected = holm(&known.iter().filter_map(|row| row.p).collect::<Vec<_>>());

@@ -204,6 +204,10 @@ impl RunFolder {
             return Ok(());
         }
         let reached = last_step(&self.episodes())?;
+        if reached == 0 && !self.done().exists() {
+            // There was no end of an episode yet, at which a checkpoint could have been taken.
+            return Ok(());
+        }
         // The interval between checkpoints with which the run was begun counts: it may be resumed with another.
         let begun = RunConfig::resolve(self.config().exists().then_some(self.config()).as_deref(), &[])?;
         let before_the_first = reached <= begun.checkpoint_every + u64::from(config.env.horizon)

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, ensure};
 use clap::Args;
 use output::statistics::mean_of;
 use output::{file, program};
-use sac::{Act, Checkpoint, Replay, Sac};
+use sac::{Act, Actor, Checkpoint, Replay, Sac};
 use serde::Serialize;
 use settings::setup;
 use tasks::{Env, Episode, Outcome};
@@ -20,7 +20,7 @@ use crate::run::learner::{Counters, Learner};
 use crate::run::learner_log::LearnerLog;
 use crate::run::manifest::Manifest;
 use crate::run::progress_bar::RunProgress;
-use crate::run::rollout::{Policy, critics_view, evaluate};
+use crate::run::rollout::{Policy, critics_view, evaluate, sizes};
 use crate::run::rows::{SCHEMA, TrainingKey};
 use crate::run::seeds::{sub_seed, training_evaluation_seed};
 use crate::run::stop::Stop;
@@ -83,6 +83,8 @@ struct Run<'a> {
     prior: Option<Replay>,
     counters: Counters,
     saved_step: u64,
+    /// Of which action the best policy is, if a kill cut that evaluation off: none of the table describes the policy.
+    best_ahead: Option<u64>,
     tables: Tables,
     board: Option<TensorBoard>,
     log: LearnerLog,
@@ -158,6 +160,13 @@ pub fn train(
     Ok(ending)
 }
 
+/// After how many actions the best policy in the folder was kept; `None` if there is none that can be read.
+fn best_step(folder: &RunFolder, env: &Env) -> Option<u64> {
+    let sizes = sizes(env);
+    let (_, record) = Actor::load(&folder.best(), sizes.observation, sizes.action, 0).ok()?;
+    Some(serde_json::from_value::<CheckpointRecord>(record).ok()?.step)
+}
+
 impl<'a> Run<'a> {
     /// Nothing in the folder changes before all that it needs has been read. `None` if somebody asks to stop meanwhile.
     fn start(
@@ -180,6 +189,7 @@ impl<'a> Run<'a> {
             return Ok(None);
         }
         Tables::can_go_on(folder, config, counters.step, counters.episode)?;
+        let best_ahead = best_step(folder, &env).filter(|&step| step > counters.step);
         let manifest = folder.begin_manifest(config, counters.step)?;
         folder.begin(config)?;
         let run = Run {
@@ -193,6 +203,7 @@ impl<'a> Run<'a> {
             sac,
             replay,
             saved_step: counters.step,
+            best_ahead,
             log: LearnerLog::new(counters.step),
             board: tensorboard.then(|| TensorBoard::create(folder.path(), counters.step)).transpose()?,
             clock: clock.after(counters.spent),
@@ -318,7 +329,9 @@ impl<'a> Run<'a> {
         if let Some(board) = &mut self.board {
             board.evaluation(step, &outcomes)?;
         }
-        if self.counters.best_return.is_none_or(|best| score > best) {
+        // What an evaluation that was cut off had kept gives way to the same evaluation, whatever that comes to on another processor.
+        if self.best_ahead == Some(step) || self.counters.best_return.is_none_or(|best| score > best) {
+            self.best_ahead = None;
             self.counters.best_return = Some(score);
             let record =
                 BestRecord { record: CheckpointRecord { run: self.id.clone(), step }, evaluation_return: score };

@@ -2,6 +2,7 @@
 
 import json
 import struct
+import time
 import zipfile
 import zlib
 from pathlib import Path
@@ -46,6 +47,12 @@ class Policy:
         one of the two."""
         run = Path(run)
         if run.suffix != ".zip":
+            # A run that saves itself meanwhile renames the folder that is read: then once more.
+            for pause in (0.05, 0.1, 0.2):
+                try:
+                    return cls._read(run, checkpoint or "best", run / "config.toml")
+                except (FileNotFoundError, ValueError):
+                    time.sleep(pause)
             return cls._read(run, checkpoint or "best", run / "config.toml")
         try:
             with zipfile.ZipFile(run) as kept:
@@ -57,7 +64,9 @@ class Policy:
 
     @classmethod
     def _read(cls, run: Path | zipfile.Path, checkpoint: str, config: Path) -> "Policy":
-        folder = run / "checkpoints" / checkpoint
+        folder, old = run / "checkpoints" / checkpoint, run / "checkpoints" / f".{checkpoint}.old"
+        if not folder.is_dir() and old.is_dir():
+            folder = old  # A kill between the two renames of a save leaves it there.
         if not folder.is_dir():
             raise FileNotFoundError(f"{folder}: no such checkpoint; a run folder of `train` or a .zip of `archive` is wanted")
         tensors, metadata = read_safetensors(folder / "actor.safetensors")
