@@ -7,7 +7,7 @@
 Needs cargo. Exports the arm of each robot in ROBOTS (example `export_mjcf`, scene wipe), and writes 70 random states of each: joint angles and
 velocities (rad, rad/s), the lower triangle of the mass matrix by rows, rotors included (kg m2), the bias torques (Nm), place and quaternion
 (w, x, y, z) of the wiping tool's body in the world (m). An arm of six joints has a seventh that stands still: angle, velocity and bias are 0,
-and its part of the mass matrix is 1 on the diagonal. crates/physics/tests/arms.rs holds the arm's own model against it.
+and its part of the mass matrix is 1 on the diagonal. crates/physics/tests/model.rs holds the arm's own model against it.
 """
 
 import subprocess

@@ -5,7 +5,7 @@
     python3 -m venv VENV && VENV/bin/pip install mujoco==3.2.7 numpy pyyaml
     VENV/bin/python scripts/fr3_reference.py franka_description
 
-crates/physics/tests/arms.rs holds the FR3 of crates/physics/src/robots/fr3.rs against the file: its numbers and its dynamics. Nothing of that
+crates/physics/tests/model.rs holds the FR3 of crates/physics/src/robots/fr3.rs against the file: its numbers and its dynamics. Nothing of that
 robot enters here but the opening of the fingers. A row is a random state: joint angles and velocities (rad, rad/s), the lower triangle of the
 mass matrix by rows without rotors (kg m2), the bias torques (Nm), place and quaternion (w, x, y, z) of the hand's frame in that of the base (m).
 """

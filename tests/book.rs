@@ -160,7 +160,12 @@ fn measured(space: &str) -> String {
 
 /// A doc comment for a cell of a table, without rustdoc's links.
 fn plain(doc: &str) -> String {
-    let doc = doc.replace('|', "\\|");
+    // What stands in brackets leads into the code alone.
+    let mut doc = doc.replace('|', "\\|");
+    while let Some((before, after)) = doc.split_once(" ([`") {
+        let (_, rest) = after.split_once(if after.contains("`](") { "))" } else { "])" }).expect("a link in brackets");
+        doc = before.to_string() + rest;
+    }
     let mut parts = doc.split("[`");
     let first = parts.next().unwrap().to_string();
     parts.fold(first, |text, part| {
@@ -216,6 +221,7 @@ fn settings(path: &str, name: &str, section: &str) -> String {
         format!("| `{key}` | {default} | {meaning} |")
     };
     let items = items(&path, "struct", name).unwrap_or_else(|| panic!("{}: no {name}", path.display()));
+    assert!(items.iter().all(|(_, doc)| !doc.is_empty()), "{}: a setting without a comment", path.display());
     let head = if defaults.is_some() { "| key | default | meaning |" } else { "| key | meaning |" };
     table(head, items.iter().map(row))
 }
@@ -271,6 +277,24 @@ fn what_the_book_says_is_what_the_programs_say() {
         );
     }
     assert!(places > 20, "{places}");
+}
+
+/// The page of settings has a table for every part of an environment's configuration that no other page tells.
+#[test]
+fn every_section_of_the_settings_has_a_table() {
+    const ELSEWHERE: [&str; 4] = ["env.space", "env.options", "env.disturbance", "env.controller.interpolation"];
+    fn sections(name: &str, value: &toml::Value, found: &mut Vec<String>) {
+        let Some(table) = value.as_table().filter(|_| !ELSEWHERE.contains(&name)) else { return };
+        found.push(name.into());
+        table.iter().for_each(|(key, value)| sections(&format!("{name}.{key}"), value, found));
+    }
+    let page = fs::read_to_string(root().join("docs/settings.md")).unwrap();
+    let mut found = vec!["run".to_string(), "learner".into()];
+    sections("env", &toml::Value::try_from(EnvConfig::default()).unwrap(), &mut found);
+    assert!(found.len() > 8, "{found:?}");
+    for section in found {
+        assert!(page.contains(&format!(" {section} -->\n")), "docs/settings.md has no table of {section}");
+    }
 }
 
 /// Every page is a chapter, and every link to a file leads to one.

@@ -152,11 +152,22 @@ fn what_to_do_next_can_be_copied() {
 fn curves_of_another_learner_are_not_archived() {
     let folder = tempfile::tempdir().unwrap();
     let archive = folder.path().join("archive");
-    let curves = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference/sb3");
+    let reference = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference/sb3/lift/aforce,sb3/seed_3");
+    let curves = folder.path().join("curves");
+    // The second one cannot be read.
+    for (name, bytes) in [("3", std::fs::read(reference.join("evaluations.npz")).unwrap()), ("4", vec![])] {
+        let run = curves.join("lift/aforce,sb3").join(format!("seed_{name}"));
+        std::fs::create_dir_all(&run).unwrap();
+        std::fs::write(run.join("evaluations.npz"), bytes).unwrap();
+    }
     let output = program("archive").arg(curves).arg("--out").arg(&archive).assert().code(1).get_output().stderr.clone();
     expect(
         &String::from_utf8(output).unwrap(),
-        &["lift/aforce,sb3/seed_3: curves of another learner", "no run below it that is done"],
+        &[
+            "aforce,sb3/seed_3: curves of another learner",
+            "aforce,sb3/seed_4: curves of",
+            "no run below it that is done",
+        ],
     );
     assert!(!archive.exists());
 }
@@ -305,6 +316,10 @@ fn baselines_make_their_folder() {
     let mut twice = program("baselines");
     twice.current_dir(&folder).args(["random", "--episodes", "1", "--out", "one.svg", "--plot", "one"]);
     expect(&error(&mut twice, 2), &["one.svg", "two of --out, --plot and --map would write it"]);
+    std::fs::write(folder.path().join("mine.svg"), "mine").unwrap();
+    let mut mine = program("baselines");
+    mine.current_dir(&folder).args(["random", "--episodes", "1", "--out", "two.csv", "--plot", "mine"]);
+    expect(&error(&mut mine, 1), &["mine.svg", "nothing was overwritten"]);
     let (sweep, table) = (folder.path().join("sweep.toml"), folder.path().join("variants.csv"));
     let groups = "[run]\nenv.horizon = 2\n[variants]\na = {}\nb.env.space.damping_ratio = 0.5\n[[group]]\ntasks = ['lift', 'door']\nspaces = ['osc']\nseeds = [1, 2]";
     std::fs::write(&sweep, groups).unwrap();

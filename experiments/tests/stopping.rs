@@ -65,6 +65,27 @@ fn a_killed_run_goes_on_to_the_same_bytes() {
     assert_same(&run_folder(&whole), &run, &["checkpoints/last/replay.bin", "checkpoints/best/state.json"]);
 }
 
+/// Its progress may have gone on for longer than any time between checkpoints.
+#[test]
+fn a_run_that_was_killed_in_its_first_episode_begins_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    train(folder.path()).assert().success();
+    let run = run_folder(folder.path());
+    let bytes = std::fs::read(run.join("episodes.csv")).unwrap();
+    std::fs::remove_file(run.join("DONE")).unwrap();
+    std::fs::remove_dir_all(run.join("checkpoints")).unwrap();
+    for name in ["episodes.csv", "eval.csv", "progress.csv"] {
+        let text = std::fs::read_to_string(run.join(name)).unwrap();
+        let head = text.lines().next().unwrap();
+        // Half an episode, which took a day.
+        let cells = "6,50,0,90000".to_string() + &",".repeat(head.matches(',').count() - 3);
+        let rows = if name == "progress.csv" { cells + "\n" } else { String::new() };
+        std::fs::write(run.join(name), format!("{head}\n{rows}")).unwrap();
+    }
+    train(folder.path()).arg("--resume").assert().success();
+    assert_eq!(std::fs::read(run.join("episodes.csv")).unwrap(), bytes);
+}
+
 /// A kill after an evaluation may leave its policy as the best one, and no row of it. Made again on another processor the evaluation may come to
 /// less: the best policy is then that of an evaluation in the table all the same.
 #[test]

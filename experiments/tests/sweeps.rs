@@ -162,11 +162,13 @@ fn the_better_half_of_a_search_goes_on() {
     assert!(!report.status.success() && told.contains("no run folder below it"), "{told}");
 
     // Another search in the same folder would take the place of this table.
-    std::fs::write(folder.path().join("other.toml"), std::fs::read_to_string(&file).unwrap().replace("lift", "door"))
-        .unwrap();
-    let told = error(program("sweep").current_dir(folder.path()).args(["other.toml", "--out", "runs/tuned"]), 1);
-    expect(&told, &["runs/tuned/search.csv: ranks lift osc,draw-", "is no candidate of this search"]);
-    assert_eq!(table(), first);
+    for (from, to) in [("lift", "door"), ("count = 4, seed = 3", "count = 4, seed = 4")] {
+        let other = std::fs::read_to_string(&file).unwrap().replace(from, to);
+        std::fs::write(folder.path().join("other.toml"), other).unwrap();
+        let told = error(program("sweep").current_dir(folder.path()).args(["other.toml", "--out", "runs/tuned"]), 1);
+        expect(&told, &["runs/tuned/search.csv: ranks lift osc,draw-", "is no candidate of this search"]);
+        assert_eq!(table(), first);
+    }
 }
 
 /// Being killed says nothing about a candidate: nobody is ranked, and the same command goes on.

@@ -28,7 +28,7 @@ pub struct SimulationConfig {
     pub substeps: usize,
     /// Cut-off of the low-pass on the contact wrench that the controller reads (Hz).
     pub force_cutoff_hz: f64,
-    /// Cut-off of the low-pass behind [`ContactReading::sustained`](crate::ContactReading::sustained) (Hz).
+    /// Cut-off of the low-pass that makes the sustained force ([`ContactReading::sustained`](crate::ContactReading::sustained)) (Hz).
     pub sustained_cutoff_hz: f64,
 }
 

@@ -52,7 +52,7 @@ pub struct Config {
     pub nudges: f64,
     /// Weight of the entropy at the start, in units of reward.
     pub initial_temperature: f64,
-    /// Entropy that the temperature steers to, in nat. `None` is minus the number of actions.
+    /// Entropy that the temperature steers to, in nat; absent: minus the number of actions.
     pub target_entropy: Option<f64>,
     /// Smallest log standard deviation of the policy before the squashing.
     pub log_std_min: f64,
@@ -69,12 +69,11 @@ pub struct Config {
     /// Transitions kept; the oldest make room. One takes 4 (observation + action + 5) bytes, an
     /// observation being all that the critics see.
     pub replay_capacity: usize,
-    /// Episodes that a script plays before the run, and of which half of every batch is drawn; 0 for none. Played by the caller
+    /// Episodes that a script plays before the run, and of which half of every batch is drawn; 0 for none
     /// ([`Sac::update_with_prior`](crate::Sac::update_with_prior)).
     #[serde(default)]
     pub prior_episodes: u32,
-    /// Whether the environment hands out observations scaled to about +-1. Applied by the caller; kept here because the learning rates
-    /// belong to it.
+    /// Whether the learner sees observations scaled to about +-1. The learning rates belong to that choice.
     pub scaled_observations: bool,
 }
 

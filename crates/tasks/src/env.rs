@@ -15,7 +15,7 @@ use crate::force_sensor::ForceSensor;
 use crate::interval::Interval;
 use crate::motion::Motion;
 use crate::observer::Observer;
-use crate::placing::{LARGEST_OVERLAP, draw_start, overlapping, put};
+use crate::placing::{LARGEST_OVERLAP, draw_start, overlapping, put, start_of};
 use crate::reward_terms::RewardTerms;
 use crate::sensing::Estimator;
 use crate::task::Task;
@@ -106,7 +106,7 @@ impl Env {
         let table_height = deviation.table_height;
         let plant = Plant { robot, dt: config.controller.dt(), config: config.simulation, deviation };
         let mut simulation = task.reset(&plant, &mut ChaCha8Rng::seed_from_u64(0));
-        let start = task.start(&plant.robot);
+        let start = start_of(task.as_ref(), &plant.robot)?;
         put(&mut simulation, task.as_ref(), &start, &start.q);
         if simulation.overlap() >= LARGEST_OVERLAP {
             let as_modelled = Plant { deviation: Deviation::default(), ..plant.clone() };
@@ -157,7 +157,7 @@ impl Env {
     /// episode; `None` takes the next seed of the environment's own sequence.
     ///
     /// # Panics
-    /// If the task's scene has no room for the arm around its home pose, or lacks the body or joint of one of its own disturbances.
+    /// If the task has the arm start out of its range or its scene has no room for the arm there, or lacks the body or joint of one of its own disturbances.
     pub fn reset(&mut self, seed: Option<u64>) -> &[f32] {
         self.try_reset(seed).unwrap_or_else(|error| panic!("{error}"));
         self.observation()
@@ -166,7 +166,7 @@ impl Env {
     /// As [`Env::reset`], for a task that may draw scenes without room.
     ///
     /// # Errors
-    /// If the task's scene has no room for the arm around its home pose. The episode is none then: reset again.
+    /// If the task has the arm start out of its range, or its scene has no room for the arm there. The episode is none then: reset again.
     pub fn try_reset(&mut self, seed: Option<u64>) -> Result<&[f32], ConfigError> {
         let seed = seed.unwrap_or_else(|| self.episodes.next_u64());
         let mut rng = ChaCha8Rng::seed_from_u64(seed);

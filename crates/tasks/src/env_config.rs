@@ -43,7 +43,7 @@ pub struct EnvConfig {
     pub stop_price: Option<f64>,
     /// What makes a real arm stop itself.
     pub protection: Protection,
-    /// What the task itself defines, as Insert does; a task of one's own reads them with [`EnvConfig::own_options`].
+    /// What the task itself defines, as Insert does ([`EnvConfig::own_options`]).
     #[serde(skip_serializing_if = "Table::is_empty")]
     pub options: Table,
     /// What the policy sees beyond robosuite's observation.

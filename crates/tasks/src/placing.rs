@@ -32,6 +32,22 @@ pub(crate) fn put(simulation: &mut Simulation, task: &dyn Task, start: &Start, q
     }
 }
 
+/// How the task starts the arm.
+///
+/// # Errors
+/// If that is out of a joint's range.
+pub(crate) fn start_of(task: &dyn Task, robot: &Robot) -> Result<Start, ConfigError> {
+    let start = task.start(robot);
+    for (joint, (q, [low, high])) in start.q.iter().zip(robot.arm.range).enumerate().take(robot.joints) {
+        if !(low..=high).contains(q) {
+            let reason =
+                format!("{} starts with joint {} at {q} rad; allowed: {low} to {high}", task.name(), joint + 1);
+            return Err(ConfigError::Contradiction { field: "env.task".into(), reason });
+        }
+    }
+    Ok(start)
+}
+
 /// Draws joint angles, with a standard deviation of `noise` (rad) about those of the task, until they are within their ranges and the arm
 /// stands in nothing's way.
 ///
@@ -44,14 +60,7 @@ pub(crate) fn draw_start(
     noise: f64,
     rng: &mut ChaCha8Rng,
 ) -> Result<(), ConfigError> {
-    let start = task.start(robot);
-    let wrong = |reason| ConfigError::Contradiction { field: "env.task".into(), reason };
-    for (joint, (q, [low, high])) in start.q.iter().zip(robot.arm.range).enumerate().take(robot.joints) {
-        if !(low..=high).contains(q) {
-            let name = task.name();
-            return Err(wrong(format!("{name} starts with joint {} at {q} rad; allowed: {low} to {high}", joint + 1)));
-        }
-    }
+    let start = start_of(task, robot)?;
     // Without noise every start is the same.
     let tries = if noise == 0.0 { 1 } else { MOST_STARTS };
     for _ in 0..tries {
@@ -66,7 +75,8 @@ pub(crate) fn draw_start(
         }
     }
     let (name, geoms) = (task.name(), overlapping(simulation));
-    Err(wrong(format!(
-        "the arm has no room where {name} starts, {tries} tried: leave room around the home pose; in the last one {geoms} overlap"
-    )))
+    let reason = format!(
+        "the arm has no room where {name} starts ({tries} tried): leave room around that pose; in the last one {geoms} overlap"
+    );
+    Err(ConfigError::Contradiction { field: "env.task".into(), reason })
 }

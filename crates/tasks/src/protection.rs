@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Protection {
-    /// A joint must not turn faster than this share of its limit, [`Arm::speed_max`]: of a Panda 2.175 rad/s for joints 1 to 4,
+    /// A joint must not turn faster than this share of its limit ([`Arm::speed_max`]): of a Panda 2.175 rad/s for joints 1 to 4,
     /// 2.61 for 5 to 7.
     pub joint_speed: f64,
     /// The sustained force beyond the wrist must not exceed this (N).

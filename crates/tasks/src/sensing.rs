@@ -24,7 +24,7 @@ pub struct Sensing {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SensedWrench {
-    /// Estimated from commanded joint torques by a [`MomentumObserver`], with bias and noise: what an arm without a force
+    /// Estimated from commanded joint torques by a momentum observer ([`MomentumObserver`]), with bias and noise: what an arm without a force
     /// sensor has.
     Estimated,
     /// The simulated contact forces themselves, low-passed.

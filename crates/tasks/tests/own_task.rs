@@ -47,6 +47,8 @@ struct Options {
     fault: Fault,
     /// The task's kind of start.
     in_hand: bool,
+    /// Whether the arm starts out of its range.
+    out_of_range: bool,
     /// After how many actions the task is lost.
     lost_after: Option<u32>,
 }
@@ -103,7 +105,11 @@ impl Task for Circle {
     fn start(&self, robot: &Robot) -> Start {
         let grip = at([0.0, 0.0, 0.02]);
         let holding = Fingers::Holding { body: self.block, grip, width: 2.0 * HALF[0] };
-        Start { fingers: if self.options.in_hand { holding } else { Fingers::Apart(0.03) }, ..Start::at(robot.home) }
+        let mut start = Start::at(robot.home);
+        if self.options.out_of_range {
+            start.q[3] = 0.5;
+        }
+        Start { fingers: if self.options.in_hand { holding } else { Fingers::Apart(0.03) }, ..start }
     }
 
     fn name(&self) -> &'static str {
@@ -229,6 +235,12 @@ fn a_body_stays_in_the_hand() {
         let turned = now.rotation.angle_to(&start.rotation);
         assert!(moved < 1e-3 && turned < 0.02, "action {action}: {moved} m, {turned} rad");
     }
+}
+
+#[test]
+fn a_start_out_of_range_is_told_with_its_joint() {
+    let error = Env::new(config("out_of_range = true"), 0).err().unwrap().to_string();
+    assert!(error.starts_with("env.task: circle starts with joint 4 at 0.5 rad; allowed: -3.0"), "{error}");
 }
 
 #[test]

@@ -19,7 +19,7 @@ const LONGEST_VARIANT: usize = 160;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RunConfig {
-    /// Where the learner's defaults come from.
+    /// Where the learner's defaults come from: `desktop`, `swift`, `swift-prior`, `plain` or `paper`.
     pub preset: sac::Preset,
     /// What tells the run from others of its sweep with the same task, space and seed; mostly empty.
     #[serde(default, skip_serializing_if = "String::is_empty")]
@@ -34,7 +34,7 @@ pub struct RunConfig {
     pub evaluation_episodes: u32,
     /// Actions between checkpoints; they are taken at the next end of an episode.
     pub checkpoint_every: u64,
-    /// Time between checkpoints (min). They are taken at ends of episodes, and so that the time is not exceeded if the next episode lasts as
+    /// Time between checkpoints (min), 5 unless set. They are taken at ends of episodes, and so that the time is not exceeded if the next episode lasts as
     /// long as the last one.
     #[serde(default = "five_minutes")]
     pub checkpoint_minutes: f64,

@@ -14,7 +14,7 @@ use crate::run::place::Place;
 use crate::run::pool::{self, Ended, Job, Pool};
 use crate::run::stop::Stop;
 use crate::run::train::RunOptions;
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, anyhow};
 use clap::Parser;
 use output::file;
 use output::program::{self, bad};
@@ -122,7 +122,7 @@ fn halve(
     // From its beginning on: `report` leaves out what lies beside it.
     let table = out.join("search.csv");
     if table.exists() {
-        is_of_this_search(&table, all)?;
+        is_of_this_search(&table, all, out)?;
     } else {
         file::write_table(&table, &[] as &[Candidate])?;
     }
@@ -149,18 +149,28 @@ fn halve(
     Ok(ending)
 }
 
-/// That every candidate that a table ranks is one of this search: those of another one would be lost.
-fn is_of_this_search(table: &Path, all: &[(usize, RunConfig)]) -> Result<()> {
-    let known: Vec<[String; 3]> =
-        all.iter().map(|(_, run)| RunId::of(run)).map(|id| [id.task, id.space, id.variant]).collect();
+/// That every candidate that a table ranks is one of this search, drawn and set up as now: those of another one would be lost.
+fn is_of_this_search(table: &Path, all: &[(usize, RunConfig)], out: &Path) -> Result<()> {
+    let wrong = |task: &str, space: &str, variant: &str| {
+        let table = table.display();
+        anyhow!(
+            "{table}: ranks {task} {space},{variant}, which is no candidate of this search: take another folder (--out)"
+        )
+    };
+    let known: Vec<RunId> = all.iter().map(|(_, run)| RunId::of(run)).collect();
     let ranked = CsvTable::read(table)?;
     let [tasks, spaces, variants] = ["task", "space", "variant"].map(|name| ranked.column(name));
     for ((task, space), variant) in tasks?.into_iter().zip(spaces?).zip(variants?) {
-        ensure!(
-            known.contains(&[task, space, variant].map(String::from)),
-            "{}: ranks {task} {space},{variant}, which is no candidate of this search: take another folder (--out)",
-            table.display()
-        );
+        if !known.iter().any(|id| (&*id.task, &*id.space, &*id.variant) == (task, space, variant)) {
+            return Err(wrong(task, space, variant));
+        }
+    }
+    for (_, run) in all {
+        let stored = RunFolder::below(out, run).config();
+        if stored.exists() && RunConfig::resolve(Some(&stored), &[])?.hash() != run.hash() {
+            let RunId { task, space, variant, .. } = RunId::of(run);
+            return Err(wrong(&task, &space, &variant));
+        }
     }
     Ok(())
 }

@@ -204,7 +204,7 @@ impl RunFolder {
             return Ok(());
         }
         let reached = last_step(&self.episodes())?;
-        if reached == 0 && !self.done().exists() {
+        if reached == 0 && !self.done().exists() && last_step(&self.progress())? <= u64::from(config.env.horizon) {
             // There was no end of an episode yet, at which a checkpoint could have been taken.
             return Ok(());
         }

@@ -83,7 +83,8 @@ struct Run<'a> {
     prior: Option<Replay>,
     counters: Counters,
     saved_step: u64,
-    /// Of which action the best policy is, if a kill cut that evaluation off: none of the table describes the policy.
+    /// After how many actions the best policy was kept, if that was after the last checkpoint. Going on drops the row of that evaluation, so the
+    /// policy of the repeated one takes its place, even if it returns less.
     best_ahead: Option<u64>,
     tables: Tables,
     board: Option<TensorBoard>,
@@ -162,6 +163,9 @@ pub fn train(
 
 /// After how many actions the best policy in the folder was kept; `None` if there is none that can be read.
 fn best_step(folder: &RunFolder, env: &Env) -> Option<u64> {
+    if !Checkpoint::exists(&folder.best()) {
+        return None;
+    }
     let sizes = sizes(env);
     let (_, record) = Actor::load(&folder.best(), sizes.observation, sizes.action, 0).ok()?;
     Some(serde_json::from_value::<CheckpointRecord>(record).ok()?.step)
@@ -329,7 +333,6 @@ impl<'a> Run<'a> {
         if let Some(board) = &mut self.board {
             board.evaluation(step, &outcomes)?;
         }
-        // What an evaluation that was cut off had kept gives way to the same evaluation, whatever that comes to on another processor.
         if self.best_ahead == Some(step) || self.counters.best_return.is_none_or(|best| score > best) {
             self.best_ahead = None;
             self.counters.best_return = Some(score);

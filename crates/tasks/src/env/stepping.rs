@@ -40,9 +40,7 @@ impl Env {
         self.wait();
         self.running.grip = grip.first().copied().unwrap_or(0.0);
         self.controller.set_goal(motion, &self.y);
-        // An entry that is no number asks for nothing.
-        let given = |entry: f64| if entry.is_nan() { 0.0 } else { entry.clamp(-1.0, 1.0) };
-        self.last_action.iter_mut().zip(action).for_each(|((_, last), &entry)| *last = given(entry));
+        self.last_action.iter_mut().zip(action).for_each(|((name, last), &entry)| *last = taken(name, entry));
     }
 
     /// As [`Env::begin`], with nobody acting: goal, commanded stiffness and gripper stay what they are.
@@ -153,5 +151,14 @@ impl Env {
                 "task {task}: the term {name:?} of the reward of action {action} is {value}: a finite number is wanted"
             );
         }
+    }
+}
+
+/// The entry of an action that acts where `entry` is given: one that is no number asks for no force, and else for what 0 does.
+fn taken(name: &str, entry: f64) -> f64 {
+    match entry.is_nan() {
+        true if name == "normal_force" => -1.0,
+        true => 0.0,
+        false => entry.clamp(-1.0, 1.0),
     }
 }

@@ -28,6 +28,7 @@ fn what_makes_no_insertion_is_refused_in_one_line() {
         ("clearance_mm", 0.0, "0.05"),
         ("clearance_mm", -1.0, "0.05"),
         ("clearance_mm", f64::NAN, "0.05"),
+        ("clearance_mm", 5.1, "0.05 to 5"),
         ("length_mm", 900.0, "200"),
         ("start_mm", 5.0, "11"),
     ] {

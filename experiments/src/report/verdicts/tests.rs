@@ -73,6 +73,18 @@ fn every_verdict_has_its_case() {
 }
 
 #[test]
+fn two_files_of_one_name_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let files = ["one", "two"].map(|part| folder.path().join(part).join("hypotheses.toml"));
+    for file in &files {
+        fs_err::create_dir_all(file.parent().unwrap()).unwrap();
+        fs_err::write(file, hypothesis("sampled_return", "above", "osc", "")).unwrap();
+    }
+    let error = judge_all(&files, &[]).unwrap_err().to_string();
+    assert!(error.contains("two/hypotheses.toml: ") && error.contains("give it another name"), "{error}");
+}
+
+#[test]
 fn a_run_counts_once_it_is_done() {
     let mut all = [runs("aforce", &[1.0, 2.0, 3.0], &[None; 3]), runs("osc", &[1.0, 2.0], &[None; 2])].concat();
     all[2].done = false;
