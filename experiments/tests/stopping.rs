@@ -108,7 +108,8 @@ fn a_best_policy_is_of_an_evaluation_in_the_table() {
     let said = note(&best).unwrap();
     let table = CsvTable::read(&run.join("eval.csv")).unwrap();
     let [steps, policies, returns] = ["step", "policy", "return"].map(|column| table.column(column).unwrap());
-    let is_it = |row: &usize| policies[*row] == "mean" && steps[*row] == said["step"].to_string();
+    let kept_at = said["step"].to_string();
+    let is_it = |row: &usize| policies[*row] == "mean" && steps[*row] == kept_at;
     let row = (0..steps.len()).find(is_it).unwrap();
     assert!(said["step"].as_u64() >= Some(1400), "{said}");
     // The table has fewer digits.
