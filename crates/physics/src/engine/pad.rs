@@ -111,8 +111,8 @@ impl Engine {
                 if tool_first { (contact.local_p1, contact.local_p2) } else { (contact.local_p2, contact.local_p1) };
             let point = frame * on_tool;
             let depth = (*surface.position() * on_surface - point).dot(away);
-            // Of the step before the last, as the engine keeps it for a link (`Engine::motion`), while the depth is of now: the pad's
-            // damping and friction come a step late.
+            // The engine's velocity of a link is a step old (`Engine::motion`), the depth is of now. So the pad's damping and friction come a
+            // step late.
             let velocity = body.velocity_at_point(point);
             let approach = -velocity.dot(away);
             let normal = if depth > 0.0 { pad.stiffness * depth + pad.damping * approach } else { 0.0 };
