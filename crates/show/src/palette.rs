@@ -7,7 +7,7 @@
 
 /// Of the built-in spaces, and of those of the committed runs. Many are Okabe and Ito's, which colour-blind readers can
 /// tell apart; a space with force is of the kind of its space without.
-const SPACES: [(&str, &str); 40] = [
+const SPACES: [(&str, &str); 43] = [
     ("aforce", "#0072b2"),
     ("aforce-force", "#56b4e9"),
     ("variable", "#d55e00"),
@@ -48,6 +48,9 @@ const SPACES: [(&str, &str); 40] = [
     ("aforce-idle", "#6a9fc8"),
     ("variable-shared", "#b8860b"),
     ("osc-idle", "#3c9f6b"),
+    ("draw-38", "#e07b39"),
+    ("draw-61", "#5b8c00"),
+    ("printed-draw-38", "#d6336c"),
 ];
 
 /// Of whatever is not in [`SPACES`]: far from what is there, and from each other.
