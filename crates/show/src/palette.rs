@@ -7,7 +7,7 @@
 
 /// Of the built-in spaces, and of those of the committed runs. Many are Okabe and Ito's, which colour-blind readers can
 /// tell apart; a space with force is of the kind of its space without.
-const SPACES: [(&str, &str); 43] = [
+const SPACES: [(&str, &str); 44] = [
     ("aforce", "#0072b2"),
     ("aforce-force", "#56b4e9"),
     ("variable", "#d55e00"),
@@ -41,6 +41,7 @@ const SPACES: [(&str, &str); 43] = [
     ("sign-printed", "#c71585"),
     ("sign-printed-force", "#ff69b4"),
     ("aforce-scaled", "#2e5d7d"),
+    ("aforce-scaled-force", "#17a2b8"),
     ("fixed-565", "#9acd32"),
     ("fixed-100", "#d4c400"),
     ("fixed-300", "#2e8b57"),
