@@ -2,7 +2,7 @@
 
 use aforce::{Vector3, Wrench};
 use rapier3d_f64::dynamics::IntegrationParameters;
-use rapier3d_f64::geometry::{ColliderHandle, ContactPair};
+use rapier3d_f64::geometry::{ColliderHandle, Contact, ContactManifold, ContactPair};
 use rapier3d_f64::pipeline::PhysicsWorld;
 
 use super::Engine;
@@ -30,7 +30,7 @@ impl Engine {
             // The engine lists pairs that are merely near as well: those carry no impulse.
             let (Some(first), Some(second)) = (self.role(pair.collider1), self.role(pair.collider2)) else { continue };
             let (ours, others) = (first.is_on_arm(), second.is_on_arm());
-            if !(ours || others) || pair.total_impulse_magnitude() == 0.0 {
+            if !(ours || others) || !pressing(pair) {
                 continue;
             }
             contacts.itself |= ours && others;
@@ -58,7 +58,7 @@ impl Engine {
         let mut wrench = Wrench::zeros();
         for manifold in pair.solver_manifolds() {
             let frame = manifold.subshape_pos1().map_or(*frame, |sub| *frame * *sub);
-            for contact in &manifold.points {
+            for contact in solved(manifold) {
                 // The normal impulse is the step's total, the tangential one the last
                 // substep's. One of the pair belongs to a multibody: between bodies that do not, the
                 // engine would store the friction of all points at each of them.
@@ -81,7 +81,7 @@ impl Engine {
             return self.soft_touches().filter(|touch| touch.geom == a || touch.geom == b).count();
         }
         let pair = self.world.narrow_phase.contact_pair(a, b);
-        let points = pair.into_iter().flat_map(|pair| pair.manifolds()).flat_map(|manifold| &manifold.points);
+        let points = pair.into_iter().flat_map(|pair| pair.solver_manifolds()).flat_map(solved);
         points.filter(|point| point.data.impulse > 0.0).count()
     }
 
@@ -131,6 +131,19 @@ impl Engine {
     pub(super) fn role(&self, collider: ColliderHandle) -> Option<Role> {
         self.roles.get(collider.into_raw_parts().0 as usize).copied().flatten()
     }
+}
+
+/// The points of a manifold that the last step solved. The engine solves at most four, and none that is too far. The others keep the impulse of the
+/// step that solved them last, which acts no more.
+fn solved(manifold: &ContactManifold) -> impl Iterator<Item = &Contact> {
+    let solved = &manifold.data.solver_contacts;
+    let is_solved = |at: usize| solved.iter().any(|contact| contact.contact_indices() == [at as u64]);
+    manifold.points.iter().enumerate().filter(move |(at, _)| is_solved(*at)).map(|(_, contact)| contact)
+}
+
+/// Whether the last step had to keep a pair apart.
+fn pressing(pair: &ContactPair) -> bool {
+    pair.solver_manifolds().iter().flat_map(solved).any(|contact| contact.data.impulse > 0.0)
 }
 
 /// Field by field: the engine's world as a whole cannot be cloned.

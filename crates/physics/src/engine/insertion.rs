@@ -34,27 +34,39 @@ fn scene(clearance: f64, chamfer: f64, friction: f64) -> (Scene, usize) {
     (scene, peg)
 }
 
-/// How deep the peg's end is (m) after it was lowered at 20 mm/s to 7 mm below the rim, on a spring of 500 N/m and 30 Nm/rad that
-/// is aside by `offset` (m).
-fn depth(clearance: f64, chamfer: f64, friction: f64, offset: Vector3) -> f64 {
-    let (scene, peg) = scene(clearance, chamfer, friction);
+/// Lowers a peg on a spring of 500 N/m and 30 Nm/rad that is aside by `offset` (m), at `speed` (m/s) to `bottom` (m) below the rim, in 450 steps.
+/// Tells `watch` after each step what the spring did beyond carrying the weight, and the change of velocity (N, m/s). Returns how deep
+/// the peg's end is then (m).
+fn lower(
+    (scene, peg): (Scene, usize),
+    offset: Vector3,
+    [speed, bottom]: [f64; 2],
+    mut watch: impl FnMut(&Engine, Vector3, Vector3),
+) -> f64 {
     let mut engine = Engine::new(&scene, DT, 1);
     engine.place(peg, &at((offset + Vector3::z() * (HALF_LENGTH + 0.001)).into()));
     let handle = engine.bodies[peg].unwrap();
     for step in 0..450 {
-        let goal = offset + Vector3::z() * (HALF_LENGTH + (0.001 - 0.02 * DT * f64::from(step)).max(-0.007));
+        let goal = offset + Vector3::z() * (HALF_LENGTH + (0.001 - speed * DT * f64::from(step)).max(-bottom));
         let (pose, velocity) = (engine.pose(peg), engine.velocity(peg));
         let (v, omega) = (velocity.fixed_rows::<3>(0), velocity.fixed_rows::<3>(3));
-        let force = (goal - pose.translation.vector) * 500.0 - v * 60.0 + Vector3::z() * MASS * GRAVITY;
+        let force = (goal - pose.translation.vector) * 500.0 - v * 60.0;
         let torque = pose.rotation.scaled_axis() * -30.0 - omega * 0.3;
         let body = &mut engine.world.bodies[handle];
         body.reset_forces(false);
         body.reset_torques(false);
-        body.add_force(vector(&force), true);
+        body.add_force(vector(&(force + Vector3::z() * MASS * GRAVITY)), true);
         body.add_torque(vector(&torque), true);
         engine.step(&[]);
+        let change = engine.velocity(peg).fixed_rows::<3>(0) - v;
+        watch(&engine, force, change);
     }
     HALF_LENGTH - coordinates(engine.world.bodies[handle].translation()).z
+}
+
+/// The same at 20 mm/s to 7 mm below the rim.
+fn depth(clearance: f64, chamfer: f64, friction: f64, offset: Vector3) -> f64 {
+    lower(scene(clearance, chamfer, friction), offset, [0.02, 0.007], |_, _, _| {})
 }
 
 /// In below half the clearance, on the rim above it: 40 offsets up to 1.2 times the clearance, each towards the middle of
@@ -91,4 +103,24 @@ fn friction_decides_whether_a_chamfer_leads_in_or_jams() {
 fn a_peg_that_is_too_thick_stays_out() {
     let depth = depth(-2e-5, 0.0, 0.75, Vector3::zeros());
     assert!(depth < 2e-4, "{depth} m deep");
+}
+
+/// The force that is read is what changes the peg's momentum, in every step: where a point of contact is found but not solved, no force of an
+/// earlier step counts.
+#[test]
+fn what_is_read_is_what_acts() {
+    let (mut largest, mut pressed) = (0.0_f64, 0);
+    for (clearance, aside) in [(1e-3, 5e-4), (5e-4, 5e-4), (1e-3, 1.2e-3)] {
+        let (mut scene, peg) = scene(clearance, 1e-3, 0.0);
+        scene.bodies[peg].geoms[0].role = Role::Hand;
+        lower((scene, peg), Vector3::new(aside, aside / 3.0, 0.0), [0.1, 0.03], |engine, force, change| {
+            let read = engine.arm_contacts(&Vector3::zeros()).beyond_wrist.unwrap_or_default();
+            let read = read.fixed_rows::<3>(0).into_owned();
+            let acted = change * MASS / DT - force;
+            largest = largest.max(read.norm());
+            pressed += usize::from(read.norm() > 0.0);
+            assert!((read - acted).norm() < 1e-6 * (1.0 + acted.norm()), "{read} N read, {acted} N acted");
+        });
+    }
+    assert!(largest > 20.0 && pressed > 100, "{largest} N, {pressed} steps");
 }
