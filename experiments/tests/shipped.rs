@@ -51,6 +51,7 @@ fn committed_runs_are_those_of_the_shipped_sweeps() {
         "insert/parts.toml",
         "insert/randomised.toml",
         "insert/narrow.toml",
+        "insert/again.toml",
     ];
     let others = others.map(String::from);
     let nameless = |mut run: RunConfig| {
@@ -254,6 +255,29 @@ fn spaces_of_insert_have_the_steps_that_their_search_chose() {
         }
         assert_eq!((&run.env, &run.learner), (&candidate.env, &candidate.learner), "{id}");
         assert!(id.variant == candidate.variant && (21..=25).contains(&run.seed), "{id}");
+    }
+}
+
+/// Block 6 repeats spaces of block 2 with small steps, for longer; a tolerance keeps its share of the step.
+#[test]
+fn insert_again_differs_from_block_2_in_steps_and_length() {
+    let block_2 = shipped_sweep("insert/spaces.toml").runs;
+    let runs = shipped_sweep("insert/again.toml").runs;
+    assert_eq!(runs.len(), 10);
+    for run in runs {
+        let id = RunId::of(&run);
+        let like =
+            block_2.iter().find(|like| like.env.space.name == run.env.space.name && like.seed == run.seed).unwrap();
+        let share =
+            |run: &RunConfig| run.env.space.psi().map(|psi| psi.tolerance()[0] / run.env.controller.position_step);
+        match (share(&run), share(like)) {
+            (Some(share), Some(before)) => assert!((share / before - 1.0).abs() < 1e-3, "{id}: {share}, {before}"),
+            (share, before) => assert_eq!(share, before, "{id}"),
+        }
+        let mut same = RunConfig { steps: like.steps, variant: like.variant.clone(), ..run };
+        same.env.space = like.env.space.clone();
+        same.env.controller = like.env.controller;
+        assert_eq!(same, *like, "{id}");
     }
 }
 

@@ -65,6 +65,7 @@ impl Engine {
                 let friction = contact.data.warmstart_tangent_world * substeps as f64;
                 let force = (friction - manifold.data.normal * contact.data.impulse) / dt;
                 let force = Vector3::new(force.x, force.y, force.z);
+                // The solver acts in the middle of the points of both shapes. Where shapes slide these are up to 1 mm apart.
                 let at = frame * contact.local_p1;
                 let torque = (Vector3::new(at.x, at.y, at.z) - point).cross(&force);
                 wrench += Wrench::new(force.x, force.y, force.z, torque.x, torque.y, torque.z);
