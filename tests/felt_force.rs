@@ -241,8 +241,8 @@ fn a_peg_feels_where_its_end_presses() {
         let (force, torque) = (force(&wrench), Vector3::from(wrench.fixed_rows::<3>(3)));
         let contact = Vector3::z().cross(&torque) / force.z;
         let from_axis = place(&env, "base_to_peg_end_pos") + contact;
-        // The peg's radius is 4 mm. While the peg slides, the engine keeps the point of the block for up to a millimetre.
-        assert!(contact.norm() < 0.005, "beyond the peg's edge: {contact:?}");
+        // The peg's radius is 4 mm. While it slides, the engine acts up to half a millimetre beside where the shapes meet.
+        assert!(contact.norm() < 0.0045, "beyond the peg's edge: {contact:?}");
         // Half of 9 mm, and a chamfer of 1 mm.
         assert!(from_axis.xy().norm() > 0.0053, "in the hole: {from_axis:?}, pressed at {contact:?} with {force:?}");
     }

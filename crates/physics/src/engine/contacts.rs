@@ -54,10 +54,11 @@ impl Engine {
     /// Wrench on the first collider of a pair.
     fn contact_wrench(&self, pair: &ContactPair, point: &Vector3) -> Wrench {
         let IntegrationParameters { dt, num_solver_iterations: substeps, .. } = self.world.integration_parameters;
-        let frame = self.world.colliders[pair.collider1].position();
+        let [frame, other] = [pair.collider1, pair.collider2].map(|of| self.world.colliders[of].position());
         let mut wrench = Wrench::zeros();
         for manifold in pair.solver_manifolds() {
             let frame = manifold.subshape_pos1().map_or(*frame, |sub| *frame * *sub);
+            let other = manifold.subshape_pos2().map_or(*other, |sub| *other * *sub);
             for contact in solved(manifold) {
                 // The normal impulse is the step's total, the tangential one the last
                 // substep's. One of the pair belongs to a multibody: between bodies that do not, the
@@ -66,7 +67,7 @@ impl Engine {
                 let force = (friction - manifold.data.normal * contact.data.impulse) / dt;
                 let force = Vector3::new(force.x, force.y, force.z);
                 // The solver acts in the middle of the points of both shapes. Where shapes slide these are up to 1 mm apart.
-                let at = frame * contact.local_p1;
+                let at = (frame * contact.local_p1 + other * contact.local_p2) * 0.5;
                 let torque = (Vector3::new(at.x, at.y, at.z) - point).cross(&force);
                 wrench += Wrench::new(force.x, force.y, force.z, torque.x, torque.y, torque.z);
             }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use aforce::{Pose, Vector3};
+use aforce::{Pose, Twist, Vector3, Wrench};
 
 use super::Engine;
 use super::convert::{coordinates, vector};
@@ -14,6 +14,8 @@ const DT: f64 = 0.002;
 const RADIUS: f64 = 0.003993;
 const HALF_LENGTH: f64 = 0.025;
 const MASS: f64 = 2.0;
+/// About each axis (kg m2).
+const INERTIA: f64 = 1e-3;
 
 /// A hole with `clearance` (m, of the diameters) and a chamfer (m) below a peg.
 fn scene(clearance: f64, chamfer: f64, friction: f64) -> (Scene, usize) {
@@ -28,20 +30,20 @@ fn scene(clearance: f64, chamfer: f64, friction: f64) -> (Scene, usize) {
         parent: None,
         pose: at([0.0, 0.0, HALF_LENGTH + 0.001]),
         joint: Joint::Free,
-        inertial: Inertial::diagonal(MASS, [0.0; 3], [1e-3; 3]),
+        inertial: Inertial::diagonal(MASS, [0.0; 3], [INERTIA; 3]),
         geoms: vec![geom("peg".into(), Shape::Cylinder { half_length: HALF_LENGTH, radius: RADIUS }, Role::Object)],
     });
     (scene, peg)
 }
 
 /// Lowers a peg on a spring of 500 N/m and 30 Nm/rad that is aside by `offset` (m), at `speed` (m/s) to `bottom` (m) below the rim, in 450 steps.
-/// Tells `watch` after each step what the spring did beyond carrying the weight, and the change of velocity (N, m/s). Returns how deep
-/// the peg's end is then (m).
+/// Tells `watch` after each step the spring's wrench beyond the weight (N, Nm), and the change of velocity (m/s, rad/s). Returns how
+/// deep the peg's end is then (m).
 fn lower(
     (scene, peg): (Scene, usize),
     offset: Vector3,
     [speed, bottom]: [f64; 2],
-    mut watch: impl FnMut(&Engine, Vector3, Vector3),
+    mut watch: impl FnMut(&Engine, Wrench, Twist),
 ) -> f64 {
     let mut engine = Engine::new(&scene, DT, 1);
     engine.place(peg, &at((offset + Vector3::z() * (HALF_LENGTH + 0.001)).into()));
@@ -58,8 +60,8 @@ fn lower(
         body.add_force(vector(&(force + Vector3::z() * MASS * GRAVITY)), true);
         body.add_torque(vector(&torque), true);
         engine.step(&[]);
-        let change = engine.velocity(peg).fixed_rows::<3>(0) - v;
-        watch(&engine, force, change);
+        let spring = Wrench::new(force.x, force.y, force.z, torque.x, torque.y, torque.z);
+        watch(&engine, spring, engine.velocity(peg) - velocity);
     }
     HALF_LENGTH - coordinates(engine.world.bodies[handle].translation()).z
 }
@@ -105,21 +107,30 @@ fn a_peg_that_is_too_thick_stays_out() {
     assert!(depth < 2e-4, "{depth} m deep");
 }
 
-/// The force that is read is what changes the peg's momentum, in every step: where a point of contact is found but not solved, no force of an
-/// earlier step counts.
+/// The wrench that is read is what changes the peg's momentum, in every step. So no force of an earlier step counts where a point of contact is
+/// found but not solved, and the torque is that of where the solver acts.
 #[test]
 fn what_is_read_is_what_acts() {
     let (mut largest, mut pressed) = (0.0_f64, 0);
     for (clearance, aside) in [(1e-3, 5e-4), (5e-4, 5e-4), (1e-3, 1.2e-3)] {
         let (mut scene, peg) = scene(clearance, 1e-3, 0.0);
         scene.bodies[peg].geoms[0].role = Role::Hand;
-        lower((scene, peg), Vector3::new(aside, aside / 3.0, 0.0), [0.1, 0.03], |engine, force, change| {
-            let read = engine.arm_contacts(&Vector3::zeros()).beyond_wrist.unwrap_or_default();
-            let read = read.fixed_rows::<3>(0).into_owned();
-            let acted = change * MASS / DT - force;
-            largest = largest.max(read.norm());
-            pressed += usize::from(read.norm() > 0.0);
-            assert!((read - acted).norm() < 1e-6 * (1.0 + acted.norm()), "{read} N read, {acted} N acted");
+        lower((scene, peg), Vector3::new(aside, aside / 3.0, 0.0), [0.1, 0.03], |engine, spring, change| {
+            let middle = engine.pose(peg).translation.vector;
+            let read = engine.arm_contacts(&middle).beyond_wrist.unwrap_or_default();
+            let acted =
+                change.component_mul(&Wrench::from([MASS, MASS, MASS, INERTIA, INERTIA, INERTIA])) / DT - spring;
+            let [(force, torque), (moved, turned)] =
+                [read, acted].map(|wrench| (wrench.fixed_rows::<3>(0).norm(), wrench.fixed_rows::<3>(3).into_owned()));
+            largest = largest.max(force);
+            pressed += usize::from(force > 0.0);
+            let apart = (read - acted).fixed_rows::<3>(0).norm();
+            assert!(apart < 1e-6 * (1.0 + moved), "{read} N read, {acted} N acted");
+            // The peg moves by a tenth of a millimetre in a step, and the points are read after it.
+            assert!(
+                (torque - turned).norm() < 2e-4 * force + 1e-6,
+                "{torque} Nm read, {turned} Nm acted, with {force} N"
+            );
         });
     }
     assert!(largest > 20.0 && pressed > 100, "{largest} N, {pressed} steps");
