@@ -102,7 +102,13 @@ fn cheap(program: &str, arguments: &[String]) -> Vec<String> {
             set("--episodes", "1");
             cheap.extend(["--set".into(), "env.horizon=3".into()]);
         }
-        "sweep" if !arguments.iter().any(|word| word == "--list") => cheap.push("--list".into()),
+        "sweep" if !arguments.iter().any(|word| word == "--list") => {
+            // The list names the runs, so it takes no number of one.
+            if let Some(index) = cheap.iter().position(|word| word == "--index") {
+                cheap.drain(index..index + 2);
+            }
+            cheap.push("--list".into());
+        }
         _ => {}
     }
     cheap
