@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use aforce::{DeltaSign, Psi};
+use aforce::{ActionSpace, DeltaSign, Psi};
 use experiments::config::sweep::{self, Sweep};
 use experiments::config::{RunConfig, RunId};
 use experiments::report::summary::find_runs;
@@ -258,26 +258,39 @@ fn spaces_of_insert_have_the_steps_that_their_search_chose() {
     }
 }
 
-/// Block 6 repeats spaces of block 2 with small steps, for longer; a tolerance keeps its share of the step.
+/// Insertion's second part: the groups differ in what they are about, the spaces in their laws. All have small steps, of which a tolerance keeps
+/// the share that it has of robosuite's.
 #[test]
-fn insert_again_differs_from_block_2_in_steps_and_length() {
-    let block_2 = shipped_sweep("insert/spaces.toml").runs;
-    let runs = shipped_sweep("insert/again.toml").runs;
-    assert_eq!(runs.len(), 10);
+fn groups_of_insertions_second_part_differ_in_what_they_are_about() {
+    let mut runs = shipped_sweep("insert/again.toml").runs;
+    assert_eq!(runs.len(), 65);
+    let usual = EnvConfig::of(TaskName::INSERT);
+    let robosuites = "aforce".parse::<ActionSpace>().unwrap().psi().unwrap().tolerance()[0] / 0.05;
+    let first = runs.remove(0);
+    assert_eq!(first.env.controller.position_step, 0.006);
+    assert_eq!((first.env.observation.force, &first.env.force_penalty), (true, &usual.force_penalty));
     for run in runs {
         let id = RunId::of(&run);
-        let like =
-            block_2.iter().find(|like| like.env.space.name == run.env.space.name && like.seed == run.seed).unwrap();
-        let share =
-            |run: &RunConfig| run.env.space.psi().map(|psi| psi.tolerance()[0] / run.env.controller.position_step);
-        match (share(&run), share(like)) {
-            (Some(share), Some(before)) => assert!((share / before - 1.0).abs() < 1e-3, "{id}: {share}, {before}"),
-            (share, before) => assert_eq!(share, before, "{id}"),
-        }
-        let mut same = RunConfig { steps: like.steps, variant: like.variant.clone(), ..run };
-        same.env.space = like.env.space.clone();
-        same.env.controller = like.env.controller;
-        assert_eq!(same, *like, "{id}");
+        let share = run.env.space.psi().map(|psi| psi.tolerance()[0] / run.env.controller.position_step);
+        assert!(share.is_none_or(|share| (share / robosuites - 1.0).abs() < 1e-3), "{id}: {share:?}");
+        let mut same = RunConfig { seed: first.seed, variant: first.variant.clone(), ..run.clone() };
+        same.env.space = first.env.space.clone();
+        let options = match run.variant.as_str() {
+            "1-mm" => first.env.options.clone(),
+            "unfelt" => {
+                same.env.observation.force = true;
+                first.env.options.clone()
+            }
+            "half-mm" => toml::from_str("clearance_mm = 0.5").unwrap(),
+            "blows-priced" => {
+                same.env.force_penalty = usual.force_penalty;
+                toml::from_str("clearance_mm = 1.0\npenalty = true").unwrap()
+            }
+            other => panic!("{other}"),
+        };
+        assert_eq!(same.env.options, options, "{id}");
+        same.env.options = first.env.options.clone();
+        assert_eq!(same, first, "{id}");
     }
 }
 

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Reward lost when the contact force exceeds a limit, before the task scales it: Door and Wipe take off a share, Lift and Insert nothing.
+/// Reward lost when the contact force exceeds a limit, before the task scales it: Door and Wipe take off a share, Lift nothing, Insert
+/// nothing or all of it, as its options say.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ForcePenalty {

@@ -223,21 +223,22 @@ impl Task for Insert {
         out.orientation("peg_quat", &end.rotation);
     }
 
-    /// FORGE's force threshold stands in place of the penalty of the other tasks.
-    fn reward(&mut self, simulation: &Simulation, y: &Measurement, _penalty: Option<f64>) -> Reward {
+    /// FORGE prices the force at the end of an action alone. The penalty of the other tasks prices the largest force, if it is asked for.
+    fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: Option<f64>) -> Reward {
         let end = self.end(&y.pose);
         let distance = distance(&end, &self.base());
         let [coarse, near, fine] = SLOPES.map(|slope| squashed(distance, slope));
         let below = |share: f64| self.height(&end).is_some_and(|height| height < share * DEPTH);
         let (engaged, success) = (below(ENGAGED), below(IN));
         let excess = (simulation.contact().hand_force() - self.running().allowed_force).max(0.0);
+        let penalty = penalty.filter(|_| self.options.penalty).unwrap_or(0.0);
         let terms = [
             ("coarse", coarse),
             ("near", near),
             ("fine", fine),
             ("engaged", f64::from(engaged)),
             ("inserted", f64::from(success)),
-            ("penalty", -FORCE_PRICE * excess),
+            ("penalty", -FORCE_PRICE * excess - penalty),
         ];
         Reward { terms: terms.into(), success }
     }

@@ -22,6 +22,8 @@ pub struct Options {
     pub start_mm: f64,
     /// The cross-section of peg and hole.
     pub profile: Profile,
+    /// Whether the reward takes off the environment's force penalty as well.
+    pub penalty: bool,
 }
 
 impl Default for Options {
@@ -33,6 +35,7 @@ impl Default for Options {
             length_mm: 50.0,
             start_mm: 14.6,
             profile: Profile::Round,
+            penalty: false,
         }
     }
 }

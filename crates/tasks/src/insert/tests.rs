@@ -131,3 +131,23 @@ fn the_script_puts_the_peg_in() {
         }
     }
 }
+
+/// The largest force of an action costs nothing by default, and what the penalty says where the options ask for it.
+#[test]
+fn a_blow_costs_the_penalty_if_the_options_say_so() {
+    let mut free = config("high", &[("clearance_mm", 1.0)]);
+    (free.force_penalty.limit, free.force_penalty.weight) = (10.0, 0.5);
+    let mut priced = free.clone();
+    priced.options.insert("penalty".into(), Value::Boolean(true));
+    let mut envs = [free, priced].map(|config| Env::new(config, 0).unwrap());
+    envs.iter_mut().for_each(|env| env.reset(Some(2)));
+    let mut blows = 0;
+    for _ in 0..60 {
+        let [free, priced] = envs.each_mut().map(|env| env.step(&env.expert_action()));
+        assert!((free.reward - priced.reward - priced.penalty).abs() < 1e-9);
+        let force = priced.interval.arm.max;
+        assert_eq!(priced.penalty, if force > 10.0 { 0.5 * force } else { 0.0 });
+        blows += i32::from(force > 10.0);
+    }
+    assert!(blows > 0);
+}
