@@ -140,7 +140,9 @@ fn a_blow_costs_the_penalty_if_the_options_say_so() {
     let mut priced = free.clone();
     priced.options.insert("penalty".into(), Value::Boolean(true));
     let mut envs = [free, priced].map(|config| Env::new(config, 0).unwrap());
-    envs.iter_mut().for_each(|env| env.reset(Some(2)));
+    for env in &mut envs {
+        env.reset(Some(2));
+    }
     let mut blows = 0;
     for _ in 0..60 {
         let [free, priced] = envs.each_mut().map(|env| env.step(&env.expert_action()));
