@@ -90,7 +90,7 @@ fn the_readme_tells_what_a_tuned_constant_does_and_who_opens_doors() {
 fn the_readme_tells_how_often_the_peg_is_in() {
     let page = fs::read_to_string(root().join("README.md")).unwrap();
     let [aforce, constant] = ["aforce-scaled-force", "fixed-565"].map(|space| {
-        let of_group = [("experiment", "again"), ("space", space), ("metric", "end_success")];
+        let of_group = [("experiment", "again"), ("space", space), ("variant", "1-mm"), ("metric", "end_success")];
         format!("{:.0} %", 100.0 * numbers("insert/summary.csv", &of_group, "mean")[0])
     });
     let sentence = format!(

@@ -46,11 +46,6 @@ fn committed_runs_are_those_of_the_shipped_sweeps() {
         "second-study/condensed.toml",
         "second-study/hidden.toml",
         "second-study/psi-learned.toml",
-        "insert/force.toml",
-        "insert/spaces.toml",
-        "insert/parts.toml",
-        "insert/randomised.toml",
-        "insert/narrow.toml",
         "insert/again.toml",
     ];
     let others = others.map(String::from);
@@ -204,64 +199,28 @@ fn disturbances_of_every_task_begin_with_none() {
     assert_eq!(disturbances::read(&shipped("insert/disturbances.toml"), TaskName::INSERT).unwrap().len(), 7);
 }
 
-#[test]
-fn what_a_policy_of_insert_feels_is_all_that_differs() {
-    let [felt, unfelt] = [0, 5].map(|at| shipped_sweep("insert/force.toml").runs.swap_remove(at));
-    let mut same = RunConfig { variant: unfelt.variant.clone(), ..felt };
-    assert!(same.env.observation.force && !unfelt.env.observation.force);
-    same.env.observation.force = false;
-    assert_eq!(same, unfelt);
-}
-
-/// Five spaces with the same four draws of both action steps, the first being those of block 1; beside them only the space differs.
+/// Five spaces with the same four draws of both action steps, the first being those of the other blocks; beside them only the space differs.
 #[test]
 fn every_space_of_insert_gets_the_same_search() {
-    let block_1 = shipped_sweep("insert/force.toml").runs.swap_remove(0);
-    let candidates = shipped_sweep("insert/search.toml").runs;
+    let first = shipped_sweep("insert/again.toml").runs.swap_remove(0);
+    let candidates = shipped_sweep("insert/steps.toml").runs;
     assert_eq!(candidates.len(), 20);
+    let steps = |run: &RunConfig| (run.env.controller.position_step, run.env.controller.rotation_step);
     for (at, draw) in candidates.chunks(5).enumerate() {
-        let steps = |run: &RunConfig| (run.env.controller.position_step, run.env.controller.rotation_step);
-        let of_block_1 = steps(&draw[0]) == steps(&block_1);
-        assert_eq!(of_block_1, at == 0, "draw {at}");
-        for run in draw {
-            let mut same =
-                RunConfig { seed: 21, steps: block_1.steps, variant: block_1.variant.clone(), ..run.clone() };
-            assert!(run.seed == 451 && steps(run) == steps(&draw[0]), "{}", RunId::of(run));
-            same.env.controller = block_1.env.controller;
-            same.env.space = block_1.env.space.clone();
-            assert_eq!(same, block_1, "{}", RunId::of(run));
+        assert_eq!(steps(&draw[0]) == steps(&first), at == 0, "draw {at}");
+        for candidate in draw {
+            assert_eq!((steps(candidate), candidate.seed), (steps(&draw[0]), 452), "draw {at}");
+            let mut same = candidate.clone();
+            same.env.space = draw[0].env.space.clone();
+            assert_eq!(same, draw[0], "draw {at}");
         }
     }
 }
 
-/// Each of them is then learned with the steps that won, and with all else as in the search. AFORCE has a tolerance in proportion to them.
+/// The groups of insertion differ in what they are about, the spaces in their laws. A tolerance keeps the share that it has of robosuite's
+/// steps.
 #[test]
-fn spaces_of_insert_have_the_steps_that_their_search_chose() {
-    let candidates = shipped_sweep("insert/search.toml").runs;
-    let runs = shipped_sweep("insert/spaces.toml").runs;
-    assert_eq!(runs.len(), 25);
-    for run in &runs {
-        let mut id = RunId::of(run);
-        let scaled = id.space.starts_with("aforce-scaled");
-        if scaled {
-            id.space = id.space.replace("-scaled", "");
-        }
-        let mut candidate = winner(&candidates, "insert/search/search.csv", &id, "60000").clone();
-        if scaled {
-            candidate.env.space = run.env.space.clone();
-            let (tolerance, steps) = (run.env.space.psi().unwrap().tolerance(), &run.env.controller);
-            let shares = [tolerance[0] / steps.position_step, tolerance[3] / steps.rotation_step];
-            assert!((shares[0] - 0.75).abs() < 1e-3 && (shares[1] - 0.55).abs() < 1e-3, "{shares:?}");
-        }
-        assert_eq!((&run.env, &run.learner), (&candidate.env, &candidate.learner), "{id}");
-        assert!(id.variant == candidate.variant && (21..=25).contains(&run.seed), "{id}");
-    }
-}
-
-/// Insertion's second part: the groups differ in what they are about, the spaces in their laws. All have small steps, of which a tolerance keeps
-/// the share that it has of robosuite's.
-#[test]
-fn groups_of_insertions_second_part_differ_in_what_they_are_about() {
+fn groups_of_insertion_differ_in_what_they_are_about() {
     let mut runs = shipped_sweep("insert/again.toml").runs;
     assert_eq!(runs.len(), 65);
     let usual = EnvConfig::of(TaskName::INSERT);

@@ -7,7 +7,7 @@
 
 /// Of the built-in spaces, and of those of the committed runs. Many are Okabe and Ito's, which colour-blind readers can
 /// tell apart; a space with force is of the kind of its space without.
-const SPACES: [(&str, &str); 44] = [
+const SPACES: [(&str, &str); 42] = [
     ("aforce", "#0072b2"),
     ("aforce-force", "#56b4e9"),
     ("variable", "#d55e00"),
@@ -44,8 +44,6 @@ const SPACES: [(&str, &str); 44] = [
     ("aforce-scaled-force", "#17a2b8"),
     ("fixed-565", "#9acd32"),
     ("fixed-100", "#d4c400"),
-    ("fixed-300", "#2e8b57"),
-    ("variable-60", "#f4a582"),
     ("aforce-idle", "#6a9fc8"),
     ("variable-shared", "#b8860b"),
     ("osc-idle", "#3c9f6b"),
