@@ -129,17 +129,17 @@ def show(programs, study, out, task):
     }
 
 
-def insert(programs, force, out):
+def insert(programs, again, out):
     """Writes the animation of Insert; what the README says about it."""
     pair = []
-    for group in ("felt", "unfelt"):
-        pair += sorted((force / "insert" / f"aforce,{group}").glob("seed_*.zip"))
+    for group in ("1-mm", "unfelt"):
+        pair += sorted((again / "insert" / f"fixed-565,{group}").glob("seed_*.zip"))
     if len(pair) != 2:
-        sys.exit(f"{force}: a kept policy each of felt and unfelt is wanted, there are {len(pair)}")
+        sys.exit(f"{again}: a kept policy each of fixed-565,1-mm and of fixed-565,unfelt is wanted, there are {len(pair)}")
     felt, unfelt = ([row["success"] == "true" for row in evaluate(programs, policy)] for policy in pair)
     start = next((start for start in range(STARTS) if felt[start] and not unfelt[start]), None)
     if start is None:
-        sys.exit(f"{force}: in none of {STARTS} starts does `felt` insert and `unfelt` not")
+        sys.exit(f"{again}: in none of {STARTS} starts does `felt` insert and `unfelt` not")
     actions = SECONDS_OF_INSERT * ACTIONS_PER_SECOND
     words = ["--run", pair[0], "--beside", pair[1], "--episode", start, "--actions", actions, "--every", 2, "--width", 320]
     call(programs / "replay", *words, "--gif", out / "insert.gif")
@@ -171,9 +171,8 @@ In training, with noise, variable spends {noise} times AFORCE's energy. That noi
 """
 
 
-INSERT = """Insert, in real time. Both are AFORCE. Left, the policy feels force and torque; right, it does not. Of the first {starts} starts of the evaluation the left one
-puts the peg into the hole in {felt}, the right one in {unfelt}; shown is start {start}, the first in which the left one does and the right one does not. Both are their runs' best policies,
-which `archive` kept. The arrow is the force on the hand. [What the last policies do](../insert/README.md).
+INSERT = """Insert, in real time. Both have a constant of 565 N/m. Left, the policy feels force and torque; right, it does not. Of the first {starts} starts of the evaluation the left one
+puts the peg into the hole in {felt}, the right one in {unfelt}; shown is start {start}, the first in which the left one does and the right one does not. The arrow is the force on the hand. [All runs](../insert/README.md).
 
 ![Insert](insert.gif)
 """
@@ -188,7 +187,7 @@ def main():
     rows = "".join("| [{title}]({task}.html) | {energies} |\n".format(**one) for one in shown)
     films = "".join("{title}, {pace}. {look}\n\n![{title}]({task}.gif)\n\n".format(**one) for one in shown)
     noise = ", ".join("{noise} ({title})".format(**one) for one in shown)
-    text = README.format(played=PLAYED, rows=rows, films=films.rstrip("\n") + "\n", insert=insert(programs, results / "insert" / "force", out), noise=noise)
+    text = README.format(played=PLAYED, rows=rows, films=films.rstrip("\n") + "\n", insert=insert(programs, results / "insert" / "again", out), noise=noise)
     (out / "README.md").write_text(text, encoding="utf-8")
     if '-dirty"' in (out / "lift.html").read_text(encoding="utf-8"):
         print(f"{out}: made by programs with changes that no commit has: commit them, and make it again")

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use aforce::{ActionSpace, DeltaSign, Psi};
+use aforce::{ActionSpace, DeltaSign, Gains, Psi, Stiffness};
 use experiments::config::sweep::{self, Sweep};
 use experiments::config::{RunConfig, RunId};
 use experiments::report::summary::find_runs;
@@ -12,7 +12,7 @@ use experiments::run::csv_table::CsvTable;
 use experiments::run::disturbances;
 use experiments::run::folder::RunFolder;
 use physics::robots::RobotName;
-use tasks::{Disturbance, EnvConfig, TaskName};
+use tasks::{CountedForce, Disturbance, EnvConfig, ForcePenalty, TaskName};
 use walkdir::WalkDir;
 
 fn shipped(name: &str) -> PathBuf {
@@ -199,7 +199,8 @@ fn disturbances_of_every_task_begin_with_none() {
     assert_eq!(disturbances::read(&shipped("insert/disturbances.toml"), TaskName::INSERT).unwrap().len(), 7);
 }
 
-/// Five spaces with the same four draws of both action steps, the first being those of the other blocks; beside them only the space differs.
+/// Five spaces with the same four draws of both action steps, the first being those of the other blocks; beside them only the space and the length
+/// differ from block 1.
 #[test]
 fn every_space_of_insert_gets_the_same_search() {
     let first = shipped_sweep("insert/again.toml").runs.swap_remove(0);
@@ -209,47 +210,62 @@ fn every_space_of_insert_gets_the_same_search() {
     for (at, draw) in candidates.chunks(5).enumerate() {
         assert_eq!(steps(&draw[0]) == steps(&first), at == 0, "draw {at}");
         for candidate in draw {
-            assert_eq!((steps(candidate), candidate.seed), (steps(&draw[0]), 452), "draw {at}");
-            let mut same = candidate.clone();
-            same.env.space = draw[0].env.space.clone();
-            assert_eq!(same, draw[0], "draw {at}");
+            assert_eq!((steps(candidate), candidate.seed, candidate.steps), (steps(&draw[0]), 452, 60_000));
+            let mut same = RunConfig { seed: first.seed, steps: first.steps, ..candidate.clone() };
+            same.variant = first.variant.clone();
+            (same.evaluate_every, same.evaluation_episodes) = (first.evaluate_every, first.evaluation_episodes);
+            (same.env.space, same.env.controller) = (first.env.space.clone(), first.env.controller);
+            assert_eq!(same, first, "{}", RunId::of(candidate));
         }
     }
 }
 
-/// The groups of insertion differ in what they are about, the spaces in their laws. A tolerance keeps the share that it has of robosuite's
-/// steps.
+/// What a group of insertion is about.
+fn change_of_insert(group: &str, run: &mut RunConfig) {
+    match group {
+        "1-mm" => {}
+        "blows-priced" => {
+            run.env.options.insert("penalty".into(), true.into());
+            run.env.force_penalty = ForcePenalty { of: CountedForce::Hand, limit: 10.0, weight: 0.2 };
+        }
+        "unfelt" => run.env.observation.force = false,
+        "half-mm" => {
+            run.env.options.insert("clearance_mm".into(), 0.5.into());
+        }
+        other => panic!("{other}"),
+    }
+}
+
+/// The groups of insertion differ in what they are about, and in nothing else. A tolerance keeps the shares that it has of robosuite's steps.
 #[test]
 fn groups_of_insertion_differ_in_what_they_are_about() {
-    let mut runs = shipped_sweep("insert/again.toml").runs;
-    assert_eq!(runs.len(), 65);
-    let usual = EnvConfig::of(TaskName::INSERT);
-    let robosuites = "aforce".parse::<ActionSpace>().unwrap().psi().unwrap().tolerance()[0] / 0.05;
-    let first = runs.remove(0);
-    assert_eq!(first.env.controller.position_step, 0.006);
-    assert_eq!((first.env.observation.force, &first.env.force_penalty), (true, &usual.force_penalty));
+    let runs = shipped_sweep("insert/again.toml").runs;
+    let first = runs[0].clone();
+    let shares = |space: &ActionSpace, steps: [f64; 2]| {
+        let tolerance = space.psi()?.tolerance();
+        Some([tolerance[0] / steps[0], tolerance[3] / steps[1]].map(|share| (1000.0 * share).round()))
+    };
+    let robosuites = shares(&"aforce".parse().unwrap(), [0.05, 0.5]);
+    let mut groups = BTreeMap::new();
     for run in runs {
-        let id = RunId::of(&run);
-        let share = run.env.space.psi().map(|psi| psi.tolerance()[0] / run.env.controller.position_step);
-        assert!(share.is_none_or(|share| (share / robosuites - 1.0).abs() < 1e-3), "{id}: {share:?}");
-        let mut same = RunConfig { seed: first.seed, variant: first.variant.clone(), ..run.clone() };
-        same.env.space = first.env.space.clone();
-        let options = match run.variant.as_str() {
-            "1-mm" => first.env.options.clone(),
-            "unfelt" => {
-                same.env.observation.force = true;
-                first.env.options.clone()
-            }
-            "half-mm" => toml::from_str("clearance_mm = 0.5").unwrap(),
-            "blows-priced" => {
-                same.env.force_penalty = usual.force_penalty;
-                toml::from_str("clearance_mm = 1.0\npenalty = true").unwrap()
-            }
-            other => panic!("{other}"),
-        };
-        assert_eq!(same.env.options, options, "{id}");
-        same.env.options = first.env.options.clone();
-        assert_eq!(same, first, "{id}");
+        let (id, steps) = (RunId::of(&run), &run.env.controller);
+        let share = shares(&run.env.space, [steps.position_step, steps.rotation_step]);
+        assert!(share.is_none() || share == robosuites, "{id}: {share:?}");
+        match run.env.space.name.as_str() {
+            "aforce-scaled-force" | "aforce-scaled" => assert_eq!(share, robosuites),
+            "fixed-565" => assert_eq!(run.env.space.stiffness, Stiffness::Fixed(Gains::pair(565.0, 28.0))),
+            "fixed-100" => assert_eq!(run.env.space.stiffness, Stiffness::Fixed(Gains::pair(100.0, 30.0))),
+            name => assert_eq!(run.env.space, name.parse().unwrap(), "built in"),
+        }
+        let mut like = RunConfig { seed: run.seed, variant: run.variant.clone(), ..first.clone() };
+        like.env.space = run.env.space.clone();
+        change_of_insert(&run.variant, &mut like);
+        assert_eq!(run, like, "{id}");
+        groups.entry(format!("{},{}", id.space, run.variant)).or_insert_with(Vec::new).push(run.seed);
+    }
+    assert_eq!(groups.len(), 11);
+    for (group, seeds) in groups {
+        assert!(seeds.into_iter().eq(21..=if group.ends_with("half-mm") { 30 } else { 25 }), "{group}");
     }
 }
 
