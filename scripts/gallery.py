@@ -24,7 +24,7 @@ LENGTH, SPEEDS = 3, [1, 1.5, 2, 3, 4]
 # How long the end of the task is seen at least, in the task's time (seconds).
 REST = 0.25
 FRAMES_PER_SECOND, ACTIONS_PER_SECOND = 10, 20
-SECONDS_OF_INSERT = 5
+SECONDS_OF_INSERT = 6
 
 # Title, stage of the study, suffix of the spaces, what to look for.
 TASKS = {
