@@ -160,6 +160,7 @@ fn info<'py>(py: Python<'py>, env: &tasks::Env, step: Option<&Step>) -> PyResult
     let info = PyDict::new(py);
     info.set_item("is_success", step.is_some_and(|step| step.success))?;
     info.set_item("stopped", step.is_some_and(|step| step.interval.stop.is_some()))?;
+    info.set_item("diverged", step.is_some_and(|step| step.diverged))?;
     for (name, of) in NUMBERS {
         info.set_item(name, step.map_or(0.0, of))?;
     }

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple};
-use settings::{Source, spaces};
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyMapping, PySequence, PyString};
+use settings::{RUN_KEYS, Source, spaces};
 use tasks::{EnvConfig, TaskName};
 use toml::{Table, Value};
 
@@ -76,7 +76,12 @@ pub fn config_of(
         let text = settings::text(&path)?;
         let (source, mut table) = settings::of_file(&path, text).map_err(value_error)?;
         // The learner's settings have no part in an environment.
-        table.retain(|key, _| key == "env" || key == "setup");
+        let of_env = |key: &str| key == "env" || key == "setup";
+        if let Some(key) = table.keys().find(|key| !of_env(key) && !RUN_KEYS.contains(&key.as_str())) {
+            let words = "no key of a run's config.toml; known are env, setup";
+            return Err(value_error(format!("{}: {key:?} is {words}, {}", path.display(), RUN_KEYS.join(", "))));
+        }
+        table.retain(|key, _| of_env(key));
         layers.push((source, table));
     }
     layers.push(layer(SOURCE, keywords)?);
@@ -141,7 +146,7 @@ fn setting(key: &str, value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value>
         dict.update(mapping)?;
         return Ok(Value::Table(table(&dict, depth)?));
     }
-    if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() || value.hasattr("tolist")? {
+    if value.cast::<PySequence>().is_ok() || value.hasattr("tolist")? {
         // numpy's arrays and numbers become Python's.
         let plain = if value.hasattr("tolist")? { value.call_method0("tolist")? } else { value.clone() };
         let Ok(items) = plain.try_iter() else { return setting(key, &plain, depth + 1) };

@@ -13,6 +13,7 @@ use tasks::Step;
 use crate::arrays;
 use crate::episodes::{Episodes, NUMBERS};
 use crate::exclusive::Exclusive;
+use crate::value_error;
 
 /// Environments, each with what its latest action led to.
 struct Fleet {
@@ -58,6 +59,7 @@ impl Fleet {
         let info = PyDict::new(py);
         info.set_item("is_success", self.column(py, |step| step.success))?;
         info.set_item("stopped", self.column(py, |step| step.interval.stop.is_some()))?;
+        info.set_item("diverged", self.column(py, |step| step.diverged))?;
         for (name, of) in NUMBERS {
             info.set_item(name, self.column(py, of))?;
         }
@@ -163,6 +165,28 @@ impl Vector {
                 info,
             ))
         })
+    }
+
+    /// What the task's script would do now, a row for each environment.
+    fn expert_actions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        self.0.with(|fleet| {
+            for (episodes, _) in &fleet.members {
+                episodes.seed()?;
+            }
+            let dim = fleet.members[0].0.env.action_dim();
+            let members = &mut fleet.members;
+            let actions: Vec<f32> = py.detach(|| {
+                let of_member = |(episodes, _): &mut (Episodes, _)| episodes.env.expert_action();
+                members.iter_mut().flat_map(of_member).map(|entry| entry as f32).collect()
+            });
+            fleet.members.iter().map(|(episodes, _)| episodes.check_query()).fold(Ok(()), Result::and)?;
+            Ok(Array2::from_shape_vec((fleet.members.len(), dim), actions).map_err(value_error)?.into_pyarray(py))
+        })
+    }
+
+    /// Seeds of the present episodes.
+    fn episode_seeds(&self) -> PyResult<Vec<u64>> {
+        self.0.with(|fleet| fleet.members.iter().map(|(episodes, _)| episodes.seed()).collect())
     }
 
     /// Description of one environment, for all are alike, as JSON.

@@ -72,7 +72,7 @@ def test_info_and_description_say_what_happened():
         _, reward, terminated, truncated, info = env.step(env.unwrapped.expert_action())
         assert sum(info["reward_terms"].values()) == pytest.approx(reward, abs=1e-12)
         total += info["energy"]
-    assert list(info) == ["is_success", "stopped", "energy", "force", "hand_force", "joint_speed", "penalty", "motion_cost", "stop_cost", "reward_terms"]
+    assert list(info) == ["is_success", "stopped", "diverged", "energy", "force", "hand_force", "joint_speed", "penalty", "motion_cost", "stop_cost", "reward_terms"]
     assert total > 1 and info["force"] >= 0 and not terminated and not truncated
     description = env.unwrapped.describe()
     assert [entry["name"] for entry in description["action"]][-2:] == ["normal_force", "gripper"]
@@ -193,6 +193,10 @@ def test_a_runs_configuration_is_taken_over(tmp_path):
     assert (settings["horizon"], settings["space"]["name"]) == (6, "low")
     with pytest.raises(ValueError, match='env.task = "wipe" contradicts'):
         make("Door", config=config)
+    for text, key in [("horizon = 3", "horizon"), ("[evn]\nhorizon = 3", "evn"), ("extends = 'osc'", "extends")]:
+        config.write_text(text)
+        with pytest.raises(ValueError, match=f'config.toml: "{key}" is no key of a run\'s config.toml; known are env, setup, preset'):
+            make(config=config)
 
 
 ENDLESS = {}
@@ -218,6 +222,8 @@ def bad(words, kind=ValueError, **keywords):
         bad("env.space.stiffness.adaptive.alpha (axis x) = 100000 is unstable", space={"stiffness": {"adaptive": {"alpha": 1e5}}}),
         bad("control_hz = 500 is not a whole multiple of policy_hz = 30", controller={"policy_hz": 30}),
         bad("invalid type: string", horizon="many"),
+        bad("env.horizon: invalid type: floating point `1000.0`, expected a whole number", horizon=1e3),
+        bad("env.observation: invalid type: string \"force\", expected a table", observation="force"),
         bad("setup = \"tiny\": known are paper-steps, small-steps, solve", setup="tiny"),
         bad("horizon is a object", TypeError, horizon=object()),
         bad("horizon = 1180591620717411303424 is too large", horizon=2**70),
@@ -285,7 +291,7 @@ def test_bad_arms_are_answered_in_one_line(tmp_path):
     for robot, words in [
         ("ur5", f'no robot is called "ur5"; did you mean "ur5e"? {known}'),
         ("nowhere.toml", "nowhere.toml: No such file"),
-        (str(tmp_path / "down.toml"), "the scene of lift leaves down no room at its start: "),
+        (str(tmp_path / "down.toml"), " overlap at the start of lift, with the arm down"),
         (str(tmp_path / "mesh.urdf"), 'link "l1": '),
     ]:
         with pytest.raises(ValueError) as error:

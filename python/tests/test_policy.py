@@ -82,6 +82,18 @@ def test_a_file_may_hold_the_last_policy_of_its_run(tmp_path):
         Policy.load(last, "best")
 
 
+def test_it_knows_its_file_and_its_scaling_from_every_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(LIFT.parent)
+    policy = Policy.load(LIFT.name)
+    monkeypatch.chdir(tmp_path)
+    assert policy.make(horizon=3).unwrapped.scaled is policy.scaled is True
+    with pytest.raises(ValueError, match="scaled = False is not allowed; allowed: True, as this policy was trained"):
+        policy.make(scaled=False)
+    policy.task = "drawer"
+    with pytest.raises(ValueError, match="task 'drawer' is none of lift, door, wipe, insert"):
+        policy.make()
+
+
 def test_it_is_called_as_stable_baselines3_calls_a_model():
     policy, observations = Policy.load(LIFT), np.zeros((2, 42), np.float32)
     actions, state = policy.predict(observations, state=None, episode_start=np.ones(2, bool), deterministic=True)

@@ -90,6 +90,41 @@ def test_an_episode_is_a_function_of_its_seed_and_copies_make_it_anew():
     for other in (env, pickle.loads(pickle.dumps(env)), copy.deepcopy(env), aforce.Env(task=functools.partial(Drawer))):
         assert np.array_equal(other.reset(seed=7)[0], first) and np.array_equal(other.step(np.ones(7))[0], step)
     assert not np.array_equal(env.reset(seed=8)[0], first)
+    assert isinstance(env.own_task, Drawer) and aforce.Env("lift").own_task is None
+    assert np.array_equal(aforce.Env(task="drawer:Drawer").reset(seed=7)[0], first)
+
+
+class Button(aforce.Task):
+    """A gram on a spring that is too stiff for it."""
+
+    scene = {
+        "bodies": [
+            {
+                "name": "cap",
+                "pose": [0.1, 0.1, 0.83],
+                "mass": 0.001,
+                "shapes": [{"cylinder": [0.005, 0.01]}],
+                "joint": {"slide": [0, 0, 1], "name": "press", "range": [-0.01, 0.0], "spring": 2000, "rest": 0.0},
+            }
+        ]
+    }
+
+    def observe(self, state):
+        return {"z": state.joint("press")}
+
+    def reward(self, state):
+        return 0.0
+
+    def success(self, state):
+        return False
+
+
+def test_a_simulation_that_diverges_says_so():
+    for substeps in (1, 4):
+        env = aforce.Env(task=Button, simulation={"substeps": substeps})
+        env.reset(seed=1)
+        observation, _, terminated, _, info = env.step(np.zeros(7))
+        assert terminated and info["diverged"] and abs(observation[0]) < 10
 
 
 class Lost(Reach):
@@ -271,6 +306,7 @@ def test_what_a_joint_carries_comes_into_the_hand_too():
         (TypeError, 'unknown key "dampin"; did you mean "damping"?', with_scene(block(joint={"slide": [1, 0, 0], "dampin": 1}))),
         (TypeError, "Wrong.reward: \"reward\" is 'much'; a number is wanted", returning("reward", "much")),
         (TypeError, "\"near\" is None; a number is wanted", returning("reward", {"near": None})),
+        (TypeError, "\"ball\" is None; a number or an array", returning("observe", {"ball": None})),
         (ValueError, 'Wrong.reward: "near" is nan; a finite number is wanted', returning("reward", {"near": np.nan})),
         (ValueError, "17 terms; sixteen are allowed", returning("reward", {str(i): 0 for i in range(17)})),
         (TypeError, "Wrong.success: it returned a float; True or False is wanted", returning("success", 1.0)),
@@ -302,8 +338,8 @@ def test_what_a_joint_carries_comes_into_the_hand_too():
         (NotImplementedError, "Empty has no reward(state)", type("Empty", (aforce.Task,), {})),
         (KeyError, "no body", type("Wrong", (Plain,), {"observe": lambda self, state: {"x": state.body("x").position}})),
         (TypeError, "its class is wanted", Plain()),
-        (TypeError, "a class below aforce.Task is wanted", None),
-        (TypeError, "a class below aforce.Task is wanted", "lift"),
+        (TypeError, "a class below aforce.Task", None),
+        (TypeError, "a class below aforce.Task", "lift"),
         (TypeError, "a class below aforce.Task is wanted", dict),
         (TypeError, "task makes a dict", lambda: {}),
     ],

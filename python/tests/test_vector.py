@@ -69,6 +69,10 @@ def test_environment_i_plays_seed_plus_i():
         assert np.array_equal(observations[i], single.reset(seed=10 + i)[0])
     observations, _ = envs.reset(seed=[4, None, 4])
     assert np.array_equal(observations[0], observations[2]) and not np.array_equal(observations[0], observations[1])
+    seeds = envs.episode_seeds
+    assert seeds[0] == seeds[2] == 4
+    single.reset(seed=seeds[1])
+    assert np.array_equal(envs.expert_actions()[1], single.unwrapped.expert_action())
 
 
 def test_it_is_copied_anew_and_tells_its_seed():
@@ -135,6 +139,7 @@ def test_it_is_made_of_a_single_environments_spec():
     vectors = gym.make_vec(single.spec, num_envs=2), gym.make_vec(single.spec, num_envs=2, vectorization_mode="sync")
     a, b = (envs.reset(seed=1)[0] for envs in vectors)
     assert np.array_equal(a, b)
+    assert gym.make_vec("aforce/Lift-v0", num_envs=2, max_episode_steps=7).describe()["env"]["horizon"] == 7
     for keyword, value in [("max_episode_steps", 21), ("threads", 0), ("threads", 1.5), ("num_envs", 0), ("autoreset_mode", "SAME_STEP")]:
         with pytest.raises(ValueError, match=f"{keyword} = {value!r} is not allowed"):
             aforce.VectorEnv("lift", **{"num_envs": 2, "horizon": 20} | {keyword: value})

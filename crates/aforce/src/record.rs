@@ -67,14 +67,22 @@ pub fn extended<E>(mut table: Table, base: impl FnOnce(Value) -> Result<Table, E
 /// Keys whose value is a choice: a name, or a table whose one key names it (`stiffness.fixed = 150`).
 const CHOICES: [&str; 3] = ["goal", "stiffness", "interpolation"];
 
+/// Keys below which a task names its own settings: none of those is a choice, whatever it is called.
+const TASKS_OWN: [&str; 2] = ["options", "own"];
+
 /// Lays `over` on `base`: tables merge key by key, anything else replaces what was there. Of a choice (`goal`, `stiffness`,
 /// `interpolation`) another one replaces the first as a whole.
 pub fn overlay(base: &mut Table, over: Table) {
+    merge(base, over, &CHOICES);
+}
+
+fn merge(base: &mut Table, over: Table, choices: &[&str]) {
     for (key, value) in over {
-        let is_choice = CHOICES.contains(&key.as_str());
+        let is_choice = choices.contains(&key.as_str());
+        let below: &[&str] = if TASKS_OWN.contains(&key.as_str()) { &[] } else { choices };
         match (base.get_mut(&key), value) {
             (Some(Value::Table(old)), Value::Table(new)) if !is_choice || old.keys().eq(new.keys()) => {
-                overlay(old, new)
+                merge(old, new, below)
             }
             (_, value) => {
                 base.insert(key, value);
@@ -113,6 +121,15 @@ fn deserialize<'de, T: DeserializeOwned, D: Deserializer<'de, Error = Error>>(fr
 
 /// What the parser says of a number where the name of a choice is wanted, in a table and in a document.
 const NO_NAME: [&str; 3] = ["invalid type: unit variant", "wanted string or table", "expected a name in quotes"];
+/// What it says of the name of a choice that has a value, without that value.
+const NO_VALUE: [&str; 2] = ["unit variant, expected newtype variant", "unit variant, expected struct variant"];
+/// The kinds of the parser, and what people call them.
+const KINDS: [(&[&str], &str); 4] = [
+    (&["u8", "u16", "u32", "u64", "usize"], "a whole number, 0 or above"),
+    (&["i32", "i64"], "a whole number"),
+    (&["f32", "f64"], "a number"),
+    (&["a sequence"], "a list"),
+];
 /// Likeness (Jaro) from which on a known key may be what was meant.
 const LIKE: f64 = 0.75;
 
@@ -122,6 +139,28 @@ pub fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
     let likeness = |known: &&str| strsim::jaro(known, word);
     let best = known.iter().copied().max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
     best.filter(|best| likeness(best) > LIKE)
+}
+
+/// The parser's message without the names of its types.
+fn in_plain_words(message: &str) -> String {
+    if NO_VALUE.iter().any(|no_value| message.contains(no_value)) {
+        return "not a name alone: its value is wanted, or a table with its keys".into();
+    }
+    if NO_NAME.iter().any(|no_name| message.contains(no_name)) {
+        return "a name in quotes is wanted".into();
+    }
+    if message.starts_with("wanted exactly 1 element") {
+        return "one choice is wanted, neither none nor several".into();
+    }
+    let Some((found, wanted)) = message.split_once(", expected ") else { return message.into() };
+    let known = KINDS.iter().find(|(kinds, _)| kinds.contains(&wanted)).map(|(_, plain)| (*plain).to_owned());
+    let list = || Some(format!("a list of {}", wanted.strip_prefix("an array of length ")?));
+    let is_table = wanted == "a map" || wanted.starts_with("struct ");
+    let table = || is_table.then(|| "a table".to_owned());
+    match known.or_else(list).or_else(table) {
+        Some(plain) => format!("{found}, expected {plain}"),
+        None => message.into(),
+    }
 }
 
 /// The parser's message, told with the dotted key that it is about, and the nearest known key for an unknown one.
@@ -139,12 +178,8 @@ fn explain(error: &Error, key: String) -> Problem {
         };
         format!("unknown key \"{key}\"; {hint}")
     } else {
-        let wanted = if NO_NAME.iter().any(|no_name| message.contains(no_name)) {
-            "a name in quotes is wanted"
-        } else {
-            &message
-        };
-        if key.is_empty() { wanted.to_owned() } else { format!("{key}: {wanted}") }
+        let wanted = in_plain_words(&message);
+        if key.is_empty() { wanted } else { format!("{key}: {wanted}") }
     };
     Problem { key, place: None, message }
 }
@@ -160,6 +195,33 @@ mod tests {
         let places = ["seed", "env.task", "env.space.stiffness.fixed", "learner.gamma", "learner.tau", ""];
         let expected = [Some((1, 1)), Some((4, 1)), Some((5, 21)), Some((7, 1)), None, None];
         assert_eq!(places.map(|key| place_of(text, key)), expected);
+    }
+
+    #[test]
+    fn what_is_wanted_is_told_without_types_of_rust() {
+        for (text, wanted) in [
+            ("commanded_psi = 3", "commanded_psi: invalid type: integer `3`, expected a table"),
+            ("stiffness = 'adaptive'", "stiffness.adaptive: not a name alone: its value is wanted"),
+            ("stiffness = { fixed = 3, adaptive = {} }", "stiffness: one choice is wanted, neither none nor several"),
+        ] {
+            let message = parse::<ActionSpace>(text).unwrap_err().message;
+            assert!(message.contains(wanted), "{text}: {message}");
+        }
+        #[derive(Debug, serde::Deserialize)]
+        struct Numbers {
+            #[expect(dead_code)]
+            count: u32,
+        }
+        let message = parse::<Numbers>("count = 1000.0").unwrap_err().message;
+        assert_eq!(message, "count: invalid type: floating point `1000.0`, expected a whole number, 0 or above");
+    }
+
+    #[test]
+    fn a_choice_is_replaced_and_a_tasks_own_table_of_that_name_is_merged() {
+        let text = "space.stiffness.fixed = 3\noptions.goal = { x = 1, y = 2 }";
+        let mut table: Table = text.parse().unwrap();
+        overlay(&mut table, "space.stiffness.commanded = {}\noptions.goal.x = 4".parse().unwrap());
+        assert_eq!(table, "space.stiffness.commanded = {}\noptions.goal = { x = 4, y = 2 }".parse().unwrap());
     }
 
     /// A document and a table are answered alike, the document with its place.

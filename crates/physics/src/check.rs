@@ -7,7 +7,7 @@ use nalgebra::Point3;
 use thiserror::Error;
 
 use crate::engine::ground_below;
-use crate::scene::{Axis, Body, Geom, Inertial, Joint, Role, Scene, Stop};
+use crate::scene::{Axis, Body, Geom, Inertial, Joint, Role, Scene, Stop, inertial};
 
 /// What is wrong with a scene, in one line.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -152,17 +152,11 @@ impl Body {
         finite_pose("its pose", &self.pose)?;
         let Inertial { mass, com, inertia } = &self.inertial;
         at_least_0("its mass", *mass)?;
-        if !com.iter().chain(inertia).all(|x| x.is_finite()) {
-            return Err("its centre of mass or its inertia is not finite".into());
+        if !com.iter().all(|x| x.is_finite()) {
+            return Err("its centre of mass is not finite".into());
         }
-        let moments = inertia.symmetric_eigenvalues();
-        // Rounded tables miss these bounds by a little.
-        let slack = 1e-3 * moments.amax();
-        if moments.min() < -slack || moments.sum() - 2.0 * moments.max() < -slack {
-            return Err(format!(
-                "its moments of inertia are {:e}, {:e} and {:e} kg m2; none may be below 0, none above the sum of the other two",
-                moments[0], moments[1], moments[2]
-            ));
+        if let Some(why) = inertial::impossible(inertia) {
+            return Err(why);
         }
         match &self.joint {
             Joint::Hinge(axis) | Joint::Slide(axis) => {

@@ -32,6 +32,8 @@ use crate::scene::{Axis, Inertial, Joint, Role, Scene};
 
 /// Contacts are foreseen up to this speed (m/s), unless the scene says how far: the Panda's flange reaches 1.7. What comes faster overlaps for a step.
 const FASTEST_APPROACH: f64 = 2.0;
+/// A body this fast (m/s) shows that the simulation has diverged.
+const MAX_PLAUSIBLE_SPEED: f64 = 1000.0;
 
 /// Hard surfaces: a firm grasp penetrates by less than 0.1 mm.
 const SOFTNESS: SpringCoefficients<f64> = SpringCoefficients { natural_frequency: 200.0, damping_ratio: 5.0 };
@@ -355,14 +357,14 @@ impl Engine {
     }
 
     /// Whether every body still has a finite state.
-    pub fn is_finite(&self) -> bool {
+    pub fn is_plausible(&self) -> bool {
         self.world.quarantine().is_empty()
             && self.bodies.iter().flatten().all(|&handle| {
                 let body = &self.world.bodies[handle];
                 body.is_enabled()
                     && body.translation().is_finite()
                     && body.rotation().is_finite()
-                    && body.linvel().is_finite()
+                    && body.linvel().length() < MAX_PLAUSIBLE_SPEED
                     && body.angvel().is_finite()
             })
     }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 mod hole;
 mod hull;
-mod inertial;
+pub(crate) mod inertial;
 mod role;
 
 pub use hole::{Hole, HoleError};

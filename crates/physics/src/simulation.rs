@@ -270,7 +270,7 @@ impl Simulation {
         self.friction.learn(|i| self.engine.coordinate(i).1);
 
         let plausible = self.arm.qd.iter().all(|qd| qd.abs() < MAX_PLAUSIBLE_SPEED);
-        if !self.engine.is_finite() || !plausible {
+        if !self.engine.is_plausible() || !plausible {
             return Err(Diverged);
         }
         let contacts = self.engine.arm_contacts(&self.arm.pose.translation.vector);

@@ -126,6 +126,7 @@ fn answer<T: std::fmt::Debug>(name: &str, text: &str, read: impl Fn(&Path) -> Re
 fn what_is_not_read_of_mjcf_is_refused_by_name() {
     let whole = std::fs::read_to_string(file("objects.xml")).unwrap();
     for (before, after, line, wanted) in [
+        ("<default>\n", "<compiler/>\n<default>\n", 4, "a second <compiler>"),
         ("<asset>", "<option timestep=\"0.001\"/>\n<asset>", 11, "<option>: not read in <mujoco>"),
         ("<freejoint/>", "<freejoint/><site name=\"top\"/>", 19, "<site>: not read in <body>"),
         ("size=\"0.03\"", "size=\"0.03\" solref=\"0.01 1\"", 20, "attribute \"solref\" of <geom> is not read"),
@@ -266,7 +267,7 @@ fn a_wrong_scene_is_refused_with_the_name_of_its_body() {
         (|s| s.bodies[1].pose.translation.x = f64::NAN, "body \"cube\": its pose is not finite"),
         (|s| s.bodies[1].geoms[0].friction = -1.0, "body \"cube\": geom \"cube\": friction is -1"),
         (|s| s.bodies[0].geoms[0].shape = Shape::Sphere { radius: 0.0 }, "body \"table\": geom \"top\": a size of 0 m"),
-        (|s| s.bodies[1].inertial.inertia.m11 *= 3.0, "body \"cube\": its moments of inertia are"),
+        (|s| s.bodies[1].inertial.inertia.m11 *= 3.0, "body \"cube\": principal moments of inertia of"),
         (|s| s.bodies[1].inertial.mass = -1.0, "body \"cube\": its mass is -1"),
         (|s| s.bodies[1].parent = Some(1), "body \"cube\": its parent has to stand before it"),
         (|s| s.bodies[1].parent = Some(0), "body \"cube\": a free body is a child of the world"),

@@ -44,7 +44,7 @@ fn what_no_arm_has_is_refused_by_its_link() {
         (small_urdf::inertial_of_l5("2", "-0.02", "0.03"), "link \"l5\": principal moments of inertia of -2.000e-2"),
         (
             small_urdf::inertial_of_l5("2", "0.2", "0.03"),
-            "no body has them, as the largest exceeds the sum of the others",
+            "no body has them: none may be below 0, none above the sum of the others",
         ),
         (and("<link name=\"l3\"/>"), "two links are called \"l3\""),
         (and("<link name=\"elsewhere\"/>"), "links \"base\" and \"elsewhere\" both have no parent"),

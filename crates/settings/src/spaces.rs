@@ -14,6 +14,7 @@ use toml::{Table, Value};
 /// Names the file, the key and what is allowed.
 pub fn named(text: &str, folder: &Path) -> Result<ActionSpace> {
     if !text.ends_with(".toml") {
+        ensure!(!text.contains(['.', '/']), "{text}: the name of a file with an action space ends with .toml");
         return Ok(text.parse()?);
     }
     let path = folder.join(text);
@@ -106,9 +107,10 @@ mod tests {
         ] {
             fs_err::write(folder.path().join("soft.toml"), text).unwrap();
             let error = error(named("soft.toml", folder.path()));
-            assert!(words.iter().all(|word| error.contains(word)), "{text}: {error}");
+            assert!(words.iter().all(|word| error.matches(word).count() == 1), "{text}: {error}");
         }
         assert!(error(named("none.toml", folder.path())).contains("none.toml"));
+        assert!(error(named("soft.json", folder.path())).contains("ends with .toml"));
         assert!(error(named("aforze", folder.path())).contains("did you mean `aforce`"));
     }
 

@@ -116,8 +116,9 @@ impl Row {
         }
     }
 
-    fn put_joints(&mut self, panel: &'static str, unit: &'static str, value: impl Fn(usize) -> f64) {
-        for (i, joint) in JOINTS.into_iter().enumerate() {
+    /// A curve per joint of the arm, which may have six.
+    fn put_joints(&mut self, env: &Env, panel: &'static str, unit: &'static str, value: impl Fn(usize) -> f64) {
+        for (i, joint) in JOINTS.into_iter().enumerate().take(env.robot().joints) {
             self.put(panel, unit, joint, value(i));
         }
     }
@@ -181,8 +182,8 @@ impl Row {
     fn add_joints(&mut self, env: &Env, step: &Step) {
         let (rate, interval) = (f64::from(env.config().controller.policy_hz), &step.interval);
         let torque = interval.mean_torque();
-        self.put_joints("Joint torque", "Nm", |i| torque[i]);
-        self.put_joints("Joint power", "W", |i| interval.joint_work[i] * rate);
+        self.put_joints(env, "Joint torque", "Nm", |i| torque[i]);
+        self.put_joints(env, "Joint power", "W", |i| interval.joint_work[i] * rate);
         self.put("Joint power", "W", "sum of |tau qd|", interval.energy.absolute * rate);
     }
 

@@ -136,7 +136,7 @@ const KINDS: [Kind; 14] = [
     kind(TORQUE_GAIN, "1", 1.0, [0.1, 2.0], true, |d| d.torque_gain),
 ];
 
-/// This kind was added later: it has a random stream of its own.
+/// Drawn from a random stream of its own, so that the draws of the other kinds are the same with and without it.
 const TORQUE_GAIN: &str = "torque_gain";
 
 /// Whether a disturbance that every task may have, or only some, has this key.

@@ -119,7 +119,7 @@ impl Env {
             } else {
                 let parts = overlapping(&simulation);
                 let (task, robot) = (task.name(), &plant.robot.name);
-                format!("the scene of {task} leaves {robot} no room at its start: {parts} overlap")
+                format!("{parts} overlap at the start of {task}, with the arm {robot}")
             };
             return Err(ConfigError::Contradiction { field: field.into(), reason });
         }

@@ -76,7 +76,7 @@ pub(crate) fn draw_start(
     }
     let (name, geoms) = (task.name(), overlapping(simulation));
     let reason = format!(
-        "the arm has no room where {name} starts ({tries} tried): leave room around that pose; in the last one {geoms} overlap"
+        "{geoms} overlap at the start of {name} (the last of {tries} poses of the arm that were tried): leave room there"
     );
     Err(ConfigError::Contradiction { field: "env.task".into(), reason })
 }

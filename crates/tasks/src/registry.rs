@@ -77,7 +77,10 @@ pub fn register_anew(kind: TaskKind) -> Result<TaskName, ConfigError> {
     check_kind(&kind)?;
     let mut own = OWN.write().expect("no writer panics");
     if own.all().any(|other| other.as_str() == kind.name && !own.kind(other).is_made_elsewhere()) {
-        return Err(wrong(&kind, "the name is that of a task in Rust"));
+        return Err(wrong(
+            &kind,
+            "the name is that of a task in Rust; choose another one (in Python the attribute `name`)",
+        ));
     }
     if let Some(&same) = own.names.iter().find(|other| own.kind(**other).is_like(&kind)) {
         return Ok(same);

@@ -33,7 +33,7 @@ impl RewardTerms {
         self.0.into_iter().flatten()
     }
 
-    /// What each is for.
+    /// Name of each, in the task's order.
     pub fn names(&self) -> impl Iterator<Item = &'static str> {
         self.iter().map(|(name, _)| name)
     }

@@ -14,7 +14,7 @@ pub struct Sensing {
     pub source: SensedWrench,
     /// Cut-off of the observer that estimates (Hz).
     pub cutoff_hz: f64,
-    /// Largest constant error of each component of an estimated wrench, drawn anew in each episode (N, Nm).
+    /// Largest constant error of each component of an estimated wrench, in world axes, drawn anew in each episode (N, Nm).
     pub bias: [f64; 2],
     /// Standard deviation of the noise of each control sample of an estimated wrench (N, Nm).
     pub noise: [f64; 2],

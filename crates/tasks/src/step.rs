@@ -10,9 +10,9 @@ pub struct Step {
     pub reward: f64,
     /// What adds up to it, but for the prices of motion and of a stop.
     pub reward_terms: RewardTerms,
-    /// The price of this action's motion (at least 0), taken off the reward.
+    /// The price of this action's motion (reward, at least 0), taken off the reward.
     pub motion_cost: f64,
-    /// The price of the arm's stop (at least 0), taken off the reward.
+    /// The price of the arm's stop (reward, at least 0), taken off the reward.
     pub stop_cost: f64,
     /// The episode ended in a terminal state, whose value is zero: the simulation diverged, the task is
     /// [lost](crate::Task::lost), or the arm stopped itself where episodes end with that

@@ -61,6 +61,9 @@ fn a_home_in_the_table_is_refused_by_the_names_of_what_overlaps() {
     robot.home[1] += 0.9;
     let config = EnvConfig { robot: RobotChoice::Own(Box::new(robot)), ..EnvConfig::default() };
     let error = Env::new(config, 0).err().unwrap().to_string();
-    assert!(error.starts_with("env.task: the scene of lift leaves iiwa14 no room at its start: "), "{error}");
+    assert!(
+        error.starts_with("env.task: ") && error.ends_with(" overlap at the start of lift, with the arm iiwa14"),
+        "{error}"
+    );
     assert!(error.ends_with(" overlap") && error.contains("table") && error.contains(" and "), "{error}");
 }

@@ -257,6 +257,15 @@ mod tests {
         assert_eq!(config.env.space.to_string(), "osc");
     }
 
+    /// Python's environments pass over the same keys and refuse all others.
+    #[test]
+    fn a_run_has_the_keys_that_environments_pass_over() {
+        let table: Table = RunConfig::preset(sac::Preset::DESKTOP).to_toml().parse().unwrap();
+        let keys: BTreeSet<_> =
+            table.keys().map(String::as_str).chain(["variant"]).filter(|key| *key != "env").collect();
+        assert_eq!(keys, settings::RUN_KEYS.into());
+    }
+
     #[test]
     fn a_preset_sets_the_learner_and_nothing_else() {
         let paper = RunConfig::resolve(None, &[set("preset=paper")]).unwrap();

@@ -1,6 +1,7 @@
 //! Runs to groups (an experiment's task with an action space), and groups to statistics over their seeds.
 
 use serde::Serialize;
+use tasks::TaskName;
 
 use crate::report::run_tables::summarised;
 use crate::report::summary::RunSummary;
@@ -19,6 +20,11 @@ impl<'a> Section<'a> {
     /// To which a run belongs.
     pub fn of(run: &'a RunSummary) -> Self {
         Section { experiment: &run.experiment, task: &run.task }
+    }
+
+    /// Whether the task is one of robosuite's, whose returns have one scale.
+    pub fn is_robosuites(&self) -> bool {
+        TaskName::ROBOSUITE.iter().any(|task| task.as_str() == self.task)
     }
 
     /// Task and experiment.

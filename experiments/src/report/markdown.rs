@@ -10,6 +10,7 @@ use crate::report::run_tables::SOLVED;
 use crate::report::summary::RunSummary;
 use output::statistics::{FEWEST_FOR_INTERVAL, deviation, iqm, iqm_interval, mean, range};
 use show::plot;
+use tasks::{CountedForce, ForcePenalty};
 
 /// The runs of a section in Markdown: notes, the pictures with its `curves`, return, energy, the comparison with `aforce`, safety.
 pub fn tables(section: Section, groups: &[Group], comparison: &[ComparisonRow], curves: &[&str]) -> String {
@@ -31,7 +32,7 @@ pub fn tables(section: Section, groups: &[Group], comparison: &[ComparisonRow], 
     }
     parts.extend(notes(&groups));
     parts.extend(curves.iter().map(|picture| format!("![Learning curves]({picture})\n")));
-    let mut tables = vec![returns(&groups), energies(&groups)];
+    let mut tables = vec![returns(section, &groups), energies(&groups)];
     tables.extend(orders_and_ratios(&groups, &comparison));
     tables.push(safety(&groups));
     parts.extend(tables.iter().map(MarkdownTable::to_string));
@@ -50,10 +51,37 @@ fn notes(groups: &[&Group]) -> Vec<String> {
     if !unfinished.is_empty() {
         notes.push(format!("Not finished, seed and actions so far: {}.\n", unfinished.join(", ")));
     }
+    let mut limits: Vec<(ForcePenalty, Vec<String>)> = vec![];
+    for group in groups {
+        let Some(of_group) = group.runs[0].force_penalty else { continue };
+        match limits.iter_mut().find(|(known, _)| *known == of_group) {
+            Some((_, labels)) => labels.push(label(group)),
+            None => limits.push((of_group, vec![label(group)])),
+        }
+    }
+    if limits.len() > 1 {
+        let told = limits.iter().map(|(ForcePenalty { of, limit, weight }, labels)| {
+            let whose = match of {
+                CountedForce::Arm => "of the whole arm",
+                CountedForce::Hand => "beyond the wrist",
+            };
+            format!("{limit} N {whose}, {weight} a newton ({})", labels.join(", "))
+        });
+        let told: Vec<_> = told.collect();
+        notes.push(format!(
+            "The force limit differs, so penalties and what is above the limit do not compare: {}.\n",
+            told.join("; ")
+        ));
+    }
+    if runs().any(|run| run.options != groups[0].runs[0].options) {
+        notes.push("`env.options` differ: returns compare only where the reward is the same.\n".to_string());
+    }
     notes
 }
 
-fn returns(groups: &[&Group]) -> MarkdownTable {
+fn returns(section: Section, groups: &[&Group]) -> MarkdownTable {
+    // Returns of other tasks have other scales.
+    let solved = section.is_robosuites().then(|| format!("{SOLVED} after, thousand actions"));
     let mut table = MarkdownTable::new(&[
         "space",
         "seeds",
@@ -63,19 +91,18 @@ fn returns(groups: &[&Group]) -> MarkdownTable {
         "published",
         "best evaluation",
         "mean of the whole curve",
-        &format!("{SOLVED} after, thousand actions"),
-        "success at the end",
-        "sampled actions: return; success",
     ]);
+    table.header.extend(solved.clone());
+    table.header.extend(["success at the end", "sampled actions: return; success"].map(String::from));
     for group in groups {
         let theirs = published(group).map_or(String::new(), |(who, row)| {
             format!("{:.0} +- {:.0} ({who})", row.final_return[0], row.final_return[1])
         });
-        let solved = |run: &&RunSummary| match run.number("steps_to_450") {
+        let when = |run: &&RunSummary| match run.number("steps_to_450") {
             step if step.is_nan() => "never".into(),
             step => format!("{:.0}", (step / 1000.0).floor()),
         };
-        table.rows.push(vec![
+        let mut row = vec![
             label(group),
             group.runs.len().to_string(),
             spread(group, "final_return", 1),
@@ -84,10 +111,11 @@ fn returns(groups: &[&Group]) -> MarkdownTable {
             theirs,
             spread(group, "best_return", 1),
             spread(group, "curve_return", 1),
-            group.runs.iter().map(solved).collect::<Vec<_>>().join(", "),
-            spread(group, "final_success", 2),
-            format!("{}; {}", spread(group, "sampled_return", 1), spread(group, "sampled_success", 2)),
-        ]);
+        ];
+        row.extend(solved.as_ref().map(|_| group.runs.iter().map(when).collect::<Vec<_>>().join(", ")));
+        row.push(spread(group, "final_success", 2));
+        row.push(format!("{}; {}", spread(group, "sampled_return", 1), spread(group, "sampled_success", 2)));
+        table.rows.push(row);
     }
     table
 }
@@ -96,12 +124,14 @@ fn energies(groups: &[&Group]) -> MarkdownTable {
     let mut table = MarkdownTable::new(&["space", "J per action, training", "every seed", "published", "at the end"]);
     for group in groups {
         let theirs = published_energy(group);
+        // Three digits of a small one.
+        let digits = if group.values("energy_per_action_j").iter().all(|energy| *energy < 0.1) { 4 } else { 2 };
         table.rows.push(vec![
             label(group),
-            spread(group, "energy_per_action_j", 2),
-            every(group, "energy_per_action_j", 2),
+            spread(group, "energy_per_action_j", digits),
+            every(group, "energy_per_action_j", digits),
             theirs.map_or(String::new(), |energy| energy.to_string()),
-            spread(group, "final_energy_per_action_j", 2),
+            spread(group, "final_energy_per_action_j", digits),
         ]);
     }
     table
@@ -339,5 +369,20 @@ mod tests {
         (all[7].done, all[7].env_steps) = (false, 1234);
         let notes = notes(&groups(&all).iter().collect::<Vec<_>>()).join("\n");
         assert!(notes.contains("osc 2 (1234)"), "{notes}");
+        assert!(!notes.contains("force limit"), "{notes}");
+    }
+
+    #[test]
+    fn groups_with_other_force_limits_or_options_are_told() {
+        let mut all = [runs("aforce", 5), runs("osc", 5)].concat();
+        for run in &mut all {
+            let limit = if run.space == "osc" { 10.0 } else { 60.0 };
+            run.force_penalty = Some(ForcePenalty { limit, ..ForcePenalty::default() });
+        }
+        let told = notes(&groups(&all).iter().collect::<Vec<_>>()).join("");
+        let limits = "60 N of the whole arm, 0.05 a newton (`aforce`); 10 N of the whole arm, 0.05 a newton (`osc`)";
+        assert!(told.contains(limits) && !told.contains("env.options"), "{told}");
+        all[0].options.insert("penalty".into(), true.into());
+        assert!(notes(&groups(&all).iter().collect::<Vec<_>>()).join("").contains("`env.options` differ"));
     }
 }

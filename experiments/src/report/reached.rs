@@ -3,7 +3,6 @@
 use output::statistics::{FEWEST_FOR_INTERVAL, interval};
 use output::survival::{Survival, Watched};
 use serde::Serialize;
-use tasks::TaskName;
 
 use crate::report::groups::{Group, Section};
 use crate::report::run_tables::SOLVED;
@@ -38,8 +37,7 @@ pub fn reached(groups: &[Group]) -> Vec<ReachedRow> {
         let of_section = groups.iter().filter(|group| group.section == section).flat_map(|group| &group.runs);
         of_section.map(|run| run.env_steps as f64).fold(f64::INFINITY, f64::min)
     };
-    let on_scale = |section: Section| TaskName::ROBOSUITE.iter().any(|task| task.as_str() == section.task);
-    let counts = |group: &&Group| on_scale(group.section) && is_of_use(group.section);
+    let counts = |group: &&Group| group.section.is_robosuites() && is_of_use(group.section);
     groups.iter().filter(counts).map(|group| row(group, watched_to(group.section))).collect()
 }
 

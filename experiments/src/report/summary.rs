@@ -7,7 +7,9 @@ use anyhow::{Error, Result};
 use output::program::bad;
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
+use tasks::ForcePenalty;
 use tasks::columns::Cell;
+use toml::Table;
 
 use crate::config;
 use crate::report::archive;
@@ -30,6 +32,10 @@ pub struct RunSummary {
     pub preset: String,
     pub position_step_m: Option<f64>,
     pub rotation_step_rad: Option<f64>,
+    /// Which forces its penalty counts, where its configuration is known; no column.
+    pub force_penalty: Option<ForcePenalty>,
+    /// The options of its task; no column.
+    pub options: Table,
     /// The actions that it was to train for, or of its last evaluation where its configuration is not known; no column.
     pub steps: Option<u64>,
     pub env_steps: u64,
@@ -145,6 +151,8 @@ impl RunSummary {
             preset: if run.outside { String::new() } else { config.preset.name.into() },
             position_step_m: step(0),
             rotation_step_rad: step(3),
+            force_penalty: (!run.outside).then_some(config.env.force_penalty),
+            options: config.env.options.clone(),
             steps: if run.outside { tables.last_evaluation() } else { Some(config.steps) },
             env_steps: tables.last_step()?,
             done: *done,

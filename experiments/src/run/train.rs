@@ -83,8 +83,9 @@ struct Run<'a> {
     prior: Option<Replay>,
     counters: Counters,
     saved_step: u64,
-    /// After how many actions the best policy was kept, if that was after the last checkpoint. Going on drops the row of that evaluation, so the
-    /// policy of the repeated one takes its place, even if it returns less.
+    /// After how many actions the best policy was kept, if that was after the last checkpoint: the run was killed between the two. Going on
+    /// repeats that evaluation, and its policy replaces the kept one even if it returns less. Otherwise the kept policy would be one whose
+    /// evaluation `eval.csv` no longer has.
     best_ahead: Option<u64>,
     tables: Tables,
     board: Option<TensorBoard>,
@@ -161,14 +162,19 @@ pub fn train(
     Ok(ending)
 }
 
-/// After how many actions the best policy in the folder was kept; `None` if there is none that can be read.
-fn best_step(folder: &RunFolder, env: &Env) -> Option<u64> {
+/// After how many actions the best policy in the folder was kept; `None` if there is none.
+///
+/// # Errors
+/// If it cannot be read.
+fn best_step(folder: &RunFolder, env: &Env) -> Result<Option<u64>> {
     if !Checkpoint::exists(&folder.best()) {
-        return None;
+        return Ok(None);
     }
     let sizes = sizes(env);
-    let (_, record) = Actor::load(&folder.best(), sizes.observation, sizes.action, 0).ok()?;
-    Some(serde_json::from_value::<CheckpointRecord>(record).ok()?.step)
+    let (_, record) = Actor::load(&folder.best(), sizes.observation, sizes.action, 0)?;
+    let record: CheckpointRecord =
+        serde_json::from_value(record).with_context(|| folder.best().display().to_string())?;
+    Ok(Some(record.step))
 }
 
 impl<'a> Run<'a> {
@@ -183,7 +189,7 @@ impl<'a> Run<'a> {
         let clock = Clock::start();
         let mut env = Env::new(config.env.clone(), sub_seed(config.seed, "train-env", 0))?;
         let evaluation_env = Env::new(config.env.clone(), 0)?;
-        let Learner { sac, replay, counters } = if Checkpoint::exists(&folder.checkpoint()) {
+        let Learner { sac, replay, mut counters } = if Checkpoint::exists(&folder.checkpoint()) {
             Learner::load(config, folder, &mut env)?
         } else {
             Learner::new(config, &env)?
@@ -193,7 +199,12 @@ impl<'a> Run<'a> {
             return Ok(None);
         }
         Tables::can_go_on(folder, config, counters.step, counters.episode)?;
-        let best_ahead = best_step(folder, &env).filter(|&step| step > counters.step);
+        let best = best_step(folder, &env)
+            .context("the best policy so far; remove its folder, and the next evaluation keeps its policy")?;
+        if best.is_none() {
+            counters.best_return = None;
+        }
+        let best_ahead = best.filter(|&step| step > counters.step);
         let manifest = folder.begin_manifest(config, counters.step)?;
         folder.begin(config)?;
         let run = Run {

@@ -275,6 +275,12 @@ class Vector:
     ) -> tuple[_Floats, _Numbers, NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
         """Observations, rewards, terminated, truncated, numbers of info. Those that `reset` names begin an episode instead."""
 
+    def expert_actions(self) -> _Floats:
+        """What the task's script would do now, a row for each environment."""
+
+    def episode_seeds(self) -> list[int]:
+        """Seeds of the present episodes."""
+
     def describe(self) -> str:
         """Description of one environment, for all are alike, as JSON."""
 

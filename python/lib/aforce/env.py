@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 
 import gymnasium as gym
 import numpy as np
-from gymnasium.envs.registration import EnvSpec
+from gymnasium.envs.registration import EnvSpec, load_env_creator
 from gymnasium.utils import EzPickle
 from numpy.typing import ArrayLike, NDArray
 
@@ -57,12 +57,19 @@ def absolute(config: File | None, settings: dict[str, Any]) -> tuple[str | None,
 
 def maker(named: str | None, task: "Makes | str | None", settings: dict[str, Any]) -> "Makes | str":
     """What an environment is made of: the name of a built-in task, or what makes one of one's own."""
+    if named is not None and not isinstance(named, str):
+        raise TypeError(f"named = {named!r} is not allowed; allowed: a built-in task's name. A task of one's own is given as task=")
     if named is not None:
         if task is not None:
             settings["task"] = task  # A setting like any other: answered if it contradicts the name.
         return named
+    if isinstance(task, str) and ":" in task:
+        task = load_env_creator(task)
     if task is None or isinstance(task, str):
-        raise TypeError(f"task = {task!r}: a class below aforce.Task is wanted; built-in tasks are made by gymnasium.make")
+        raise TypeError(
+            f"task = {task!r}: a class below aforce.Task, or its place \"module:Class\", is wanted; a built-in task has an environment of its own, "
+            'as "aforce/Lift-v0"'
+        )
     if isinstance(task, Task):
         raise TypeError(f"task is an object of {type(task).__name__}; its class is wanted, of which every environment makes one")
     if not callable(task) or isinstance(task, type) and not issubclass(task, Task):
@@ -86,7 +93,7 @@ class Env(gym.Env[Observation, Floats], EzPickle):
     """A robot, a task and an action space; made by `gymnasium.make("aforce/Lift-v0", ...)`, `Door-v0`, `Wipe-v0` or `Insert-v0`, and of a task of
     one's own by `aforce.Env(task=Drawer, ...)` or `gymnasium.make("aforce/Task-v0", task=Drawer, ...)`.
 
-    task         a class below `aforce.Task`, or a function without arguments that makes such an object
+    task         a class below `aforce.Task`, its place as "module:Class", or a function without arguments that makes such an object
     space        name of `aforce.spaces()`, file, or dict: what an action is; "aforce" if not given
     config       path of a run's config.toml: its environment, on top of which keywords come
     scaled       whether every number of an observation is scaled to about 1, and clipped to 10
@@ -96,10 +103,12 @@ class Env(gym.Env[Observation, Floats], EzPickle):
                  horizon, controller, force_penalty, disturbance, observation, ends_on_success, stops, stop_price, motion_price, ..
                  None counts as not given
 
+    `own_task` is the environment's object of a task of one's own, for what a curriculum changes between episodes; None for built-in tasks.
+
     Observations and actions are float32; NaN or a wrong shape is a ValueError. An episode is truncated at its horizon, and
     terminated if the simulation diverges, if a task of one's own is lost or, with `stops=True`, where a real arm would have
     stopped itself. With `stop_price` it is truncated there, and the last reward is less by that price. `info`: is_success,
-    stopped (a real arm would have stopped itself during this action), energy (J, of this action), force and hand_force (N,
+    stopped (a real arm would have stopped itself during this action), diverged (the simulation has), energy (J, of this action), force and hand_force (N,
     largest sustained of the whole arm, and beyond the wrist), joint_speed (of the joint nearest to its limit, as a share of that),
     penalty, motion_cost and stop_cost (reward lost to the prices of motion and of a stop), reward_terms, which, less these two, add
     up to the reward. With
@@ -130,6 +139,8 @@ class Env(gym.Env[Observation, Floats], EzPickle):
             self, named, task=task, config=config, scaled=scaled, render_mode=render_mode, render_size=render_size, **settings
         )
         made_by = maker(named, task, settings)
+        own = None if isinstance(made_by, str) else made_by()
+        self.own_task = own
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise ValueError(f'render_mode = {render_mode!r} is not allowed; allowed: None, "rgb_array"')
         self.scaled, self.render_mode = checked_scaled(scaled), render_mode
@@ -138,7 +149,7 @@ class Env(gym.Env[Observation, Floats], EzPickle):
         if len(sides) != 2 or not whole or not all(1 <= side <= LARGEST for side in sides):
             raise ValueError(f"render_size = {render_size!r} is not allowed; allowed: a width and a height, 1 to {LARGEST}")
         self._width, self._height = (int(side) for side in sides)
-        self._native = Native(made_by, config, settings, self.scaled)
+        self._native = Native(made_by if own is None else lambda: own, config, settings, self.scaled)
         description = self.describe()
         self.task: str = description["env"]["task"]
         self._horizon: int = description["env"]["horizon"]

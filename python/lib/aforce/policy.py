@@ -14,6 +14,7 @@ import numpy as np
 from .env import File, Floats
 
 FORMAT = 1
+BUILT_IN = ("lift", "door", "wipe", "insert")
 
 
 class Policy:
@@ -45,7 +46,7 @@ class Policy:
     def load(cls, run: File, checkpoint: str | None = None) -> "Policy":
         """The policy of a run folder: of its "best" evaluation, unless its "last" one is asked for. Or of the .zip in which `archive` kept
         one of the two."""
-        run = Path(run)
+        run = Path(run).absolute()
         if run.suffix != ".zip":
             # A run that saves itself meanwhile renames the folder that is read: then once more.
             for pause in (0.05, 0.1, 0.2):
@@ -114,6 +115,10 @@ class Policy:
 
     def make(self, **keywords: Any) -> gym.Env[Floats, Floats]:
         """The environment in which it was trained; keywords change it."""
+        if keywords.get("scaled", self.scaled) != self.scaled:
+            raise ValueError(f"scaled = {keywords['scaled']!r} is not allowed; allowed: {self.scaled}, as this policy was trained")
+        if self.task not in BUILT_IN:
+            raise ValueError(f"task {self.task!r} is none of {', '.join(BUILT_IN)}: make its environment where that task is, with config={str(self.config)!r}")
         own: dict[str, Any] = {"config": str(self.config), "scaled": self.scaled}
         return gym.make(f"aforce/{self.task.capitalize()}-v0", **own | keywords)
 

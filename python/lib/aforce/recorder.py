@@ -19,7 +19,7 @@ class Recorder(gym.Wrapper[Floats, Floats, Floats, Floats]):
         super().__init__(env)
         if not isinstance(env.unwrapped, Env):
             raise TypeError(f"Recorder wants an environment of aforce, not {env.unwrapped}")
-        self._path, self._who, self._episode = os.fspath(path), who, 0
+        self._path, self._who, self._episode = os.path.abspath(path), who, 0
         self._unwritten = self._written = self._over = False
         env.unwrapped._native.record()
 

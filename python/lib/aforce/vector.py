@@ -23,7 +23,7 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
 
     threads         on how many threads; all processors if not given
     autoreset_mode  gymnasium.vector.AutoresetMode: NEXT_STEP, SAME_STEP (with `final_obs` and `final_info`) or DISABLED
-    max_episode_steps  None or the horizon, as `gymnasium.make_vec` passes what it reads in an environment's spec; `horizon` changes it
+    max_episode_steps  the horizon, unless `horizon` gives it; `gymnasium.make_vec` passes what it reads in an environment's spec
 
     Everything else as in `Env`, but a vector draws no pictures. Environment i of `reset(seed=s)` plays the episode of seed s + i.
     `info` has arrays.
@@ -56,10 +56,12 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
         )
         threads = len(os.sched_getaffinity(0)) if threads is None else threads
         made_by = maker(named, task, settings)
+        if settings.get("horizon") is None and max_episode_steps is not None:
+            settings["horizon"] = max_episode_steps
         self._native = Native(num_envs, threads, made_by, config, settings, checked_scaled(scaled))
         description = self.describe()
         if "pixels" in description:
-            raise ValueError("observation.camera is not for this vector; allowed: Gymnasium's own, of single environments")
+            raise ValueError('observation.camera is not for this vector; allowed with vectorization_mode="sync" or "async"')
         horizon = description["env"]["horizon"]
         if max_episode_steps not in (None, horizon):
             raise ValueError(f"max_episode_steps = {max_episode_steps!r} is not allowed; allowed: None or the horizon, {horizon}")
@@ -140,6 +142,15 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
             info[name] = cls._masked(values, mask) if nested else np.where(rows, values, values.dtype.type(0))
             info[f"_{name}"] = mask.copy()
         return info
+
+    def expert_actions(self) -> Floats:
+        """What the task's script would do now, a row for each environment."""
+        return self._native.expert_actions()
+
+    @property
+    def episode_seeds(self) -> list[int]:
+        """Seeds of the present episodes, one for each environment, by which `reset` of an `Env` or a vector brings them back."""
+        return self._native.episode_seeds()
 
     def describe(self) -> dict[str, Any]:
         """As `Env.describe`: all environments are alike."""

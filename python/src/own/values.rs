@@ -24,7 +24,7 @@ pub fn entries(part: Part<'_>, value: &Bound<'_, PyAny>) -> PyResult<Vec<Entry>>
             let Ok(name) = name.extract::<String>() else {
                 return Err(part.kind(format!("the name {} is no string", name.repr()?)));
             };
-            let numbers = several(&value).map_err(|_| {
+            let numbers = several(&value).ok().filter(|_| !value.is_none()).ok_or_else(|| {
                 part.kind(format!("{name:?} is {}; a number or an array of numbers is wanted", short(&value)))
             })?;
             // Observations have 32 bits.
@@ -70,5 +70,9 @@ fn short(value: &Bound<'_, PyAny>) -> String {
 }
 
 fn in_python(number: f64) -> String {
-    if number.is_nan() { "nan".into() } else { number.to_string() }
+    match number {
+        number if number.is_nan() => "nan".into(),
+        number if number.abs() >= 1e16 => format!("{number:e}"),
+        number => number.to_string(),
+    }
 }

@@ -135,7 +135,7 @@ impl Host {
         Ok(())
     }
 
-    /// Turns the contact axis, as [`Controller::set_contact_axis`]: `n` is the direction in world axes, of any length, in which the
+    /// Turns the contact axis, as [`Controller::set_contact_axis`]: `n` is the direction in base axes, of any length, in which the
     /// environment pushes on the tool. The bounds of [`HostLimits`] hold for what comes of it.
     ///
     /// # Errors

@@ -34,7 +34,7 @@ pub struct UnknownActionSpace {
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// It extends something unknown.
-    #[error("extends: {0}")]
+    #[error(transparent)]
     Extends(#[from] UnknownActionSpace),
     /// `extends` is not a name.
     #[error("extends = {0}: must be the name of a built-in action space")]

@@ -40,13 +40,20 @@ impl LinearRamp {
         self.taken = 0.0;
     }
 
-    /// The set-point `dt` seconds later and its velocity (m/s, rad/s).
+    /// The set-point `dt` seconds later and its velocity over that time (m/s, rad/s).
     pub(crate) fn step(&mut self, dt: f64) -> (Pose, Twist) {
         if self.taken >= self.samples {
             return (self.pose(), Twist::zeros());
         }
-        self.taken = (self.taken + dt / self.dt).min(self.samples);
-        (self.pose(), self.travel / self.duration)
+        let step = dt / self.dt;
+        let left = self.samples - self.taken;
+        let mut velocity = self.travel / self.duration;
+        if step > left {
+            // A sample that is longer than what is left of the ramp travels only that.
+            velocity *= left / step;
+        }
+        self.taken = (self.taken + step).min(self.samples);
+        (self.pose(), velocity)
     }
 
     fn pose(&self) -> Pose {
@@ -56,5 +63,25 @@ impl LinearRamp {
         let mut rotation = turn * self.start.rotation;
         rotation.renormalize(); // The start is itself the end of an earlier product.
         Pose::from_parts(Translation3::from(position), rotation)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn velocities_add_up_to_the_travel_whatever_the_samples_take() {
+        let dt = 0.002;
+        let mut ramp = LinearRamp::new(10, dt);
+        let goal = Pose::from_parts(Translation3::new(0.03, 0.0, -0.01), UnitQuaternion::identity());
+        ramp.reset(&Pose::identity());
+        ramp.set_goal(&goal);
+        let mut travelled = Vector6::zeros();
+        for share in [1.0, 0.7, 1.4, 1.0].into_iter().cycle().take(20) {
+            let (_, velocity) = ramp.step(share * dt);
+            travelled += velocity * (share * dt);
+        }
+        assert!((travelled - pose_error(&goal, &Pose::identity())).norm() < 1e-12, "{travelled}");
     }
 }

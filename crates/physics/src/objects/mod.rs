@@ -37,7 +37,7 @@ pub struct ReadError {
 
 /// Reads the bodies of an MJCF file.
 ///
-/// Elements and attributes that are understood: `compiler` (`angle`, `eulerseq`, `autolimits`, `meshdir`), `default` with
+/// Elements and attributes that are understood: one `compiler` (`angle`, `eulerseq`, `autolimits`, `meshdir`), `default` with
 /// classes, `asset/mesh` (`file` or `vertex`, `scale`), and in `worldbody` bodies with `inertial`, one `joint` of type hinge,
 /// slide or free or one `freejoint`, and geoms of type box, sphere, capsule, cylinder or mesh. Orientations are `quat`,
 /// `axisangle` or `euler`; capsules and cylinders may have `fromto`. Geoms of the world itself become a body that is called as

@@ -5,11 +5,8 @@ use nalgebra::Matrix3;
 
 use super::{JOINTS, Robot};
 use crate::gripper::add_gripper;
-use crate::scene::Scene;
+use crate::scene::{Scene, inertial};
 use crate::scenes::{Table, add_fixtures};
-
-/// What rounding in published tables may take off the triangle inequality, as a share of the largest moment.
-const ROUNDED: f64 = 1e-3;
 
 impl Robot {
     /// Checks every value.
@@ -50,18 +47,11 @@ impl Robot {
     }
 }
 
-/// Why no body has this inertia, if none has.
+/// Why no moving link has this inertia (kg m2), if none has.
 pub(super) fn impossible(inertia: &Matrix3<f64>) -> Option<String> {
-    if inertia.iter().any(|part| !part.is_finite()) {
-        return Some("the inertia is not finite".into());
-    }
-    let mut moments: Vec<f64> = inertia.symmetric_eigenvalues().iter().copied().collect();
-    moments.sort_by(f64::total_cmp);
-    let [a, b, c] = moments[..] else { return None };
-    let told = format!("principal moments of inertia of {a:.3e}, {b:.3e} and {c:.3e} kg m2");
-    if a <= 0.0 {
-        return Some(format!("{told}; each must be above 0"));
-    }
-    (a + b < c * (1.0 - ROUNDED))
-        .then(|| format!("{told}; no body has them, as the largest exceeds the sum of the others"))
+    inertial::impossible(inertia).or_else(|| {
+        let least = inertia.symmetric_eigenvalues().min();
+        (least <= 0.0)
+            .then(|| format!("principal moments of inertia of {least:.3e} kg m2 and more; each must be above 0"))
+    })
 }

@@ -20,6 +20,26 @@ pub struct Inertial {
     pub inertia: Matrix3<f64>,
 }
 
+/// What rounding in published tables may take off the bounds of the moments, as a share of the largest.
+const ROUNDED: f64 = 1e-3;
+
+/// Why no body has this inertia about its centre of mass (kg m2), if none has.
+pub(crate) fn impossible(inertia: &Matrix3<f64>) -> Option<String> {
+    if inertia.iter().any(|part| !part.is_finite()) {
+        return Some("the inertia is not finite".into());
+    }
+    let mut moments = inertia.symmetric_eigenvalues();
+    moments.as_mut_slice().sort_by(f64::total_cmp);
+    let [[a, b, c]] = moments.data.0;
+    let slack = ROUNDED * moments.amax();
+    (a < -slack || a + b < c - slack).then(|| {
+        format!(
+            "principal moments of inertia of {a:.3e}, {b:.3e} and {c:.3e} kg m2; no body has them: none may be below 0, none above the sum of \
+             the others"
+        )
+    })
+}
+
 impl Inertial {
     /// No mass: static bodies and frames.
     pub const NONE: Inertial = Inertial {

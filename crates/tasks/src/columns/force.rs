@@ -45,7 +45,7 @@ pub(super) const COLUMNS: &[Column] = &[
     .scalar("contact/max_force_n")
     .evaluation_scalar("eval/max_contact_force_n")
     .of_runs(&[summarised("end_max_contact_force_n", End, Mean), number("max_contact_force_n", Baseline, Mean)]),
-    Column::new("p99_contact_force_n", "N", "99 % of an episode's actions stay at or below this largest sustained force", |e| {
+    Column::new("p99_contact_force_n", "N", "99 % of an episode's actions have at most this largest sustained force beyond the wrist", |e| {
         Cell::Real(e.force_percentile(0.99))
     }),
     Column::new("max_raw_contact_force_n", "N", "largest norm of the contact force beyond the wrist, unfiltered", |e| {

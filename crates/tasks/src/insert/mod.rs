@@ -112,15 +112,21 @@ impl Insert {
         let sizes = task.options.sizes();
         let (scene, gripper) = insert::scene(&robot, &sizes, [0.0; 2]);
         let model = Model::new(&scene, gripper, GRIP_SITE);
-        let place = Vector3::new(0.0, 0.0, TABLE_HEIGHT + DEPTH);
-        if task.posture(&model, &robot, place, 0.0).is_none() {
-            return Err(ConfigError::Contradiction {
-                field: "env.options".into(),
-                reason: format!(
-                    "{} does not reach so far above the hole: length_mm = {}, start_mm = {}",
-                    robot.name, task.options.length_mm, task.options.start_mm
-                ),
-            });
+        let Options { length_mm, start_mm, .. } = task.options;
+        // The sixteen corners of what an episode draws.
+        for corner in 0..16 {
+            let side = |axis: usize| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 };
+            let furthest = Vector3::from_fn(|axis, _| side(axis) * ([PLACEMENT, PLACEMENT, 0.0][axis] + START[axis]));
+            let place = Vector3::z() * (TABLE_HEIGHT + DEPTH) + furthest;
+            if task.posture(&model, &robot, place, side(3) * START_TURN).is_none() {
+                return Err(ConfigError::Contradiction {
+                    field: "env.options".into(),
+                    reason: format!(
+                        "{} does not reach all places above the hole: length_mm = {length_mm}, start_mm = {start_mm}",
+                        robot.name
+                    ),
+                });
+            }
         }
         Ok(task)
     }
@@ -185,7 +191,7 @@ impl Task for Insert {
                 return simulation;
             }
         }
-        panic!("{MOST_DRAWS} places of the hole in insert are out of reach for {}", plant.robot.name);
+        panic!("{MOST_DRAWS} places above the hole in insert are out of reach for {}", plant.robot.name);
     }
 
     fn start(&self, _: &Robot) -> Start {

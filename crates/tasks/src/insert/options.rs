@@ -1,7 +1,7 @@
 //! The options of Insert.
 
 use aforce::{ConfigError, within};
-use physics::scenes::insert::{Profile, Sizes};
+use physics::scenes::insert::{FORGE, Profile, Sizes};
 use serde::{Deserialize, Serialize};
 
 use crate::env_config::EnvConfig;
@@ -28,13 +28,14 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
+        let Sizes { length, clearance, chamfer, friction, profile } = FORGE;
         Options {
-            clearance_mm: 0.114,
-            chamfer_mm: 1.0,
-            friction: 0.75,
-            length_mm: 50.0,
+            clearance_mm: 1e3 * clearance,
+            chamfer_mm: 1e3 * chamfer,
+            friction,
+            length_mm: 1e3 * length,
             start_mm: 14.6,
-            profile: Profile::Round,
+            profile,
             penalty: false,
         }
     }

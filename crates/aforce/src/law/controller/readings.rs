@@ -1,4 +1,5 @@
-//! What the controller can tell about its latest sample.
+//! What the controller can tell about its latest sample. If that sample could not be read ([`faults`](Controller::faults) counts it),
+//! errors, wrenches and power are those of the last one that could.
 
 use super::Controller;
 use crate::law::action_space::ActionSpace;

@@ -47,6 +47,9 @@ pub(super) fn read(file: &Path) -> Result<Part, ReadError> {
         bodies: vec![],
     };
     let mut folder = file.parent().map(PathBuf::from).unwrap_or_default();
+    if let Some(second) = called(root, "compiler").nth(1) {
+        return Err(source.wrong(second, "a second <compiler>; write all its settings into one"));
+    }
     for node in called(root, "compiler") {
         source.allow(node, &["angle", "eulerseq", "autolimits", "meshdir"], &[])?;
         read.take_compiler(node)?;

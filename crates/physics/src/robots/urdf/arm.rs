@@ -140,6 +140,7 @@ fn tool<'a>(document: &'a Document, choices: &'a Choices) -> Result<&'a str, Urd
         [one] => Ok(one),
         // The name that ROS-Industrial gives to a flange.
         _ if ends.contains(&"tool0") => Ok("tool0"),
+        [] => Err(UrdfError::new("no joint is revolute or continuous; an arm has six or seven that are")),
         _ => Err(UrdfError::new(format!(
             "which link is the flange? The key `tool` of a robot file says it; the arm ends in {}",
             ends.join(", ")
