@@ -217,7 +217,7 @@ fn what_cannot_be_is_refused_in_one_line() {
     let disturbance = Disturbance { table_height_m: fixed(0.01), ..Disturbance::default() };
     let config = EnvConfig { task: TaskName::WIPE, robot, disturbance, ..EnvConfig::default() };
     let error = Env::new(config, 1).err().unwrap().to_string();
-    assert!(error.starts_with("env.task: the scene of wipe leaves"), "{error}");
+    assert!(error.starts_with("env.task: ") && error.contains(" overlap at the start of wipe"), "{error}");
     let error = refused(TaskName::LIFT, Disturbance { push_n: fixed(5.0), ..Disturbance::default() });
     assert_eq!(error, "env.disturbance.push_n: push_n and push_hz stand together or not at all");
     let mut slow = EnvConfig::default();

@@ -161,10 +161,20 @@ mod tests {
             // Twelve uniform numbers are nearly normal.
             (0..n).map(|_| 14.0 * ((0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0)).collect()
         };
-        let ten = smallest_detectable(&sample(10), &sample(10), 0.05).unwrap();
+        assert_eq!(smallest_detectable(&sample(3), &sample(3), 0.05), Some(f64::INFINITY), "p is 0.1 at least");
+        let sides = [sample(10), sample(10)];
+        let ten = smallest_detectable(&sides[0], &sides[1], 0.05).unwrap();
         let five = smallest_detectable(&sample(5), &sample(5), 0.05).unwrap();
         assert!((12.0..26.0).contains(&ten) && five > 1.2 * ten, "{ten} {five}");
-        assert_eq!(smallest_detectable(&sample(3), &sample(3), 0.05), Some(f64::INFINITY), "p is 0.1 at least");
+        // What is left of both sides without their means, as wide as samples of ten say that it is: how often other draws show the difference.
+        let apart = |side: &Vec<f64>| side.iter().map(|x| x - mean(side)).collect::<Vec<_>>();
+        let left = sides.each_ref().map(apart).concat();
+        let wider = (10.0_f64 / 9.0).sqrt();
+        let mut rng = ChaCha8Rng::seed_from_u64(2);
+        let mut draw = |by: f64| (0..10).map(|_| by + wider * left[rng.random_range(0..20)]).collect::<Vec<f64>>();
+        let mut power = |by: f64| (0..2000).filter(|_| p_value(&draw(by), &draw(0.0)) < 0.05).count();
+        assert!((1500..1700).contains(&power(ten)), "four of five");
+        assert!(power(0.9 * ten) < 1500);
         assert_eq!(smallest_detectable(&[1.0, f64::INFINITY], &[2.0, 3.0], 0.05), None);
         assert_eq!(smallest_detectable(&[1.0; 5], &[2.0; 5], 0.05), None);
     }

@@ -101,6 +101,11 @@ pub fn range(values: &[f64]) -> [f64; 2] {
     [values.iter().copied().fold(f64::INFINITY, f64::min), values.iter().copied().fold(f64::NEG_INFINITY, f64::max)]
 }
 
+/// An interval that is one; `None` of one without width. A sample whose values agree has such a one: it tells nothing of how sure they are.
+pub fn with_width(interval: [f64; 2]) -> Option<[f64; 2]> {
+    (interval[0] < interval[1]).then_some(interval)
+}
+
 /// Percentile bootstrap: the interval that holds 95 % of `statistic` over samples redrawn, with
 /// replacement, within each of `groups`. The same groups give the same interval.
 pub fn interval(groups: &[&[f64]], statistic: impl Fn(&[Vec<f64>]) -> f64) -> [f64; 2] {

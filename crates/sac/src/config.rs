@@ -52,7 +52,7 @@ pub struct Config {
     pub nudges: f64,
     /// Weight of the entropy at the start, in units of reward.
     pub initial_temperature: f64,
-    /// Entropy that the temperature steers to, in nat; absent: minus the number of actions.
+    /// Entropy that the temperature steers to, in nat; absent: minus the number of entries of an action.
     pub target_entropy: Option<f64>,
     /// Smallest log standard deviation of the policy before the squashing.
     pub log_std_min: f64,
@@ -109,7 +109,7 @@ impl Config {
         let finite = (Excluded(0.0), Excluded(f64::INFINITY));
         within("initial_temperature", self.initial_temperature, finite, "above 0, finite")?;
         let entropy = self.target_entropy.unwrap_or(-1.0);
-        within("target_entropy", entropy, -1e6..=1e6, "-1e6 to 1e6, or absent for minus the number of actions")?;
+        within("target_entropy", entropy, -1e6..=1e6, "-1e6 to 1e6, or absent for minus the number of entries of an action")?;
         within("log_std_min", self.log_std_min, -20.0..self.log_std_max, "-20 to below log_std_max")?;
         within("log_std_max", self.log_std_max, ..=10.0, "above log_std_min, at most 10")?;
         within("updates_per_step", self.updates_per_step, 0.0..=100.0, "0 to 100")?;

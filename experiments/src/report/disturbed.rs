@@ -1,7 +1,7 @@
 //! What a hidden disturbance costs trained policies: a row per group and disturbance.
 
 use anyhow::{Context, Result, ensure};
-use output::statistics::{mean, mean_of, student_interval};
+use output::statistics::{mean, mean_of, student_interval, with_width};
 use serde::Serialize;
 use show::plot::{HeatMap, HeatRow};
 
@@ -94,7 +94,7 @@ pub fn disturbed(group: &Group, runs: &[Record], rows: &[RunSummary]) -> Result<
         let over_runs = |of: fn(&Means) -> f64| [0, 1].map(|at| mean_of(&pairs, |pair| of(&pair[at])));
         let [success_undisturbed, success] = over_runs(|m| m.success);
         let changes: Vec<f64> = pairs.iter().map(|[without, with]| with.success - without.success).collect();
-        let change = student_interval(&changes);
+        let change = student_interval(&changes).and_then(with_width);
         let totals = over_runs(|m| m.total);
         // Paired: the runs, and in each the starts, are the same. Of the means, as one run may have earned nothing.
         let loss = |[without, with]: [f64; 2]| (without > 0.0).then_some(1.0 - with / without);

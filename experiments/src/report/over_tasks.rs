@@ -2,9 +2,8 @@
 //!
 //! A return is at most one per action in robosuite's tasks, so their returns have one scale. Other tasks are not pooled with them.
 
-use output::statistics::{FEWEST_FOR_INTERVAL, interval, iqm, mean, median, stratified_iqm_interval};
+use output::statistics::{FEWEST_FOR_INTERVAL, interval, iqm, mean, median, stratified_iqm_interval, with_width};
 use serde::Serialize;
-use tasks::TaskName;
 
 use crate::report::groups::Group;
 
@@ -56,8 +55,7 @@ impl<'a> OverTasks<'a> {
     /// Every group of a task of robosuite with those of its other tasks, in the order of the first.
     fn all(groups: &'a [Group<'a>]) -> Vec<Self> {
         let mut all: Vec<OverTasks> = vec![];
-        let is_robosuites = |task: &str| TaskName::ROBOSUITE.iter().any(|name| name.as_str() == task);
-        for group in groups.iter().filter(|group| is_robosuites(group.section.task)) {
+        for group in groups.iter().filter(|group| group.section.is_robosuites()) {
             match all.iter_mut().find(|OverTasks(known)| {
                 (known[0].section.experiment, known[0].name()) == (group.section.experiment, group.name())
             }) {
@@ -68,27 +66,37 @@ impl<'a> OverTasks<'a> {
         all
     }
 
+    /// Of the spaces that have several tasks in an experiment, those tasks that all of them have, so that spaces compare; none with
+    /// fewer than two such tasks.
+    fn comparable(groups: &'a [Group<'a>]) -> Vec<Self> {
+        let several: Vec<Self> = Self::all(groups).into_iter().filter(|over| over.0.len() > 1).collect();
+        let has = |over: &Self, group: &Group| over.0.iter().any(|own| own.section == group.section);
+        let by_all = |group: &Group| {
+            let of_experiment = |over: &&Self| over.0[0].section.experiment == group.section.experiment;
+            several.iter().filter(of_experiment).all(|over| has(over, group))
+        };
+        let shared = several.iter().map(|over| OverTasks(over.0.iter().copied().filter(|group| by_all(group)).collect()));
+        shared.filter(|over| over.0.len() > 1).collect()
+    }
+
     fn tasks(&self) -> String {
         self.0.iter().map(|group| group.section.task).collect::<Vec<_>>().join(" ")
     }
 
-    /// What its runs tell, a list per task; none of a task in which a run does not tell it.
-    fn values(&self, metric: &str) -> Vec<Vec<f64>> {
-        let told = self.0.iter().map(|group| group.values(metric));
-        told.filter(|values| values.iter().all(|value| !value.is_nan())).collect()
+    /// What its runs tell, a list per task; `None` if a run does not tell it.
+    fn values(&self, metric: &str) -> Option<Vec<Vec<f64>>> {
+        let values: Vec<_> = self.0.iter().map(|group| group.values(metric)).collect();
+        values.iter().flatten().all(|value| !value.is_nan()).then_some(values)
     }
 }
 
-/// Over robosuite's tasks of every space that has at least two of them in its experiment: the interquartile mean of all runs, its interval with each task
-/// redrawn by itself, and mean and median of the means of the tasks.
+/// Of every space that has several of robosuite's tasks in its experiment, over those tasks that all such spaces there have: the
+/// interquartile mean of all runs, its interval with each task redrawn by itself, and mean and median of the means of the tasks.
 pub fn aggregates(groups: &[Group]) -> Vec<AggregateRow> {
     let row = |over: &OverTasks, metric: &'static str| {
-        let values = over.values(metric);
-        if values.len() < 2 {
-            return None;
-        }
+        let values = over.values(metric)?;
         let borrowed: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
-        let ci = enough(&values).then(|| stratified_iqm_interval(&borrowed));
+        let ci = enough(&values).then(|| stratified_iqm_interval(&borrowed)).and_then(with_width);
         let of_tasks: Vec<f64> = values.iter().map(|values| mean(values)).collect();
         Some(AggregateRow {
             experiment: over.0[0].section.experiment.into(),
@@ -105,21 +113,17 @@ pub fn aggregates(groups: &[Group]) -> Vec<AggregateRow> {
             median: median(&of_tasks),
         })
     };
-    OverTasks::all(groups).iter().flat_map(|over| RETURNS.map(|metric| row(over, metric))).flatten().collect()
+    OverTasks::comparable(groups).iter().flat_map(|over| RETURNS.map(|metric| row(over, metric))).flatten().collect()
 }
 
-/// The share of runs whose final return lies above 0, 50, ... 450: of every group, and over robosuite's tasks of a space that has several.
+/// The share of runs whose final return lies above 0, 50, ... 450: of every group, and over tasks as in [`aggregates`].
 pub fn profiles(groups: &[Group]) -> Vec<ProfileRow> {
-    let over_tasks = OverTasks::all(groups).into_iter().filter(|over| over.0.len() > 1);
     let each = groups.iter().map(|group| OverTasks(vec![group]));
-    each.chain(over_tasks).flat_map(|over| profile(&over)).collect()
+    each.chain(OverTasks::comparable(groups)).flat_map(|over| profile(&over)).collect()
 }
 
 fn profile(over: &OverTasks) -> Vec<ProfileRow> {
-    let values = over.values(PROFILED);
-    if values.is_empty() {
-        return vec![];
-    }
+    let Some(values) = over.values(PROFILED) else { return vec![] };
     let borrowed: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
     let row = |height: usize| {
         let above = APART * height as f64;
@@ -129,7 +133,7 @@ fn profile(over: &OverTasks) -> Vec<ProfileRow> {
                 |values: &Vec<f64>| values.iter().filter(|value| **value > above).count() as f64 / values.len() as f64;
             mean(&of_tasks.iter().map(of_task).collect::<Vec<_>>())
         };
-        let ci = enough(&values).then(|| interval(&borrowed, share));
+        let ci = enough(&values).then(|| interval(&borrowed, share)).and_then(with_width);
         ProfileRow {
             experiment: over.0[0].section.experiment.into(),
             tasks: over.tasks(),
@@ -152,6 +156,8 @@ fn enough(of_tasks: &[Vec<f64>]) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use tasks::columns::Cell;
 
     use super::*;
@@ -201,6 +207,22 @@ mod tests {
     }
 
     #[test]
+    fn spaces_are_aggregated_over_the_tasks_that_they_share() {
+        let of = |space: &str, task: &str| {
+            runs(space, 5).into_iter().map(|run| RunSummary { task: task.into(), ..run }).collect::<Vec<_>>()
+        };
+        let [more, fewer] = [&["lift", "door", "wipe"][..], &["lift", "door"]];
+        let mut all: Vec<RunSummary> = more.iter().flat_map(|task| of("variable", task)).collect();
+        all.extend(fewer.iter().flat_map(|task| of("aforce", task)));
+        all.extend(of("floor", "wipe"));
+        let groups = groups(&all);
+        let over: BTreeSet<_> =
+            aggregates(&groups).into_iter().map(|row| (row.space, row.tasks, row.n_runs)).collect();
+        let row = |space: &str| (space.to_string(), "lift door".to_string(), 10);
+        assert_eq!(over, [row("aforce"), row("variable")].into());
+    }
+
+    #[test]
     fn one_task_has_a_profile_and_no_aggregate_and_few_runs_no_interval() {
         let all = [runs("osc", 4), runs("aforce", 5)].concat();
         let groups = groups(&all);
@@ -211,7 +233,7 @@ mod tests {
             rows.iter().filter(|row| row.space == space).map(|row| (row.share, row.ci_low)).collect::<Vec<_>>()
         };
         assert_eq!(of("osc")[..3], [(1.0, None), (1.0, None), (0.0, None)], "returns of 60 to 63 against 0, 50, 100");
-        assert_eq!(of("aforce")[1], (1.0, Some(1.0)));
+        assert_eq!(of("aforce")[1], (1.0, None), "resamples of runs that agree say nothing");
         // Insert's returns have another scale than Lift's.
         let inserted = runs("osc", 4).into_iter().map(|run| RunSummary { task: "insert".into(), ..run });
         let all: Vec<RunSummary> = runs("osc", 4).into_iter().chain(inserted).collect();

@@ -1,6 +1,6 @@
 //! How many actions groups need until an evaluation returns 450, with runs that never came there.
 
-use output::statistics::{FEWEST_FOR_INTERVAL, interval};
+use output::statistics::{FEWEST_FOR_INTERVAL, interval, with_width};
 use output::survival::{Survival, Watched};
 use serde::Serialize;
 
@@ -57,7 +57,7 @@ fn row(group: &Group, until: f64) -> ReachedRow {
     let redrawn = |drawn: &[Vec<f64>]| {
         Survival::of(&drawn[0].iter().map(|&place| runs[place as usize]).collect::<Vec<_>>()).restricted_mean(until)
     };
-    let ci = (runs.len() >= FEWEST_FOR_INTERVAL).then(|| interval(&[&places], redrawn));
+    let ci = (runs.len() >= FEWEST_FOR_INTERVAL).then(|| interval(&[&places], redrawn)).and_then(with_width);
     ReachedRow {
         experiment: group.section.experiment.into(),
         task: group.section.task.into(),
