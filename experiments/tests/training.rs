@@ -123,6 +123,11 @@ fn the_best_evaluation_outlives_a_stop() {
     remember("-1e9");
     resume(1500);
     assert_eq!(best(), Some(1500));
+    // Whatever the best was: without it the next evaluation keeps its policy.
+    remember("1e9");
+    std::fs::remove_dir_all(run.join("checkpoints/best")).unwrap();
+    resume(2000);
+    assert_eq!(best(), Some(2000));
 }
 
 /// Everybody is asked to save himself, and the same command would go on.
@@ -226,7 +231,7 @@ fn a_run_that_cannot_go_on_stays_finished() {
     let text = |name: &str| std::fs::read(run.join(name)).unwrap();
     let before: Vec<Vec<u8>> = all.iter().map(|name| text(name)).collect();
     type Damage = fn(&Path);
-    let damages: [(&str, Damage, &str); 8] = [
+    let damages: [(&str, Damage, &str); 9] = [
         (
             "checkpoints/last/state.json",
             |path| change(path, "\"policy_average\": 0.0003,", ""),
@@ -235,6 +240,7 @@ fn a_run_that_cannot_go_on_stays_finished() {
         ("progress.csv", |path| change(path, "alpha", "alfa"), "only there: alfa; only here: alpha"),
         ("checkpoints/last/replay.bin", |path| std::fs::remove_file(path).unwrap(), "no replay memory"),
         ("checkpoints/last/actor.safetensors", |path| std::fs::write(path, "cut").unwrap(), "actor.safetensors"),
+        ("checkpoints/best/actor.safetensors", |path| std::fs::write(path, "cut").unwrap(), "remove its folder"),
         ("episodes.csv", |path| std::fs::write(path, first_lines(path, 3)).unwrap(), "rows are missing"),
         ("eval.csv", |path| std::fs::remove_file(path).unwrap(), "rows are missing"),
         ("config.toml", |path| std::fs::remove_file(path).unwrap(), "without its config.toml"),

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyMapping, PySequence, PyString};
+use pyo3::types::{PyBool, PyByteArray, PyBytes, PyDict, PyFloat, PyInt, PyMapping, PySequence, PyString};
 use settings::{RUN_KEYS, Source, spaces};
 use tasks::{EnvConfig, TaskName};
 use toml::{Table, Value};
@@ -146,7 +146,8 @@ fn setting(key: &str, value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value>
         dict.update(mapping)?;
         return Ok(Value::Table(table(&dict, depth)?));
     }
-    if value.cast::<PySequence>().is_ok() || value.hasattr("tolist")? {
+    let is_bytes = value.is_instance_of::<PyBytes>() || value.is_instance_of::<PyByteArray>();
+    if value.cast::<PySequence>().is_ok() && !is_bytes || value.hasattr("tolist")? {
         // numpy's arrays and numbers become Python's.
         let plain = if value.hasattr("tolist")? { value.call_method0("tolist")? } else { value.clone() };
         let Ok(items) = plain.try_iter() else { return setting(key, &plain, depth + 1) };

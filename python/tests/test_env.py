@@ -226,6 +226,7 @@ def bad(words, kind=ValueError, **keywords):
         bad("env.observation: invalid type: string \"force\", expected a table", observation="force"),
         bad("setup = \"tiny\": known are paper-steps, small-steps, solve", setup="tiny"),
         bad("horizon is a object", TypeError, horizon=object()),
+        bad("space is a bytes", TypeError, space=b"aforce"),
         bad("horizon = 1180591620717411303424 is too large", horizon=2**70),
         bad("env.disturbance.hinge_spring: ", disturbance={"hinge_spring": 1.0}),
         bad("none.toml", FileNotFoundError, config="none.toml"),

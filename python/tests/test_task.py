@@ -424,6 +424,18 @@ def test_a_reward_of_progress_has_both_distances():
     assert rewards[-1] > 0
 
 
+def test_a_waypoint_that_cannot_be_is_told():
+    for waypoint, words in [
+        ({"forward": [0, 0, 1]}, r"forward \[0.0, 0.0, 1.0\]; a direction that is not straight up or down"),
+        ({"force": -5}, "force -5; a force to press with"),
+    ]:
+        script = {"script": lambda self, state, waypoint=waypoint: {"position": [0, 0, 1], **waypoint}}
+        env = aforce.Env(task=type("Wrong", (Plain,), script))
+        env.reset(seed=1)
+        with pytest.raises(ValueError, match=words):
+            env.expert_action()
+
+
 def test_a_task_without_a_script_says_so():
     env = aforce.Env(task=Plain)
     env.reset(seed=1)

@@ -139,7 +139,10 @@ def test_it_is_made_of_a_single_environments_spec():
     vectors = gym.make_vec(single.spec, num_envs=2), gym.make_vec(single.spec, num_envs=2, vectorization_mode="sync")
     a, b = (envs.reset(seed=1)[0] for envs in vectors)
     assert np.array_equal(a, b)
-    assert gym.make_vec("aforce/Lift-v0", num_envs=2, max_episode_steps=7).describe()["env"]["horizon"] == 7
+    short = gym.make_vec("aforce/Lift-v0", num_envs=2, max_episode_steps=7)
+    assert [envs.describe()["env"]["horizon"] for envs in (short, copy.deepcopy(short))] == [7, 7]
+    with pytest.raises(ValueError, match="max_episode_steps = 1.5 is not allowed"):
+        aforce.VectorEnv("lift", num_envs=2, max_episode_steps=1.5)
     for keyword, value in [("max_episode_steps", 21), ("threads", 0), ("threads", 1.5), ("num_envs", 0), ("autoreset_mode", "SAME_STEP")]:
         with pytest.raises(ValueError, match=f"{keyword} = {value!r} is not allowed"):
             aforce.VectorEnv("lift", **{"num_envs": 2, "horizon": 20} | {keyword: value})

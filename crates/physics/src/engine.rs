@@ -33,7 +33,7 @@ use crate::scene::{Axis, Inertial, Joint, Role, Scene};
 /// Contacts are foreseen up to this speed (m/s), unless the scene says how far: the Panda's flange reaches 1.7. What comes faster overlaps for a step.
 const FASTEST_APPROACH: f64 = 2.0;
 /// A body this fast (m/s) shows that the simulation has diverged.
-const MAX_PLAUSIBLE_SPEED: f64 = 1000.0;
+const MAX_BODY_SPEED: f64 = 1000.0;
 
 /// Hard surfaces: a firm grasp penetrates by less than 0.1 mm.
 const SOFTNESS: SpringCoefficients<f64> = SpringCoefficients { natural_frequency: 200.0, damping_ratio: 5.0 };
@@ -356,7 +356,7 @@ impl Engine {
         body.add_force_at_point(vector(force), vector(point), true);
     }
 
-    /// Whether every body still has a finite state.
+    /// Whether every body still has a finite state and a speed that a body can have.
     pub fn is_plausible(&self) -> bool {
         self.world.quarantine().is_empty()
             && self.bodies.iter().flatten().all(|&handle| {
@@ -364,7 +364,7 @@ impl Engine {
                 body.is_enabled()
                     && body.translation().is_finite()
                     && body.rotation().is_finite()
-                    && body.linvel().length() < MAX_PLAUSIBLE_SPEED
+                    && body.linvel().length() < MAX_BODY_SPEED
                     && body.angvel().is_finite()
             })
     }

@@ -53,7 +53,7 @@ pub struct Push {
 const LONGEST_STEP: f64 = 0.002;
 
 /// A joint faster than this (rad/s) is a numerical accident: more than ten times what a built-in robot allows.
-const MAX_PLAUSIBLE_SPEED: f64 = 100.0;
+const MAX_JOINT_SPEED: f64 = 100.0;
 
 /// An arm with its tool in a scene.
 pub struct Simulation {
@@ -269,7 +269,7 @@ impl Simulation {
         self.look();
         self.friction.learn(|i| self.engine.coordinate(i).1);
 
-        let plausible = self.arm.qd.iter().all(|qd| qd.abs() < MAX_PLAUSIBLE_SPEED);
+        let plausible = self.arm.qd.iter().all(|qd| qd.abs() < MAX_JOINT_SPEED);
         if !self.engine.is_plausible() || !plausible {
             return Err(Diverged);
         }

@@ -137,6 +137,8 @@ fn links_that_are_asked_for_are_there() {
         error(&two),
         "which link is the flange? The key `tool` of a robot file says it; the arm ends in tool, camera"
     );
+    let sliding = read(&arm(7).replace("revolute", "prismatic"), &Choices::default()).unwrap_err().to_string();
+    assert_eq!(sliding, "no joint is revolute or continuous; an arm has six or seven that are");
     assert!(read(&two.replace("\"tool\"", "\"tool0\""), &Choices::default()).is_ok());
     // An arm on what moves: the joints above the base do not count.
     let on_a_lift = with(

@@ -109,7 +109,12 @@ impl Config {
         let finite = (Excluded(0.0), Excluded(f64::INFINITY));
         within("initial_temperature", self.initial_temperature, finite, "above 0, finite")?;
         let entropy = self.target_entropy.unwrap_or(-1.0);
-        within("target_entropy", entropy, -1e6..=1e6, "-1e6 to 1e6, or absent for minus the number of entries of an action")?;
+        within(
+            "target_entropy",
+            entropy,
+            -1e6..=1e6,
+            "-1e6 to 1e6, or absent for minus the number of entries of an action",
+        )?;
         within("log_std_min", self.log_std_min, -20.0..self.log_std_max, "-20 to below log_std_max")?;
         within("log_std_max", self.log_std_max, ..=10.0, "above log_std_min, at most 10")?;
         within("updates_per_step", self.updates_per_step, 0.0..=100.0, "0 to 100")?;

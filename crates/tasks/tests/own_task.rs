@@ -202,7 +202,12 @@ fn a_task_that_is_made_elsewhere_may_be_written_anew() {
     for taken in ["lift", "circle"] {
         config("");
         let error = register_anew(TaskKind::made_elsewhere(taken, "")).unwrap_err().to_string();
-        assert_eq!(error, format!("task {taken:?}: the name is that of a task in Rust; choose another one (in Python the attribute `name`)"));
+        assert_eq!(
+            error,
+            format!(
+                "task {taken:?}: the name is that of a task in Rust; choose another one (in Python the attribute `name`)"
+            )
+        );
     }
 }
 

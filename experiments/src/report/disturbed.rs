@@ -107,7 +107,7 @@ pub fn disturbed(group: &Group, runs: &[Record], rows: &[RunSummary]) -> Result<
             let ends = student_interval(&without.iter().zip(&with).map(beyond).collect::<Vec<f64>>())?;
             Some(ends.map(|end| share + end / totals[0]))
         };
-        let ci = relative_loss.and_then(interval);
+        let ci = relative_loss.and_then(interval).and_then(with_width);
         DisturbedRow {
             experiment: group.section.experiment.into(),
             task: group.section.task.into(),

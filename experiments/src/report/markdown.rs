@@ -73,8 +73,14 @@ fn notes(groups: &[&Group]) -> Vec<String> {
             told.join("; ")
         ));
     }
-    if runs().any(|run| run.options != groups[0].runs[0].options) {
-        notes.push("`env.options` differ: returns compare only where the reward is the same.\n".to_string());
+    let keys: BTreeSet<&String> = runs().flat_map(|run| run.options.keys()).collect();
+    let unlike = |key: &&String| runs().any(|run| run.options.get(*key) != groups[0].runs[0].options.get(*key));
+    let unlike: Vec<_> = keys.into_iter().filter(unlike).map(|key| format!("`env.options.{key}`")).collect();
+    if !unlike.is_empty() {
+        notes.push(format!(
+            "Groups differ in {}: returns compare only where the reward is the same.\n",
+            unlike.join(", ")
+        ));
     }
     notes
 }
@@ -124,7 +130,7 @@ fn energies(groups: &[&Group]) -> MarkdownTable {
     let mut table = MarkdownTable::new(&["space", "J per action, training", "every seed", "published", "at the end"]);
     for group in groups {
         let theirs = published_energy(group);
-        // Three digits of a small one.
+        // Energies below 0.1 J have three significant digits.
         let digits = if group.values("energy_per_action_j").iter().all(|energy| *energy < 0.1) { 4 } else { 2 };
         table.rows.push(vec![
             label(group),
@@ -383,6 +389,6 @@ mod tests {
         let limits = "60 N of the whole arm, 0.05 a newton (`aforce`); 10 N of the whole arm, 0.05 a newton (`osc`)";
         assert!(told.contains(limits) && !told.contains("env.options"), "{told}");
         all[0].options.insert("penalty".into(), true.into());
-        assert!(notes(&groups(&all).iter().collect::<Vec<_>>()).join("").contains("`env.options` differ"));
+        assert!(notes(&groups(&all).iter().collect::<Vec<_>>()).join("").contains("differ in `env.options.penalty`"));
     }
 }

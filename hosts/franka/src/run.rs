@@ -69,9 +69,7 @@ fn with_robot(
         motion::move_to(&robot, within(start, &setup.arm)?, stop).context("the move to the start")?;
         checks::go_on(stop)?;
     }
-    if !args.no_push_check && setup.interface.wrench != WrenchSource::Reported {
-        println!("no push check: the law estimates the wrench and does not read the one that the arm reports");
-    } else if !args.no_push_check {
+    if !args.no_push_check {
         checks::push_by_hand(&robot, &model, setup, stop)?;
     }
 

@@ -115,10 +115,15 @@ class Policy:
 
     def make(self, **keywords: Any) -> gym.Env[Floats, Floats]:
         """The environment in which it was trained; keywords change it."""
-        if keywords.get("scaled", self.scaled) != self.scaled:
+        if keywords.get("scaled") is None:
+            keywords.pop("scaled", None)
+        elif keywords["scaled"] != self.scaled:
             raise ValueError(f"scaled = {keywords['scaled']!r} is not allowed; allowed: {self.scaled}, as this policy was trained")
         if self.task not in BUILT_IN:
-            raise ValueError(f"task {self.task!r} is none of {', '.join(BUILT_IN)}: make its environment where that task is, with config={str(self.config)!r}")
+            raise ValueError(
+                f"task {self.task!r} is none of {', '.join(BUILT_IN)}; a task written in Python: aforce.Env(task=YourTask, config={str(self.config)!r}, "
+                f"scaled={self.scaled})"
+            )
         own: dict[str, Any] = {"config": str(self.config), "scaled": self.scaled}
         return gym.make(f"aforce/{self.task.capitalize()}-v0", **own | keywords)
 

@@ -51,13 +51,15 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
             if count is not None and not (isinstance(count, (int, np.integer)) and count >= 1):
                 raise ValueError(f"{name} = {count!r} is not allowed; allowed: a whole number, 1 or above")
         config, settings = absolute(config, copy.deepcopy(settings))
+        if settings.get("horizon") is None and max_episode_steps is not None:
+            if not (isinstance(max_episode_steps, (int, np.integer)) and max_episode_steps >= 1):
+                raise ValueError(f"max_episode_steps = {max_episode_steps!r} is not allowed; allowed: a whole number, 1 or above")
+            settings["horizon"] = max_episode_steps
         EzPickle.__init__(
             self, named, num_envs, task=task, threads=threads, autoreset_mode=autoreset_mode, config=config, scaled=scaled, **settings
         )
         threads = len(os.sched_getaffinity(0)) if threads is None else threads
         made_by = maker(named, task, settings)
-        if settings.get("horizon") is None and max_episode_steps is not None:
-            settings["horizon"] = max_episode_steps
         self._native = Native(num_envs, threads, made_by, config, settings, checked_scaled(scaled))
         description = self.describe()
         if "pixels" in description:

@@ -122,7 +122,8 @@ impl Insert {
                 return Err(ConfigError::Contradiction {
                     field: "env.options".into(),
                     reason: format!(
-                        "{} does not reach all places above the hole: length_mm = {length_mm}, start_mm = {start_mm}",
+                        "{} does not reach all places above the hole: length_mm = {length_mm}, start_mm = {start_mm}; lower start_mm, or \
+                         move the arm (env.robot.mount)",
                         robot.name
                     ),
                 });

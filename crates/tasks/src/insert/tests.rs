@@ -51,6 +51,23 @@ fn a_hole_out_of_reach_is_refused() {
     assert!(error.contains("above the hole: length_mm = "), "{error}");
 }
 
+#[test]
+fn an_arm_that_reaches_the_middle_and_not_a_corner_is_refused() {
+    let away = |behind_table: f64| {
+        let mut config = config("mid", &[]);
+        let mut robot = config.robot.robot();
+        robot.mount.behind_table += behind_table;
+        config.robot = physics::robots::RobotChoice::Own(Box::new(robot));
+        config
+    };
+    let first_refused = (0..100).map(|step| away(0.01 * f64::from(step))).find(|config| config.create_task().is_err());
+    let config = first_refused.expect("no arm reaches a metre further");
+    let (task, robot) = (Insert { options: Options::of(&config).unwrap(), episode: None }, config.robot.robot());
+    let (scene, gripper) = insert::scene(&robot, &task.options.sizes(), [0.0; 2]);
+    let model = Model::new(&scene, gripper, GRIP_SITE);
+    assert!(task.posture(&model, &robot, Vector3::z() * (TABLE_HEIGHT + DEPTH), 0.0).is_some());
+}
+
 /// How deep the peg's end is below the rim (m) after it was pressed down, its goal `aside` (m) from the hole's axis, with a spring of
 /// 1500 N/m and an integrator.
 fn depth(clearance: f64, aside: f64, heading: f64) -> f64 {
