@@ -40,7 +40,7 @@ pub fn read(part: Part<'_>, value: &Bound<'_, PyAny>, y: &Measurement) -> PyResu
     if !(-1.0..=1.0).contains(&grip) {
         return Err(part.value(format!("grip {grip}; -1 (opens) to 1 (closes) is wanted")));
     }
-    if let Some(forward) = forward.filter(|forward| forward[0].hypot(forward[1]) <= 1e-6 * forward[2].abs()) {
+    if let Some(forward) = forward.filter(|forward| Vector3::from(*forward).xy().norm() <= 1e-6 * forward[2].abs()) {
         return Err(part.value(format!("forward {forward:?}; a direction that is not straight up or down is wanted")));
     }
     if force < 0.0 {
