@@ -101,7 +101,7 @@ pub fn range(values: &[f64]) -> [f64; 2] {
     [values.iter().copied().fold(f64::INFINITY, f64::min), values.iter().copied().fold(f64::NEG_INFINITY, f64::max)]
 }
 
-/// An interval that is one; `None` of one without width. A sample whose values agree has such a one: it tells nothing of how sure they are.
+/// The interval, or `None` if its ends are equal. Values that agree give equal ends, which do not tell how sure their mean is.
 pub fn with_width(interval: [f64; 2]) -> Option<[f64; 2]> {
     (interval[0] < interval[1]).then_some(interval)
 }
