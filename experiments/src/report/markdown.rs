@@ -391,4 +391,13 @@ mod tests {
         all[0].options.insert("penalty".into(), true.into());
         assert!(notes(&groups(&all).iter().collect::<Vec<_>>()).join("").contains("differ in `env.options.penalty`"));
     }
+
+    #[test]
+    fn a_return_of_450_is_told_of_robosuites_tasks_alone() {
+        let mut all = runs("aforce", 5);
+        assert!(text(&all).contains("450 after, thousand actions"));
+        all.iter_mut().for_each(|run| run.task = "insert".into());
+        let told = text(&all);
+        assert!(!told.contains("450 after") && told.contains("success at the end"), "{told}");
+    }
 }
