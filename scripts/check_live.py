@@ -35,7 +35,7 @@ SIZES = [(1280, 800), (390, 844)]
 # Each task, and a space in which its script does it.
 TASKS = {"lift": "aforce", "door": "aforce", "wipe": "aforce-force", "insert": "mid"}
 FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-# Seconds that a page may take to be there.
+# Time that a page may take to be there (ms).
 PATIENCE = 60_000
 
 

@@ -19,7 +19,7 @@ from pathlib import Path
 
 ENERGY = "final_energy_per_action_j"
 STARTS = 10
-# Of an animation, and how many times faster than real time it may run (seconds; times).
+# Length of an animation (s), and how many times faster than real time it may run.
 LENGTH, SPEEDS = 3, [1, 1.5, 2, 3, 4]
 # How long the end of the task is seen at least, in the task's time (seconds).
 REST = 0.25

@@ -63,7 +63,7 @@ class Bench:
         mujoco.mj_step2(model, data)
 
     def force(self):
-        """On what is beyond the wrist as a vector; on links by the sizes of each pair's."""
+        """Contact force beyond the wrist (N, world), and the sum of its sizes over pairs of shapes of the links (N)."""
         hand, links, six = np.zeros(3), {}, np.zeros(6)
         for i in range(self.data.ncon):
             contact = self.data.contact[i]

@@ -5,13 +5,14 @@
     VENV/bin/pip install target/wheels/aforce-*.whl robosuite==1.4.1 mujoco==3.2.7
     VENV/bin/python scripts/robosuite_play.py --out runs/robosuite/transfer.csv results/study/table-1/lift/aforce/seed_*
 
-A row for each episode and simulator. The law is this repository's in both, with the settings of the run; starts are each simulator's own,
-drawn from the same distributions. Actions are mean actions. Energy and force are counted alike (robosuite_meter.py). The return is of
-robosuite's reward terms in both: so Door's force penalty is not in it, Wipe's is. robosuite's Wipe reads that force once per action, and
-counts a marker as wiped without pressure, but only where the tool's face is below the marker; here up to 2 mm above it. With
---raise-markers 0.002 robosuite alone plays, its markers that far above the table, and so what a policy sees of them. robosuite's arm never
-stops itself, so the arm of a run with env.stops does not stop here either. A run whose observation or disturbance robosuite does not have is
-refused.
+A row for each episode and simulator. The law is this repository's in both, with the settings of the run; starts are
+each simulator's own, drawn from the same distributions. Actions are mean actions. Energy and force are counted alike
+(robosuite_meter.py). The return is of robosuite's reward terms in both: so Door's force penalty is not in it, Wipe's
+is. robosuite's Wipe reads that force once per action. It counts a marker as wiped without pressure, but only where the
+tool's face is below the marker; in the workbench the face may be up to 2 mm above it. With --raise-markers 0.002
+robosuite alone plays, and its markers, also those that a policy observes, lie that far above the table. robosuite's
+arm never stops itself, so the arm of a run with env.stops does not stop in the workbench either. A run whose
+observation or disturbance robosuite does not have is refused.
 """
 
 import argparse

@@ -4,11 +4,13 @@
     python3 -m venv VENV && VENV/bin/pip install robosuite==1.4.1 mujoco==3.2.7
     VENV/bin/python scripts/robosuite_random.py --out runs/robosuite/own.csv [--episodes 30]
 
-Columns have the names of `baselines random`, but not all mean the same. Energy does: it is summed over the 25 control samples of an action
-from the limited torque. So do returns, but for the force penalty in them: robosuite's Door has none, and its Wipe reads the force once per
-action. `penalised_episode_share`, `penalised_action_share`, `mean_excess_n` and `penalty` do not: they go by what the wrist's sensor reads
-once after an action, tool's weight and inertia included; there by the largest of 25 filtered samples of the whole arm. The column there
-that is nearest to `penalised_action_share` here is `over_limit_read_once_share`. Wipe runs to its horizon, its early terminations are off.
+Columns have the names of `baselines random`, but not all mean the same. Energy does: it is summed over the 25 control
+samples of an action from the limited torque. So do returns, but for the force penalty in them: robosuite's Door has
+none, and its Wipe reads the force once per action. `penalised_episode_share`, `penalised_action_share`,
+`mean_excess_n` and `penalty` do not mean the same. In this script they go by what the wrist's sensor reads once after
+an action, tool's weight and inertia included; in `baselines random` by the largest of 25 filtered samples of the whole
+arm. Nearest to `penalised_action_share` of this script is `over_limit_read_once_share` of `baselines random`. Wipe
+runs to its horizon: its early terminations are off.
 """
 
 import argparse

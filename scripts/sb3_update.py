@@ -4,9 +4,10 @@
     python3 -m venv VENV && VENV/bin/pip install stable-baselines3==2.9.2 torch==2.11.0 sbx-rl==0.28.0 'jax[cpu]==0.10.2'
     taskset -c 0 VENV/bin/python scripts/sb3_update.py --csv results/speed/update_cost.csv
 
-Needs cargo. Ours is the bench `update` of crates/sac, whose matrix products alone stand beside it. sbx does ten updates per call, which
-its users have to ask for, and one. The least of the rounds counts, as a neighbour on the machine only ever adds time. Every row has a
-batch of 128; `swift` is ours alone: its actor moves at every second update.
+Needs cargo. Ours is the bench `update` of crates/sac; the time of its matrix products alone stands beside it. sbx is
+measured with one update per call, and with ten, for which its users have to ask. The least of the rounds counts, as
+other work on the machine only ever adds time. Every row has a batch of 128; `swift` is ours alone: its actor moves at
+every second update.
 """
 
 import argparse

@@ -237,7 +237,8 @@ fn a_kept_policy_plays_as_its_run() {
     last.args(["--checkpoint", "last"]).arg(&archived).arg("--out").arg(&copied).assert().success();
     let told = String::from_utf8(last.output().unwrap().stderr).unwrap();
     expect(&told, &["seed_7.zip: keeps the other policy of its run"]);
-    // In place of the best one, if the run is there; who asks for none finds the last one as it was.
+    // The last policy takes the place of the best one, as the run is there. Archived again without --checkpoint, it
+    // stays.
     program("archive").arg(&runs).args(["--checkpoint", "last", "--out"]).arg(&copied).assert().success();
     assert!(archive(&runs, &copied) == std::fs::read(&end).unwrap());
     // Earlier programs kept a folder.
@@ -264,7 +265,7 @@ fn a_diverged_simulation_is_counted() {
     assert!(total.iter().all(|total| total.is_finite()));
     assert!(diverged[..diverged.len() - 1].contains(&1.0), "an episode follows one that diverged: {diverged:?}");
 
-    // Nothing follows a divergence, and only a divergence: so the critic is told.
+    // The critic is told that no future follows a divergence, and that one follows everything else.
     assert_eq!(table.values("terminated").unwrap(), diverged);
     let ends = step.iter().zip(&diverged).filter(|(_, diverged)| **diverged == 1.0).map(|(step, _)| *step as usize);
     let stored = stored(&run);

@@ -29,8 +29,9 @@ fn copy(run: &Path, to: &Path, seed: usize) {
     }
 }
 
-/// What a further run costs among many, against among few: with a step that is quadratic in the runs, as there once was, three times as much. It is the time of
-/// the processor, and the start of the program is in none of the differences.
+/// The CPU time that a further run takes among many runs, against among few. With a step that is quadratic in the
+/// number of runs, as there once was, it is three times as much. Both are differences, so the start of the program is
+/// in neither.
 #[test]
 fn a_further_run_costs_a_report_the_same_among_many() {
     let folder = tempfile::tempdir().unwrap();

@@ -220,7 +220,7 @@ fn every_space_of_insert_gets_the_same_search() {
     }
 }
 
-/// What a group of insertion is about.
+/// Makes the change to `run` that a group of insertion is about.
 fn change_of_insert(group: &str, run: &mut RunConfig) {
     match group {
         "1-mm" => {}

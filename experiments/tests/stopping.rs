@@ -130,7 +130,7 @@ fn sigterm_saves_and_exits_with_75() {
     assert_eq!(RunFolder::open(&run).unwrap().manifest().unwrap().status, "stopped");
 }
 
-/// Between two ends of episodes that lie further apart than it may lose.
+/// It may lose 0.6 s, and an episode may take longer: then it saves itself at the end of each.
 #[test]
 fn a_slow_run_saves_itself_by_the_clock() {
     let folder = tempfile::tempdir().unwrap();
@@ -142,7 +142,7 @@ fn a_slow_run_saves_itself_by_the_clock() {
     child.wait_until("a checkpoint", || saved().is_some());
     child.kill();
     expect(&error(train(folder.path()).arg("--resume"), 1), &["holds a run of 1000000 steps"]);
-    // When it saves itself is no part of what it is.
+    // When a run saves itself has no part in the hash that identifies it.
     let config = RunConfig::resolve(Some(&run_folder(folder.path()).join("config.toml")), &[]).unwrap();
     let other = RunConfig { checkpoint_every: 7, checkpoint_minutes: 5.0, ..config.clone() };
     assert_eq!((config.hash(), config.difference(&other)), (other.hash(), None));

@@ -166,7 +166,7 @@ fn check_with_tensorboard(folder: &Path, scalars: &Scalars) {
     assert_eq!(&serde_json::from_slice::<Scalars>(&output.stdout).unwrap(), scalars);
 }
 
-/// The reader above is one: this is what TensorBoard 2.21 itself wrote.
+/// The reader above takes a record that TensorBoard 2.21 itself wrote.
 #[test]
 fn a_record_of_tensorboard_is_read() {
     let file =

@@ -154,7 +154,7 @@ fn a_finished_run_is_extended_to_the_bytes_of_a_longer_one() {
     extend(1000);
 }
 
-/// Its one evaluation, at its end, is none of the longer run's.
+/// The only evaluation of the short run, at its end, is not among those of the longer run.
 #[test]
 fn a_run_too_short_for_an_evaluation_is_extended_likewise() {
     extend(200);

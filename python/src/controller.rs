@@ -78,7 +78,7 @@ impl Measurement {
     }
 }
 
-/// Whether a keyword is no key of `env.controller`.
+/// Whether one of the keywords is no key of `env.controller`.
 fn unknown_setting(section: &Bound<'_, PyDict>) -> PyResult<bool> {
     let known = toml::Table::try_from(aforce::ControllerConfig::default()).map_err(value_error)?;
     for key in section.keys() {
@@ -96,7 +96,7 @@ const UNIT: f64 = 1e-3;
 fn rotation(value: &Bound<'_, PyAny>) -> PyResult<UnitQuaternion<f64>> {
     if is_matrix(value) {
         let matrix = Matrix3::from_row_slice(&numbers(value, "orientation", &[3, 3])?);
-        // One that is no number passes: the controller counts the fault.
+        // A matrix with entries that are not finite passes: the controller counts the fault.
         let finite = matrix.iter().all(|entry| entry.is_finite());
         let unknown = UnitQuaternion::new_unchecked(Quaternion::new(f64::NAN, 0.0, 0.0, 0.0));
         let rotation = aforce::rotation_from_matrix(&matrix).or((!finite).then_some(unknown));
@@ -213,7 +213,7 @@ impl Controller {
         })
     }
 
-    /// The joint torques of one control sample (Nm), gravity compensation included.
+    /// The joint torques of one control sample (Nm), gravity compensation included; shape (7,).
     fn update<'py>(&self, py: Python<'py>, measurement: &Measurement) -> Numbers<'py> {
         self.law(|law| Ok(PyArray1::from_slice(py, law.controller.update(&measurement.0).as_slice())))
     }
@@ -230,43 +230,43 @@ impl Controller {
         py.import("json")?.call_method1("loads", (serde_json::to_string(&entries).map_err(value_error)?,))
     }
 
-    /// K as it acts (N/m, Nm/rad).
+    /// K (N/m, Nm/rad; world axes), of which the share `engagement` does not act along the contact axis; shape (6,).
     #[getter]
     fn stiffness<'py>(&self, py: Python<'py>) -> Numbers<'py> {
         self.read(py, |controller| controller.stiffness().as_slice().to_vec())
     }
 
-    /// K in the space's own unit.
+    /// K in the space's own unit; shape (6,).
     #[getter]
     fn own_stiffness<'py>(&self, py: Python<'py>) -> Numbers<'py> {
         self.read(py, |controller| controller.own_stiffness().as_slice().to_vec())
     }
 
-    /// F_ff as it acts (N, Nm): enters the torque law with a minus sign.
+    /// F_ff as it acts (N, Nm; world axes), which enters the torque law with a minus sign; shape (6,).
     #[getter]
     fn feedforward<'py>(&self, py: Python<'py>) -> Numbers<'py> {
         self.read(py, |controller| controller.feedforward().as_slice().to_vec())
     }
 
-    /// What the task asks the tool to push with (N, Nm): -F_ff - F_cmd - K e - D e_dot.
+    /// What the task asks the tool to push with (N, Nm; world axes): -F_ff - F_cmd - K e - D e_dot; shape (6,).
     #[getter]
     fn wrench<'py>(&self, py: Python<'py>) -> Numbers<'py> {
         self.read(py, |controller| controller.wrench().as_slice().to_vec())
     }
 
-    /// e = x - x_d of the latest sample (m, rad).
+    /// e = x - x_d of the latest sample (m, rad; world axes); shape (6,).
     #[getter]
     fn error<'py>(&self, py: Python<'py>) -> Numbers<'py> {
         self.read(py, |controller| controller.error().as_slice().to_vec())
     }
 
-    /// The goal of the latest action: position (m), quaternion x, y, z, w.
+    /// The goal of the latest action: position (m), quaternion x, y, z, w; shape (7,).
     #[getter]
     fn goal<'py>(&self, py: Python<'py>) -> Numbers<'py> {
         self.read(py, |controller| seven(controller.goal()))
     }
 
-    /// The set-point of the latest sample: position (m), quaternion x, y, z, w.
+    /// The set-point of the latest sample: position (m), quaternion x, y, z, w; shape (7,).
     #[getter]
     fn set_point<'py>(&self, py: Python<'py>) -> Numbers<'py> {
         self.read(py, |controller| seven(controller.set_point()))

@@ -27,7 +27,7 @@ pub const NUMBERS: [Number; 7] = [
     ("hand_force", |step| step.interval.hand.max),
     // Largest speed of a joint, as a share of its limit.
     ("joint_speed", |step| step.interval.max_speed_share),
-    // Of the force, unscaled, whether or not the task takes it off.
+    // Force penalty, unscaled, whether or not the task takes it off its reward.
     ("penalty", |step| step.penalty),
     // Reward lost to the price of motion.
     ("motion_cost", |step| step.motion_cost),
@@ -49,13 +49,13 @@ pub struct Episodes {
     seed: Option<u64>,
     /// Whether episodes are recorded.
     pub records: bool,
-    /// The present episode, if it is.
+    /// What is recorded of the present episode; `None` if nothing is.
     pub playback: Option<Playback>,
 }
 
 impl Episodes {
-    /// Episodes without a seed are others every time and in every process, until a seed is given: the system's generator, as a fork
-    /// copies every other one.
+    /// Episodes without a seed are others every time and in every process, until a seed is given. Their seeds come from
+    /// the system's generator, as a forked process has a copy of any other.
     ///
     /// `task` is the name of a built-in task, or makes a task of one's own.
     ///
@@ -91,7 +91,7 @@ impl Episodes {
     /// Raises what a task's method raised, or that there was no room for a start. The episode is over then.
     ///
     /// # Errors
-    /// That.
+    /// `ValueError` if there was no room for a start; else what the method raised.
     pub fn check(&mut self) -> PyResult<()> {
         self.trouble.check().inspect_err(|_| self.seed = None)
     }

@@ -17,7 +17,7 @@ const DEEPEST: usize = 16;
 /// The name of this layer of settings in messages.
 const SOURCE: &str = "keywords";
 
-/// Keys of an environment that a configuration without them does not tell.
+/// Keys of an environment that the table of its defaults does not have, as they are empty there.
 const UNTOLD: [&str; 2] = ["options", "stop_price"];
 
 /// Keywords that are no keys of an environment.
@@ -47,8 +47,8 @@ pub fn config_of(
     let base = EnvConfig::of(wanted);
     let known = Table::try_from(&base).map_err(value_error)?;
     let mut layers = vec![];
-    // How the answer begins if a key is not known, whose type is then Python's own. For a keyword its words are too: libraries that try
-    // keywords of theirs look for both.
+    // Set once a key is not known: the answer is then a `TypeError` that begins with this text. For a keyword the text
+    // is Python's own: libraries that try keywords look for the type and for these words.
     let mut unknown = None;
     let mut layer = |name: &str, dict: &Bound<'_, PyDict>| -> PyResult<_> {
         let is_known = |key: &str| UNTOLD.contains(&key) || key == "setup" || known.contains_key(key);
@@ -86,7 +86,7 @@ pub fn config_of(
     }
     layers.push(layer(SOURCE, keywords)?);
     let config = settings::env(base, layers).map_err(|error| match unknown {
-        // Those of a task's `defaults` have none of Python's own.
+        // An unknown key of a task's `defaults` is no keyword: Python's words would be wrong.
         Some(words) if words.is_empty() => type_error(error),
         Some(words) => type_error(format!("{words}{error:#} (Python's own: {})", PYTHONS_OWN.join(", "))),
         None => value_error(error),

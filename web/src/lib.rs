@@ -39,7 +39,7 @@ enum Question {
     Grab { origin: [f64; 3], direction: [f64; 3] },
     /// Takes a hand on the arm, or off it.
     Hold { hand: Option<Hand> },
-    /// Digests of so many episodes of every cell.
+    /// Digests of so many episodes of every task and action space.
     Bits { episodes: u32 },
 }
 

@@ -123,7 +123,8 @@ impl Session {
         Ok(())
     }
 
-    /// Whether the episode has ended: it diverged, or has had all its actions. Somebody who holds the arm has all the time.
+    /// Whether the episode has ended: it diverged, or has had all its actions. The player `hold` goes on beyond the
+    /// last action.
     fn over(&self) -> bool {
         self.last.is_some_and(|step| step.terminated || step.truncated && !matches!(self.player, Player::Hold))
     }

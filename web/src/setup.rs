@@ -141,7 +141,7 @@ impl Setup {
                 places(&mut config.space).into_iter().find(|(of, ..)| of == name).expect("a knob has its place");
             *gains = gains.map(|_, own| own * value / knob.own);
             if let Stiffness::Adaptive(psi) = &mut config.space.stiffness {
-                // It begins between its bounds.
+                // K begins between its bounds.
                 psi.k_0 = psi.k_0.map(|axis, k| k.clamp(psi.k_min[axis].min(psi.k_max[axis]), psi.k_max[axis]));
             }
         }
@@ -166,7 +166,7 @@ impl Setup {
     }
 }
 
-/// That a number lies in its range.
+/// Checks that a number lies in its range.
 fn within(name: &str, value: f64, [low, high]: [f64; 2]) -> Result<(), String> {
     if (low..=high).contains(&value) {
         Ok(())

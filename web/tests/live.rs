@@ -158,7 +158,7 @@ fn a_stiffness_changes_while_the_arm_is_held() {
     assert_eq!(session.scene()["setup"]["delay"], 0.004, "what cannot be leaves what there is");
 }
 
-/// An adaptive K moves to new bounds, while the torques come late, and later no more.
+/// An adaptive K moves to new bounds while the torques come late; after that they come in time again.
 #[test]
 fn bounds_and_delay_change_while_the_law_runs() {
     let mut session = Session::open(setup("lift", "aforce", "hold")).unwrap();

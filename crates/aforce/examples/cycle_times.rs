@@ -1,5 +1,5 @@
-//! How long a host's cycle takes: a million cycles at 1 kHz's settings, every fiftieth with an action whose jerk-limited move is
-//! planned in it. Prints a table of percentiles, then a histogram, as CSV:
+//! How long one cycle of a host takes, over a million cycles with the settings for 1 kHz. Every fiftieth cycle takes an
+//! action and plans its jerk-limited move. Prints a table of percentiles, then a histogram, as CSV:
 //!
 //! ```text
 //! cargo run --release -p aforce --example cycle_times > results/cycle_times.csv
@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         space: "aforce-force".parse()?,
     };
     let mut host = Host::new(&setup)?;
-    // Its states are made beside the clock. What it presses against answers with 10 N.
+    // The arm is simulated outside the timed part. From the second cycle on its tool is pushed along +z with 0 to 20 N.
     let mut arm = BallArm::at(HOME, ArmInterface::FRANKA);
     let first = arm.state();
     host.start(&first, &first.pose)?;

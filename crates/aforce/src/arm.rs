@@ -9,9 +9,9 @@ use crate::law::limits::TorqueLimits;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CartesianLimits {
-    /// m/s, m/s^2, m/s^3.
+    /// Velocity (m/s), acceleration (m/s^2) and jerk (m/s^3) of the tool point.
     pub translation: [f64; 3],
-    /// rad/s, rad/s^2, rad/s^3.
+    /// The same of the tool's rotation (rad/s, rad/s^2, rad/s^3).
     pub rotation: [f64; 3],
 }
 
@@ -29,11 +29,11 @@ pub struct Arm {
     pub torque_rate_max: [f64; 7],
     /// Rotor inertia reflected to each joint (kg m^2).
     pub rotor_inertia: [f64; 7],
-    /// What jerk-limited set-points keep a share of.
+    /// Limits of the tool's motion. [Jerk-limited](crate::Interpolation::JerkLimited) set-points use a share of them.
     pub cartesian: CartesianLimits,
 }
 
-/// Of the FR3 (notes of Drake's model), which shares the Panda's drives.
+/// Rotor inertia at each joint of the FR3 (kg m^2), from the notes of Drake's model. The Panda has the same drives.
 const ROTORS: [f64; 7] = [0.606, 0.606, 0.462, 0.462, 0.206, 0.206, 0.206];
 
 impl Arm {
@@ -88,7 +88,8 @@ impl Arm {
         TorqueLimits::new(self.torque_max.into(), Some(self.torque_rate_max.into()))
     }
 
-    /// Whether it asks no more than `other`: ranges, speeds, torques, their rates, and what the tool may do.
+    /// Checks that ranges, speeds, torques, torque rates and tool limits lie within those of `other`. Rotor inertia is
+    /// not compared.
     ///
     /// # Errors
     /// The first value beyond that of `other`, with its field.

@@ -49,7 +49,7 @@ pub enum ConfigError {
     Contradiction {
         /// Dotted path of the field.
         field: String,
-        /// With what, and what would be right.
+        /// What the field contradicts, and what would be right.
         reason: String,
     },
 }
@@ -104,7 +104,7 @@ pub(crate) fn not_negative(field: &str, value: f64) -> Result<(), ConfigError> {
     Err(out_of_range(field, value, finite(value, "0 or above")))
 }
 
-/// What is `allowed` in place of `value`, which may be within it but for being infinite.
+/// The text `allowed`, with "and finite" added where `value` is infinite and above the lower bound.
 fn finite(value: f64, allowed: &str) -> String {
     if value == f64::INFINITY { format!("{allowed}, and finite") } else { allowed.to_owned() }
 }

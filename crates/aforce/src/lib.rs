@@ -26,9 +26,10 @@
 
 // See clippy.toml.
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
-// Nothing on the control loop may panic, but for an action of another length than the space's (`Controller::set_goal`; a host refuses
-// it) and for parts that are used by themselves with settings that nobody checked: they say so. Indices are not linted: they run over
-// vectors of fixed length, and the host's fuzz looks after them.
+// Nothing on the control loop may panic, with two exceptions: an action of another length than the space's
+// (`Controller::set_goal`; a host refuses it), and parts that are used by themselves with settings that nobody checked,
+// whose docs say so. Indices are not linted: they run over vectors of fixed length, and the host's fuzz test exercises
+// them.
 #![cfg_attr(
     not(test),
     deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::unreachable, clippy::todo)

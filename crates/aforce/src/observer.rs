@@ -24,7 +24,8 @@ pub struct MomentumObserver {
 }
 
 impl MomentumObserver {
-    /// An observer with the given cut-off (Hz) that starts from `y`, without external torque.
+    /// An observer with the given cut-off (Hz) and viscous joint damping (Nm s/rad) that starts from `y`, without
+    /// external torque.
     #[must_use]
     pub fn new(cutoff_hz: f64, damping: JointVector, y: &Measurement) -> Self {
         MomentumObserver {
@@ -48,9 +49,9 @@ impl MomentumObserver {
     }
 
     /// The wrench on the tool that explains the external torque best (N, Nm; world axes, at the tool point):
-    /// least squares of the torques. The seventh joint leaves one torque that no wrench explains. Towards a singular
-    /// posture the estimate grows without bound along the direction that is lost: what the model does not know of the
-    /// torques is divided by ever less of the Jacobian. Zero where nothing of it is left.
+    /// least squares of the torques. With seven joints one direction of the torques is explained by no wrench. Towards
+    /// a singular posture the estimate grows without bound along the direction that is lost, because the model's errors
+    /// are divided by a singular value of the Jacobian that goes to zero. Zero where J J^T cannot be factorised.
     #[must_use]
     pub fn wrench(&self) -> Wrench {
         let jacobian = &self.previous.jacobian;

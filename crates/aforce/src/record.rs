@@ -53,7 +53,7 @@ pub fn read<T: DeserializeOwned>(table: Table) -> Result<T, Problem> {
 }
 
 /// What `table` stands for: the table that its key `extends` names, which `base` finds, with the other keys laid over it
-/// ([`overlay`]). Without that key it is itself.
+/// ([`overlay`]). A table without the key `extends` stands for itself.
 ///
 /// # Errors
 /// As `base`.
@@ -70,8 +70,8 @@ const CHOICES: [&str; 3] = ["goal", "stiffness", "interpolation"];
 /// Keys below which a task names its own settings: none of those is a choice, whatever it is called.
 const TASKS_OWN: [&str; 2] = ["options", "own"];
 
-/// Lays `over` on `base`: tables merge key by key, anything else replaces what was there. Of a choice (`goal`, `stiffness`,
-/// `interpolation`) another one replaces the first as a whole.
+/// Lays `over` on `base`: tables merge key by key, and any other value replaces what was there. Where `over` makes
+/// another choice of `goal`, `stiffness` or `interpolation`, it replaces the first choice as a whole.
 pub fn overlay(base: &mut Table, over: Table) {
     merge(base, over, &CHOICES);
 }

@@ -51,7 +51,8 @@ pub fn pose_error(x: &Pose, x_d: &Pose) -> Vector6 {
     stack(&p, &r)
 }
 
-/// The rotation that a matrix is; `None` if it is none: its columns are 1e-3 or more from orthonormal, mirrored, or no numbers.
+/// A matrix R as a rotation; `None` if it is none: an entry of R^T R is NaN or 1e-3 or more from the identity's, or R
+/// mirrors.
 #[must_use]
 pub fn rotation_from_matrix(matrix: &Matrix3<f64>) -> Option<UnitQuaternion<f64>> {
     let off = (matrix.transpose() * matrix - Matrix3::identity()).amax();

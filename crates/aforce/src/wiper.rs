@@ -1,5 +1,5 @@
-//! A script that wipes: above the place, down until the force controller is engaged, press, circle. It asks for a controller
-//! and what that measured, so that a simulated arm and a real one run the same.
+//! A script that wipes: it goes above the place, down until the force controller is engaged, presses, and circles. It
+//! needs a controller and its measurement only, so that a simulated arm and a real one run the same script.
 
 use std::f64::consts::TAU;
 
@@ -24,11 +24,11 @@ pub struct RoundPath {
     pub force: f64,
     /// Time of pressing without motion (s).
     pub press_time: f64,
-    /// Circles.
+    /// Number of circles.
     pub rotations: u32,
-    /// Their radius (m).
+    /// Radius of the circles (m).
     pub circle_radius: f64,
-    /// Time of one (s).
+    /// Time of one circle (s).
     pub period: f64,
 }
 
@@ -75,7 +75,8 @@ impl Phase {
     }
 }
 
-/// The running script. An action space with a commanded force is wanted, but for circles [in the air](Wiper::in_the_air).
+/// The running script. It needs an action space with a commanded force, except for circles
+/// [in the air](Wiper::in_the_air).
 #[derive(Debug, Clone)]
 pub struct Wiper {
     path: RoundPath,
@@ -107,7 +108,7 @@ impl Wiper {
         Wiper { table: false, phase: Phase::Wipe, ..Wiper::new(path, middle) }
     }
 
-    /// What the script is at.
+    /// The part of the script that runs.
     #[must_use]
     pub fn phase(&self) -> Phase {
         self.phase
@@ -152,8 +153,9 @@ impl Wiper {
         if !self.table {
             return target;
         }
-        // On the table force control has the height and the goal stays with the tool; off it, look for the table. In
-        // between the goal rests: one that follows the tool would throw a stiff arm back into the air.
+        // Once force control is engaged it keeps the height, and the goal stays with the tool. Without contact the goal
+        // goes down to find the table. In between the goal rests: a goal that follows the tool would throw a stiff arm
+        // back into the air.
         let goal = controller.goal().translation.z;
         target.z = match self.phase {
             Phase::Approach => target.z + CLEARANCE,
@@ -178,7 +180,7 @@ mod tests {
 
     const PATH: RoundPath = RoundPath { force: 10.0, press_time: 1.0, rotations: 2, circle_radius: 0.05, period: 2.5 };
 
-    /// Where the goals of `wiper` lead a tool that is at each of them at once, from `start`: at most `most` of them.
+    /// The first `most` goals of `wiper` (m), for a tool that begins at `start` and reaches each goal at once.
     fn way(mut wiper: Wiper, space: &str, start: Pose, most: usize) -> Vec<Vector3> {
         let config = ControllerConfig::default();
         let mut y = Measurement { pose: start, ..gantry([1.0; 6]) };

@@ -129,7 +129,7 @@ fn state(random: &mut Random) -> ArmState {
 
 fn hosts() -> Vec<Host> {
     const FREE: f64 = f64::INFINITY;
-    // So wide that the law itself meets what is thrown at it.
+    // Bounds so wide that most spoilt states reach the law itself.
     let wide = HostLimits {
         silence_max: FREE,
         error_max: [FREE; 2],
@@ -140,7 +140,7 @@ fn hosts() -> Vec<Host> {
         disagreement_max: FREE,
         ..HostLimits::default()
     };
-    // What is thrown at it agrees with nothing, which the law has to bear too.
+    // Parts of a random state never agree with each other. Uncompared, such states reach the law and the usual bounds.
     let narrow = HostLimits { disagreement_max: FREE, ..HostLimits::default() };
     let mut hosts = Vec::new();
     for name in ["aforce-force", "aforce-psi", "variable-force", "osc", "low", "aforce-shaped-force"] {
@@ -232,7 +232,7 @@ fn whatever_is_measured_the_torque_is_one_that_the_arm_takes() {
                 Status::Stopped => {}
                 Status::Running | Status::Limited(_) => running += 1,
             }
-            // Again, from what the arm was sent last; sometimes from nonsense, which is refused.
+            // Start again from the torque that the arm has; sometimes with a nonsensical state, which is refused.
             if !matches!(command.status, Status::Running | Status::Limited(_)) && (since_fault > 5 || cycle == 0) {
                 if moves && since_fault > 5 {
                     arm = BallArm { tau: arm.tau, ..BallArm::at(HOME, ArmInterface::FRANKA) };

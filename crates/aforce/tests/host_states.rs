@@ -175,7 +175,8 @@ fn gravity_of_another_sign_is_refused_or_moves_the_tool_by_less_than_5_mm() {
     let Outcome::Fault { fault, cycles, moved, .. } = drive(ArmInterface::PLAIN, UNDERWAY, negative) else { panic!() };
     assert!(matches!(fault, Fault::Jump { field: "gravity", .. }) && cycles == 0, "{fault}, {moved} m");
 
-    // A host that tells of its own torque, made of the same gravity: what is left is how the arm moves.
+    // Here the reported torque is the host's own, made with the same wrong gravity. Only the arm's motion shows the
+    // mistake: `truth` says who really compensates gravity.
     for (interface, truth) in [(ArmInterface::PLAIN, ArmInterface::FRANKA), (ArmInterface::FRANKA, ArmInterface::PLAIN)]
     {
         let setup = setup("aforce", interface);
@@ -230,7 +231,7 @@ fn jumps_are_faults_in_the_cycle_of_the_jump() {
     }
 }
 
-/// An interface that never tells of the torque it took: rates count from what was sent, until that is a fault.
+/// An interface that never reports the torque it took: rates count from what was sent, until the mismatch is a fault.
 #[test]
 fn a_torque_that_is_never_told_is_a_fault() {
     let Outcome::Fault { fault, cycles, .. } = drive(ArmInterface::FRANKA, UNDERWAY, &|s| s.tau.fill(3.0)) else {
@@ -312,7 +313,7 @@ fn a_right_state_is_never_a_fault() {
                 others[fault.code() as usize] += 1;
                 break;
             }
-            // Some commands are lost, a fifth for a while.
+            // Some commands are lost: a fifth of them in the first 100 of 1000 cycles, a hundredth in the others.
             if !random.one_in(if cycle % 1000 < 100 { 5.0 } else { 100.0 }) {
                 arm.tau = command.tau;
             }

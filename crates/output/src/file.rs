@@ -101,7 +101,8 @@ pub fn prepare(path: &Path) -> Result<()> {
     unfinished(path).map(drop)
 }
 
-/// A file that is to have this name once it is complete: beside it, with a name of its own, gone when it is dropped.
+/// A temporary file in the folder of `path`, which [`finish`] renames to `path` once it is complete. Dropped before, it
+/// is deleted.
 ///
 /// # Errors
 /// As [`replace`].
@@ -110,22 +111,23 @@ pub fn unfinished(path: &Path) -> Result<NamedTempFile> {
     let name = path.file_name().with_context(|| format!("{} is a folder", path.display()))?;
     let folder = folder_of(path);
     let mut builder = tempfile::Builder::new();
-    // As of any new file: what others may do with it, the user's mask says.
+    // Permissions as of any new file: the user's umask says what others may do with it.
     builder.prefix(name).suffix(".tmp").permissions(Permissions::from_mode(0o666));
     builder.tempfile_in(folder).with_context(|| path.display().to_string())
 }
 
-/// The one spelling of where a file lies or is to lie, in a folder that is there.
+/// The absolute path of a file, links resolved: the same for every way to write it. The file need not exist, its folder
+/// has to.
 ///
 /// # Errors
-/// If that is a folder, no file, or in a folder that is missing.
+/// If `path` is a folder or a device, or its folder is missing.
 pub fn place(path: &Path) -> Result<PathBuf> {
     let path = behind_links(path)?;
     let name = path.file_name().with_context(|| format!("{} is a folder", path.display()))?;
     Ok(fs::canonicalize(folder_of(&path))?.join(name))
 }
 
-/// Where a file of this name lies: what a link leads to is written, not the link replaced.
+/// The path at which a file of this name is written: of a link, the file that it leads to, so that the link stays.
 fn behind_links(path: &Path) -> Result<PathBuf> {
     match std::fs::metadata(path) {
         Ok(there) if there.is_dir() => bail!("{} is a folder", path.display()),
@@ -138,7 +140,7 @@ fn behind_links(path: &Path) -> Result<PathBuf> {
     }
 }
 
-/// `Path::with_extension` would cut "seed_0.5" at its dot.
+/// The path with `suffix` behind its whole name. `Path::with_extension` would cut "seed_0.5" at its dot.
 pub fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut name = OsString::from(path);
     name.push(suffix);

@@ -33,7 +33,7 @@ pub fn bad(message: String) -> anyhow::Error {
 /// that is no error: the program ends silently, as other command-line programs do. A program that trains has work to lose and calls
 /// [`outlive_readers`] first.
 ///
-/// A panic, such as that of a task that breaks its word, is told on one line too; with `RUST_BACKTRACE` set as Rust tells it.
+/// A panic is told on one line too. With `RUST_BACKTRACE` set, Rust tells it in its own way.
 pub fn run(program: impl FnOnce() -> Result<ExitCode>) -> ExitCode {
     if std::env::var_os("RUST_BACKTRACE").is_none() {
         std::panic::set_hook(Box::new(tell_panic));

@@ -30,7 +30,8 @@ pub fn stratified_p_value(strata: &[[&[f64]; 2]]) -> f64 {
     (2.0 * rarer / count(&splits)).min(1.0)
 }
 
-/// How many ways there are to choose so many of `ranks`, by their sum: counts stay exact up to 2^53, which is 20 of 40 and more.
+/// Element s is the number of ways to choose `chosen` of `ranks` with the sum s. Counts are exact up to 2^53; to choose
+/// 20 of 40 there are 1.4e11 ways.
 fn splits_by_sum(ranks: &[usize], chosen: usize) -> Vec<f64> {
     let sums = ranks.iter().sum::<usize>() + 1;
     let mut splits = vec![vec![0.0; sums]; chosen + 1];
@@ -44,7 +45,7 @@ fn splits_by_sum(ranks: &[usize], chosen: usize) -> Vec<f64> {
     splits.swap_remove(chosen)
 }
 
-/// Counts of sums of one choice each.
+/// Counts, by their sum, of all pairs of a choice counted in `a` and one counted in `b`.
 fn convolved(a: &[f64], b: &[f64]) -> Vec<f64> {
     let mut sums = vec![0.0; a.len() + b.len() - 1];
     for (at, &of_a) in a.iter().enumerate().filter(|(_, count)| **count > 0.0) {
@@ -74,11 +75,11 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
     corrected
 }
 
-/// The smallest difference that [`p_value`] would call real at `level` in four of five such experiments: both samples are
-/// redrawn, as large as they are, from what is left of each value without its sample's mean, and one is shifted. Infinite if no
-/// difference would do; `None` if a value is not finite, or there is no spread to draw from.
+/// The smallest difference with which [`p_value`] is below `level` in four of five such experiments. Both samples are
+/// redrawn, as large as they are, from the residuals of both (each value less its sample's mean), and one is shifted.
+/// Infinite if no difference would do; `None` if a value is not finite, or there is no spread to draw from.
 pub fn smallest_detectable(a: &[f64], b: &[f64], level: f64) -> Option<f64> {
-    // A sample's own mean is nearer to it than the true one is.
+    // A sample lies closer to its own mean than to the true one: the factor makes up for that.
     let left_of = |sample: &[f64]| {
         let (centre, n) = (mean(sample), sample.len() as f64);
         sample.iter().map(|x| (x - centre) * (n / (n - 1.0)).sqrt()).collect::<Vec<_>>()
@@ -166,7 +167,7 @@ mod tests {
         let ten = smallest_detectable(&sides[0], &sides[1], 0.05).unwrap();
         let five = smallest_detectable(&sample(5), &sample(5), 0.05).unwrap();
         assert!((12.0..26.0).contains(&ten) && five > 1.2 * ten, "{ten} {five}");
-        // What is left of both sides without their means, as wide as samples of ten say that it is: how often other draws show the difference.
+        // Other draws of the same residuals, scaled as for samples of ten, show the difference in four cases of five.
         let apart = |side: &Vec<f64>| side.iter().map(|x| x - mean(side)).collect::<Vec<_>>();
         let left = sides.each_ref().map(apart).concat();
         let wider = (10.0_f64 / 9.0).sqrt();

@@ -1,11 +1,12 @@
-//! Statistics over seeds, the unit of replication: few numbers, so intervals of what is no mean come from resampling
-//! (Agarwal et al. 2021, "Deep reinforcement learning at the edge of the statistical precipice").
+//! Statistics over seeds, the unit of replication. Seeds are few, so intervals of statistics other than a mean come
+//! from resampling (Agarwal et al. 2021, "Deep reinforcement learning at the edge of the statistical precipice").
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// Resamples behind an interval of few values, and of many; between them the work of an interval stays the same.
+/// Resamples behind an interval of at most [`FEW`] values, and the least for any number of values. In between there are
+/// fewer for more values, so that an interval takes the same time.
 const RESAMPLES: usize = 10_000;
 const FEWEST_RESAMPLES: usize = 1000;
 /// The most values that have all resamples.
@@ -154,8 +155,9 @@ pub fn student_interval(sample: &[f64]) -> Option<[f64; 2]> {
     welch_interval(sample, &[0.0; 2])
 }
 
-/// Of the mean of `a` over that of `b`: 95 %, Welch's interval of the logarithm, each sample's error as a share of its mean. `None` as
-/// [`welch_interval`], or if a mean is not above zero.
+/// The 95 % interval of the mean of `a` divided by the mean of `b`. It is Welch's interval of the ratio's logarithm,
+/// for which each sample's standard error counts as a share of its mean. `None` as [`welch_interval`], or if a mean is
+/// not above zero.
 pub fn ratio_interval(a: &[f64], b: &[f64]) -> Option<[f64; 2]> {
     let shares = |sample: &[f64]| sample.iter().map(|value| value / mean(sample)).collect::<Vec<_>>();
     let ratio = mean(a) / mean(b);

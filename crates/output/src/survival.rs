@@ -1,18 +1,19 @@
-//! How long runs take to come to something that some of them never come to (Kaplan and Meier, 1958).
+//! How long runs take to reach a target, such as a return, that some of them never reach (Kaplan and Meier, 1958).
 
 use std::cmp::Ordering;
 
-/// A run: how long it was watched, and whether it came there at the end of that time. If not it is censored: it would have come later, or
-/// never.
+/// A run: how long it was watched, and whether it reached the target at the end of that time. If not, it is censored:
+/// it would have reached the target later, or never.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Watched {
     /// In any unit.
     pub time: f64,
-    /// Whether it came there.
+    /// Whether the run reached the target at `time`.
     pub came: bool,
 }
 
-/// The share of runs that have not come there yet, as steps: each time at which some did, and the share from then on.
+/// The share of runs that have not reached the target yet, as steps: each time at which some did, and the share from
+/// then on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Survival(Vec<(f64, f64)>);
 

@@ -25,14 +25,15 @@ fn main() {
     }
 }
 
-/// What pushes on the tool: up to 20 N from below with friction and a moment, and a breath of noise before and after.
+/// What pushes on the tool: up to 20 N from below with friction and a moment, and in every sample noise of up to 0.05 N
+/// or Nm.
 fn push(sample: u32) -> Wrench {
     let contact = if (8..30).contains(&sample) { (f64::from(sample - 7) / 4.0).min(1.0) } else { 0.0 };
     let noise = Wrench::from_fn(|i, _| 0.05 * libm::sin((i as f64 + 1.3) * f64::from(sample)));
     contact * Wrench::new(-3.0, 2.0, 20.0, 0.5, -0.3, 0.1) + noise
 }
 
-/// Ten decimals: a measurement needs no more, and what is written is what counts.
+/// Ten decimals: a measurement needs no more, and the file's rounded numbers are the ones that the test reads.
 fn row(y: &Measurement) -> String {
     let (jacobian, mass) = (y.jacobian.transpose(), y.mass.transpose()); // Row by row.
     let parts: [&[f64]; 9] = [

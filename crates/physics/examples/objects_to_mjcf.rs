@@ -1,4 +1,5 @@
-//! Shows what is read of a file of objects: `objects_to_mjcf FILE.xml|FILE.urdf` checks it as a scene and prints that as MJCF.
+//! Shows what is read of a file of objects: `objects_to_mjcf FILE.xml|FILE.urdf` checks the objects as a scene and
+//! prints the scene as MJCF.
 
 use std::error::Error;
 use std::path::Path;

@@ -12,7 +12,8 @@ use physics::robots::RobotName;
 use physics::robots::urdf::{self, Choices, Document};
 use physics::scene::Scene;
 
-/// Parts of one that spread angles and velocities over all joints: roots of the first primes, of which only the part behind the point counts.
+/// The first primes, a column for each joint angle and velocity. The fractional parts of the multiples of their square
+/// roots spread the states over the ranges of all joints.
 const STEPS: [f64; 14] = [2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 23.0, 29.0, 31.0, 37.0, 41.0, 43.0];
 
 fn main() -> ExitCode {

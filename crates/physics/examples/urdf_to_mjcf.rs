@@ -30,7 +30,8 @@ fn main() -> ExitCode {
     }
 }
 
-/// The arm of a URDF wherever it reaches to. Rotors, which a URDF does not have, are the FR3's.
+/// The arm of a URDF, whether or not it reaches the start of the tasks. Rotors, which a URDF does not have, are the
+/// FR3's.
 fn of_urdf(file: &str, tool: &str) -> Result<Robot, String> {
     let text = std::fs::read_to_string(file).map_err(|error| error.to_string())?;
     let choices = Choices { tool: Some(tool.into()), without_shapes: true, ..Choices::default() };

@@ -17,7 +17,8 @@ use crate::scene::{Air, Inertial, Scene};
 pub(crate) struct Drag {
     /// Centre of mass in the frame of the moving body that carries this one (m).
     centre: Vector3,
-    /// Principal axes as columns in the same frame; `None`: the frame's own, as most are, at half the price.
+    /// Principal axes as columns in the same frame. `None`: the axes of the frame, the usual case, which costs half as
+    /// much.
     axes: Option<Matrix3<f64>>,
     /// b of translation (N s/m) and rotation (Nm s).
     viscous: [f64; 2],
@@ -32,7 +33,8 @@ impl Drag {
         let moments = principal.eigenvalues;
         let half = moments.map(|moment| (1.5 * (moments.sum() - 2.0 * moment).max(0.0) / inertial.mass).sqrt());
         let radius = half.mean();
-        // For each axis, from the half sizes across it and along it.
+        // For each axis: j and k are the half sizes across it, and `turned` is r (j^4 + k^4) with r the half size along
+        // it.
         let (j, k) = (half.yzx(), half.zxy());
         let turned = half.component_mul(&(j.map(|r| r.powi(4)) + k.map(|r| r.powi(4))));
         Drag {
@@ -43,7 +45,7 @@ impl Drag {
         }
     }
 
-    /// The same in the frame in which the frame before has pose `pose`.
+    /// The same drag in the frame in which the present one has pose `pose`.
     fn moved(self, pose: &Pose) -> Self {
         let axes = pose.rotation.to_rotation_matrix() * self.axes.unwrap_or_else(Matrix3::identity);
         let centre = (pose * Point3::from(self.centre)).coords;

@@ -49,7 +49,7 @@ impl ContactReading {
         self.hand_force() + self.links.sustained
     }
 
-    /// The same of the last step alone (N).
+    /// Size of the force beyond the wrist and of those on the links in the last step alone, added up (N).
     pub fn raw_arm_force(&self) -> f64 {
         self.raw.fixed_rows::<3>(0).norm() + self.links.raw
     }

@@ -17,7 +17,7 @@ pub struct Deviation {
     pub hinge_damping: f64,
     /// Stiffness that is added to the joint `hinge`, at rest when it is closed (Nm/rad).
     pub hinge_spring: f64,
-    /// By how much the body `table` stands higher (m).
+    /// By how much the shapes of the body `table` stand higher (m).
     pub table_height: f64,
     /// Changes of bodies and joints by name, each with its value.
     pub own: Vec<(Change, f64)>,
@@ -39,7 +39,7 @@ pub enum Change {
 }
 
 impl Change {
-    /// Of its value.
+    /// Unit of the change's value.
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {
@@ -48,7 +48,7 @@ impl Change {
         }
     }
 
-    /// The values that leave a body or a joint that can be: masses are above 0, nothing else is negative.
+    /// Whether `value` is allowed: finite, above 0 for a mass and at least 0 for anything else.
     #[must_use]
     pub fn is_possible(self, value: f64) -> bool {
         value.is_finite()
@@ -84,7 +84,7 @@ impl Change {
 }
 
 impl Default for Deviation {
-    /// None.
+    /// No deviation.
     fn default() -> Self {
         Deviation {
             payload: 0.0,

@@ -30,7 +30,8 @@ pub(crate) use self::surfaces::ground_below;
 use crate::model::GRAVITY;
 use crate::scene::{Axis, Inertial, Joint, Role, Scene};
 
-/// Contacts are foreseen up to this speed (m/s), unless the scene says how far: the Panda's flange reaches 1.7. What comes faster overlaps for a step.
+/// Approach speed up to which a contact is foreseen (m/s), unless the scene gives a distance. The Panda's flange
+/// reaches 1.7. What comes faster overlaps for a step.
 const FASTEST_APPROACH: f64 = 2.0;
 /// A body this fast (m/s) shows that the simulation has diverged.
 const MAX_BODY_SPEED: f64 = 1000.0;
@@ -49,7 +50,7 @@ struct EngineJoint {
     coordinate: usize,
     /// Joint axis in the child's frame.
     direction: Vector3,
-    /// Whether it belongs to the arm.
+    /// Whether the joint moves a shape of the arm or its tool ([`Scene::is_arm_joint`]).
     is_arm: bool,
 }
 
@@ -76,7 +77,7 @@ pub(crate) struct Engine {
     roles: Vec<Option<Role>>,
     /// What moves through the air.
     movers: Vec<Mover>,
-    /// The tool's, if it has one.
+    /// The soft layer of the tool, if it has one.
     soft_layer: Option<SoftLayer>,
 }
 
@@ -88,9 +89,10 @@ impl Engine {
         world.integration_parameters = IntegrationParameters {
             dt,
             num_solver_iterations: substeps,
-            // A sweep over all contacts leaves about half of what is wrong. The first pass corrects positions, the
-            // second leaves the velocities: it takes out the momentum of an impact, and with one sweep a cube that
-            // falls flat lands spinning and slides 0.3 mm. With fewer sweeps a hand pressed on a table chatters.
+            // A sweep over all contacts leaves about half of the error. The first pass also corrects positions. The
+            // second pass solves for velocities alone and takes out the momentum of an impact: with one sweep in it a
+            // cube that falls flat lands spinning and slides 0.3 mm. With fewer sweeps a hand pressed on a table
+            // chatters.
             num_internal_pgs_iterations: 4,
             num_internal_stabilization_iterations: 6,
             // Pairs that will not meet in this step need no constraint.
@@ -194,7 +196,8 @@ impl Engine {
             multibody.update_rigid_bodies(bodies, true);
             multibody.set_self_contacts_enabled(false);
         }
-        // The arm meets itself, as its roles say; a door does not meet its handle. All joints of the arm are gone through, as one without a shape may be the last.
+        // Parts of the arm collide with each other as their roles say; a door does not collide with its handle. The
+        // flag is set at each joint of the arm that moves a shape, because the last joint may move none.
         for joint in self.joints.iter().filter(|joint| joint.is_arm) {
             let (multibody, _) = multibody_joints.get_mut(joint.handle).expect("inserted above");
             multibody.set_self_contacts_enabled(true);
@@ -218,7 +221,7 @@ impl Engine {
         self.coordinates[i]
     }
 
-    /// Inertia (kg m2 or kg) of each joint as the bodies stand, those that follow it free to move.
+    /// Inertia (kg m2 or kg) of each joint as the bodies stand, 1/(M^-1)_ii: all other joints are free to move.
     pub fn inertias(&mut self) -> Vec<f64> {
         let PhysicsWorld { bodies, multibody_joints, .. } = &mut self.world;
         let inertia = |joint: &EngineJoint| {
@@ -280,8 +283,8 @@ impl Engine {
         self.velocity_at(body, &com)
     }
 
-    /// A point of a body, its velocity, and that of the body's rotation. Of a body on a joint they are made of the joints' velocities, as the
-    /// engine's own are a step old there.
+    /// A point of a body (m), its velocity (m/s) and the angular velocity (rad/s), world axes. For a body on a joint
+    /// they are computed from the joints' velocities, because the engine's own are a step old there.
     fn motion(&self, body: RigidBodyHandle) -> [Vector3; 3] {
         let Some(i) = self.joints.iter().position(|joint| joint.child == body) else {
             let body = &self.world.bodies[body];

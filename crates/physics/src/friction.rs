@@ -27,16 +27,16 @@ pub(crate) struct DryFriction {
     arm_limit: JointVector,
     /// What damping adds to the arm's mass matrix in a step (kg m2).
     arm_damping: JointVector,
-    /// s
+    /// Length of a step of the engine (s).
     dt: f64,
-    /// Effort on each joint that the prediction of the last step missed (Nm or N).
+    /// Effort on each joint beyond model and given efforts (Nm or N), as learned from the steps so far.
     missed: Vec<f64>,
     // Work space of a step: velocities as predicted, and the mass matrix of the arm with its damping.
     predicted: Vec<f64>,
     mass: JointMatrix,
 }
 
-/// A joint that is not the arm's is predicted by itself.
+/// Numbers of one joint. A joint that is not the arm's is predicted without regard to the others.
 struct Joint {
     /// Largest impulse in a step (Nm s or N s).
     limit: f64,
@@ -103,7 +103,7 @@ impl DryFriction {
         let factors = self.mass.cholesky().expect("a mass matrix");
         let acting = |i: usize| if i < self.of_arm { efforts[i] + self.missed[i] } else { 0.0 };
         let effort = JointVector::from_fn(|i, _| acting(i)) - arm.bias;
-        // Damping in the mass matrix and in the force cancel in the momentum.
+        // Damping is implicit: (M + D dt) qd_after = M qd + effort dt.
         let driven = arm.mass * arm.qd + effort * self.dt;
         let free = factors.solve(&driven);
         // Most often every joint goes on in the direction in which it would without friction.
@@ -164,7 +164,7 @@ mod tests {
     use crate::robots::panda::HOME;
     use crate::scenes::lift;
 
-    /// Joints that friction can hold stand still; the others are braked by all that it has.
+    /// Joints that friction can hold stand still; the others are braked by the largest impulse that friction has.
     #[test]
     fn friction_holds_what_it_can_and_brakes_the_rest() {
         let (scene, gripper) = lift::scene(&RobotName::Robosuite.robot(), Vector3::repeat(0.021));

@@ -81,7 +81,8 @@ fn write_body(w: &mut String, scene: &Scene, index: usize, depth: usize) {
 fn write_inertial(w: &mut String, body: &Body, pad: &str) {
     let inertial = &body.inertial;
     if inertial.mass == 0.0 {
-        // In so many words: MuJoCo 3.2.7 looks for the centre of mass of several geoms without mass, and gives up.
+        // Written out, because without it MuJoCo 3.2.7 looks for the centre of mass of several geoms without mass and
+        // gives up.
         writeln!(w, r#"{pad}  <inertial mass="0" pos="0 0 0" diaginertia="0 0 0"/>"#).unwrap();
         return;
     }

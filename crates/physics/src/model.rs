@@ -11,7 +11,7 @@ use nalgebra::{Point3, UnitQuaternion};
 use crate::gripper::INITIAL_OPENING;
 use crate::scene::{Axis, Body, Inertial, Joint, Scene, at};
 
-/// Standard gravity along -z (m/s2).
+/// Acceleration of gravity, which acts along -z (m/s2).
 pub const GRAVITY: f64 = 9.81;
 
 /// What never changes about the arm.
@@ -149,7 +149,7 @@ impl Model {
         bias_of(k, &self.moved(k), qd, self.joints)
     }
 
-    /// Energy of the arm (J): kinetic plus potential, the latter zero at z = 0.
+    /// Kinetic plus potential energy of the arm (J) at `q` (rad) and `qd` (rad/s). At z = 0 the potential energy is 0.
     pub fn energy(&self, q: &JointVector, qd: &JointVector) -> f64 {
         let k = self.kinematics(q);
         let potential: f64 = (0..7)
@@ -161,8 +161,8 @@ impl Model {
         0.5 * qd.dot(&(self.mass(&k) * qd)) + potential
     }
 
-    /// All that a controller reads, for joint state `q`, `qd` and an external `wrench`
-    /// (what the environment exerts on the tool).
+    /// All that a controller reads, for joint angles `q` (rad), velocities `qd` (rad/s) and the `wrench` that the
+    /// environment exerts on the tool (N, Nm; world axes, at the tool point).
     pub fn measure(&self, q: JointVector, qd: JointVector, wrench: Wrench) -> Measurement {
         let k = self.kinematics(&q);
         let bodies = self.moved(&k);

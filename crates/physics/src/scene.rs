@@ -19,7 +19,7 @@ pub use role::Role;
 pub struct Scene {
     /// Bodies in topological order.
     pub bodies: Vec<Body>,
-    /// What drives the joints: told to MuJoCo in [`crate::mjcf`]; the simulation takes efforts as they come.
+    /// Motors of the joints. [`crate::mjcf`] exports them; the simulation applies any effort and does not look at them.
     pub actuators: Vec<Actuator>,
     /// The one contact that gives way; every other is rigid.
     pub pad: Option<Pad>,
@@ -47,11 +47,11 @@ pub struct Air {
 /// contact, and nothing softer than any other contact beyond its travel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pad {
-    /// Place of the surface among the geoms of the scene.
+    /// Index of the surface among the geoms of the scene.
     pub surface: usize,
-    /// Of one point of contact (N/m).
+    /// Stiffness at one point of contact (N/m).
     pub stiffness: f64,
-    /// Of one point of contact (N s/m).
+    /// Damping at one point of contact (N s/m).
     pub damping: f64,
     /// How far the layer gives way (m).
     pub travel: f64,
@@ -209,7 +209,8 @@ impl Shape {
         }
     }
 
-    /// Its kind, and as a page reads it its sizes, or of a hull three corners of each triangle (m).
+    /// Name of the kind and its sizes (m), as the 3D pages read them; for a hull, `triangles` and the three corners of
+    /// each.
     pub fn kind_and_sizes(&self) -> (&'static str, Vec<f64>) {
         match self {
             Shape::Box(_) => ("box", self.sizes()),

@@ -283,8 +283,8 @@ impl Simulation {
         &self.contact
     }
 
-    /// What pressed on the arm after each of the engine's steps, equally long, that the last step was made of: one at 500 Hz and
-    /// above.
+    /// Contact readings after each of the equally long engine steps in the last step. At control rates of 500 Hz and
+    /// above there is one.
     pub fn contacts(&self) -> &[ContactReading] {
         &self.contacts
     }
@@ -297,12 +297,12 @@ impl Simulation {
         self.engine.pose(body)
     }
 
-    /// Velocity of a moving body: linear at its centre of mass, world axes.
+    /// Velocity of a moving body (m/s, rad/s; world axes), linear at its centre of mass.
     pub fn body_velocity(&self, body: usize) -> Twist {
         self.engine.velocity(body)
     }
 
-    /// Velocity of a moving body: linear at its point that is now at `point` (world), world axes.
+    /// Velocity of a moving body (m/s, rad/s; world axes), linear at its point that is now at `point` (m, world).
     pub fn body_velocity_at(&self, body: usize, point: &Vector3) -> Twist {
         self.engine.velocity_at(body, point)
     }

@@ -1,9 +1,8 @@
 //! What stops the arm's joints at the ends of their travel: MuJoCo's joint limit, with its default parameters.
 //!
 //! MuJoCo 3.2.7, documentation, Computation, "Constraint model" and "Parameters". Beyond its range a joint is to
-//! accelerate back with a = -b v - k r, r being the overshoot. The stop sees to it against whatever else drives the
-//! joint, but for a small part 1 - d of that drive: it is hard at rest and critically damped on impact, on a heavy
-//! joint as on a light one.
+//! accelerate back with a = -b v - k r, r being the overshoot. Of whatever else drives the joint the stop leaves a
+//! small share, 1 - d. So it is hard at rest and critically damped on impact, on a heavy joint as on a light one.
 
 use aforce::{JointMatrix, JointVector, Measurement};
 
@@ -14,7 +13,7 @@ use crate::scene::{Axis, Stop};
 const TIME_CONSTANT: f64 = 0.02;
 /// d at the end of the range, and from [`WIDTH`] beyond it on.
 const IMPEDANCE: [f64; 2] = [0.9, 0.95];
-/// rad
+/// Overshoot at which d reaches its second value (rad).
 const WIDTH: f64 = 1e-3;
 /// Passes over the joints: their stops act on one another through the inertia.
 const PASSES: usize = 50;
@@ -25,7 +24,7 @@ pub(crate) struct ArmStops {
     range: [[f64; 2]; 7],
     /// Diagonal of M^-1 at joint angles zero (1/(kg m2)): scale of MuJoCo's regularisation (1 - d)/d.
     compliance: JointVector,
-    /// s
+    /// Time constant of the way back (s).
     time_constant: f64,
 }
 
@@ -45,7 +44,7 @@ impl ArmStops {
 
     /// Torques (Nm) of the stops on joints that are as `arm` says and are driven by `tau`. They push and never pull.
     pub fn torque(&self, arm: &Measurement, tau: &JointVector) -> JointVector {
-        // Into the range, and the overshoot.
+        // Sign of the direction into the range, and the overshoot (rad).
         let beyond: [Option<(f64, f64)>; 7] = std::array::from_fn(|i| match self.range[i] {
             [lower, _] if arm.q[i] < lower => Some((1.0, lower - arm.q[i])),
             [_, upper] if arm.q[i] > upper => Some((-1.0, arm.q[i] - upper)),
@@ -71,7 +70,7 @@ impl ArmStops {
         stops
     }
 
-    /// Acceleration (rad/s2) into the range, at a velocity into it.
+    /// Wanted acceleration into the range (rad/s2), at an overshoot (rad) and a velocity into the range (rad/s).
     fn way_back(&self, d: f64, overshoot: f64, velocity: f64) -> f64 {
         let rate = 1.0 / (IMPEDANCE[1] * self.time_constant);
         d * rate * rate * overshoot - 2.0 * rate * velocity

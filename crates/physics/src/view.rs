@@ -40,8 +40,8 @@ impl View {
         Image { width, height, rgb }
     }
 
-    /// How far what it sees lies from the plane through the eye that faces the picture (m): rows from the top, at most `far`, which
-    /// is also what it says where it sees nothing.
+    /// Depth of each pixel (m): the distance along the viewing direction, not along the ray. Rows from the top. A depth
+    /// is at most `far`, which also stands where nothing is seen.
     pub fn depths(&self, simulation: &Simulation, far: f64, width: usize, height: usize) -> Vec<f32> {
         let mut depths = Vec::with_capacity(width * height);
         self.each_ray(simulation, width, height, |surfaces, direction| {

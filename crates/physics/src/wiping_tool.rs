@@ -21,10 +21,10 @@ const STIFFNESS: f64 = 45_000.0;
 /// Damping ratio of each point of contact. The arm on the whole face has the damping
 /// ratio of one point times the square root of the number of points, about 0.4 in all.
 const DAMPING_RATIO: f64 = 0.15;
-/// The level face gives way under 450 N at most. robosuite's has no such end; a tool that is pressed on with kilonewtons
-/// lies centimetres deep there.
+/// How far the face gives way (m): the level face under 450 N. robosuite's face has no such end; a tool that is pressed
+/// on with kilonewtons lies centimetres deep there.
 const TRAVEL: f64 = 0.01;
-/// The corners of both rails carry the level face.
+/// Number of points of contact of the level face: the corners of both rails.
 const CORNERS: f64 = 8.0;
 
 /// Adds the tool below `right_hand`; returns its body, which carries the grip site.

@@ -236,8 +236,8 @@ fn energy_balance_closes() {
     }
 }
 
-/// Work that is missing after 2 s of motion, sum of its size over joints and steps, and its
-/// sum (J).
+/// After 2 s of motion (J): the work of the motors that energy and losses do not account for, the sum of the size of
+/// the work over joints and steps, and the work itself.
 fn unaccounted_work(robot: &Robot, dt: f64) -> (f64, f64, f64) {
     let mut simulation = simulate_bare_arm(robot.clone(), dt, 1);
     let energy = |s: &Simulation| {

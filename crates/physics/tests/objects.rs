@@ -27,7 +27,7 @@ fn arm() -> (Scene, usize, Plant) {
     let mut scene = Scene::default();
     let wrist = robot.add_to(&mut scene, at([0.0, -2.0, 0.0]));
     let gripper = add_gripper(&mut scene, &robot, wrist);
-    // In the file nothing moves through air.
+    // The file has no air.
     scene.air = None;
     let plant = Plant { robot, dt: DT, config: SimulationConfig::default(), deviation: Deviation::default() };
     (scene, gripper, plant)
@@ -63,7 +63,8 @@ fn apart_from_mujoco(dt: f64) -> [f64; 5] {
             (simulation.joint(flap).0 - row[11]).abs(),
             (simulation.joint(drawer).0 - row[12]).abs(),
         ];
-        // How the roof tumbles as it lands, the softness of the floor decides.
+        // The softness of the floor decides how the roof tumbles as it lands, so only its start and its rest are
+        // compared.
         if (2..rows.len() - 1).contains(&index) {
             (apart[1], apart[2]) = (0.0, 0.0);
         }
@@ -71,7 +72,8 @@ fn apart_from_mujoco(dt: f64) -> [f64; 5] {
         let steps = if index + 1 < rows.len() { (0.05 / dt).round() as usize } else { 0 };
         (0..steps).for_each(|_| hold(&mut simulation));
     }
-    // 5/7 of what slides without friction, and a step more for a scheme of first order.
+    // A rolling ball accelerates with 5/7 of what one that slides without friction does. A first-order scheme is half a
+    // step ahead.
     let rolled = (simulation.body_pose(ball).translation.vector - Vector3::new(-0.4837215, 1.0, 0.4360645)).norm();
     let acceleration = 5.0 / 7.0 * 9.81 * 10f64.to_radians().sin();
     assert!((rolled - acceleration * (0.5 + 0.5 * dt)).abs() < 2e-4, "{rolled} m in a second");

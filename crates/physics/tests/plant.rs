@@ -86,7 +86,7 @@ fn draws_what_it_simulates(simulation: &Simulation) {
     }
 }
 
-/// A long step is many of the engine's, and a blow that is over at its end has been felt.
+/// A long control step has many engine steps. A blow that is over at its end is still in the readings of those steps.
 #[test]
 fn a_blow_within_a_long_step_is_told() {
     let deviation = Deviation::default();

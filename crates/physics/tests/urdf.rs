@@ -1,7 +1,7 @@
 //! The FR3 written as a URDF, with joints about any axis, reads back as the FR3. `scripts/urdf_compared.py` holds what is read
 //! against Pinocchio and MuJoCo, which read the same file. Collision meshes of an arm: the hull of each file, found as ROS finds it,
 //! or one line that names link and file.
-//! And a robot file: a URDF and what that does not say.
+//! A robot file adds to a URDF what the URDF does not say.
 
 mod small_urdf;
 

@@ -202,7 +202,7 @@ fn what_is_unusual_and_right_is_read() {
     assert_eq!(read(&with("\"base\"", "\"world\""), &Choices::default()).unwrap(), plain);
 }
 
-/// What the arm does not carry need not be a body, nor have a shape's size what is left out.
+/// A link that the arm does not carry may have an impossible inertia, and a shape that is left out may have no size.
 #[test]
 fn what_is_not_of_the_arm_refuses_nothing() {
     let flat = "<inertial><mass value=\"1\"/><inertia ixx=\"0.001\" ixy=\"0\" ixz=\"0\" iyy=\"0.001\" iyz=\"0\" izz=\"0.01\"/></inertial>";
@@ -218,7 +218,7 @@ fn what_is_not_of_the_arm_refuses_nothing() {
     // The same on a link that the arm moves.
     let error = read(&sensor("l4"), &choices).unwrap_err().to_string();
     assert!(error.starts_with("link \"sensor\": principal moments of inertia of 1.000e-3"), "{error}");
-    // Where the arm begins above the link that carries it, that link too is none of its own.
+    // Where the arm begins at l1, the link `base` and the sensor on it are no part of the arm.
     let choices = Choices { base: Some("l1".into()), ..choices };
     let six = read(&arm(7), &choices).unwrap();
     assert_eq!((six.joints, &read(&sensor("base"), &choices).unwrap()), (6, &six));

@@ -124,8 +124,8 @@ fn the_face_gives_way_as_robosuites() {
     }
 }
 
-/// A tool that comes down meets the table with no more than a pad makes of it: v sqrt(k m)
-/// with 43 kN/m and the 36 kg that the arm weighs there, 1.2 N per mm/s.
+/// The impact of a tool that comes down is bounded by the pad: v sqrt(k m), with 43 kN/m and the
+/// 36 kg that the arm weighs there 1.2 N per mm/s.
 #[test]
 fn an_impact_is_modest() {
     let mut bench = Bench::new(RobotName::Robosuite, TABLE_HEIGHT, TABLE_FRICTION);

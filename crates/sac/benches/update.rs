@@ -29,7 +29,7 @@ struct Setup {
     name: &'static str,
     sac: Sac,
     replay: Replay,
-    /// Products of an update of the critics alone, and of one of the actor besides.
+    /// The products of the critics' update, and those that the actor's step adds.
     products: [Vec<[Tensor; 3]>; 2],
     least: [f64; 3],
 }
@@ -90,22 +90,24 @@ fn cpu_ms(mut call: impl FnMut(u64)) -> f64 {
     (now() - began) / UPDATES as f64
 }
 
-/// Rows, inner length and columns of every product of an update: those of each, and those of one that has a step of the actor.
+/// Rows, inner length and columns of every matrix product of an update: those of every update, and those that a step of
+/// the actor adds.
 fn products(config: &Config) -> [Vec<[usize; 3]>; 2] {
     let n = config.batch_size;
     let forward = |sizes: &[usize]| sizes.windows(2).map(|pair| [n, pair[0], pair[1]]).collect::<Vec<_>>();
-    // Towards the layer's parameters; towards its input.
+    // Products for the derivative by a layer's parameters, and by its input.
     let parameters = |sizes: &[usize]| sizes.windows(2).map(|pair| [pair[0], n, pair[1]]).collect::<Vec<_>>();
     let input = |sizes: &[usize]| sizes.windows(2).map(|pair| [n, pair[1], pair[0]]).collect::<Vec<_>>();
     let network = |first: usize, last: usize| [&[first], config.hidden.as_slice(), &[last]].concat();
     let actor = network(OBSERVATIONS, 2 * ACTIONS);
     let critic = network(OBSERVATIONS + ACTIONS, 1);
-    // Towards the action alone.
+    // The critics' first layer, for the derivative by the action alone.
     let asked = network(ACTIONS, 1);
     let twins = |of_one: Vec<[usize; 3]>| [of_one.clone(), of_one].concat();
-    // Actions for the next observations, targets, what was done, and the critics' step.
+    // Of each critic: its target's value, its own value, and its derivatives.
     let of_critics = [forward(&critic), forward(&critic), parameters(&critic), input(&critic[1..])].concat();
-    // What the actor would do, its value, and the actor's step.
+    // The actor's present actions and the actor's derivatives; then the critics' value of these actions and its
+    // derivative by them.
     let of_actor = [forward(&actor), parameters(&actor), input(&actor[1..])].concat();
     let of_asked = [forward(&critic), input(&critic[1..]), input(&asked[..2])].concat();
     [[forward(&actor), twins(of_critics)].concat(), [of_actor, twins(of_asked)].concat()]

@@ -3,11 +3,11 @@
 //! | file | content |
 //! |---|---|
 //! | `actor.safetensors` | the policy: `actor.0.weight` `(out, in)`, `actor.0.bias`, `actor.2.weight`, ...: a PyTorch `Sequential` of `Linear` and `ReLU` |
-//! | `online_actor.safetensors` | the same for the actor that learns, of which the former is a running mean |
+//! | `online_actor.safetensors` | the same for the actor that learns; the policy is a running mean of it |
 //! | `critic.safetensors`, `target.safetensors` | the same for `critic_1` and `critic_2`; with `config.layer_norm` in `state.json` a `LayerNorm(elementwise_affine=False)` stands before each `ReLU` |
 //! | `optimizer.safetensors` | Adam's moments (`.adam_m`, `.adam_v`) of `online_actor` and `critic`, and `log_temperature` with its own |
 //! | `state.json` | sizes, settings, number of updates (which `actor.safetensors` repeats), states of the random generators, what the caller adds, BLAKE3 of the files above, and a checksum of itself |
-//! | `replay.bin`, `replay_*.bin` | the replay memory with checksums of its own, if it was given; the latter are shared with the checkpoint before, as second names of the same files |
+//! | `replay.bin`, `replay_*.bin` | the replay memory with checksums of its own, if it was saved; a `replay_*.bin` that the checkpoint before had too is a second name of the same file |
 
 use std::collections::BTreeMap;
 use std::os::unix::fs::MetadataExt;
@@ -32,11 +32,12 @@ const FORMAT: u32 = 1;
 const POLICY: &str = "actor.safetensors";
 /// The file of Adam's moments.
 const OPTIMIZER: &str = "optimizer.safetensors";
-/// The file that is not of tensors.
+/// The file of sizes, settings, counters and random generators.
 const STATE: &str = "state.json";
 /// Key of the policy's file under which it says which checkpoint it belongs to.
 const UPDATES: &str = "updates";
-/// How often a checkpoint is read that a run replaces meanwhile, and the pause between: longer than two renames.
+/// How often the reading of a checkpoint is tried while a run replaces it. The pause between is longer than two renames
+/// take.
 const TRIES: u32 = 10;
 const PAUSE: Duration = Duration::from_millis(20);
 
@@ -101,12 +102,12 @@ impl Checkpoint {
         if folder.exists() {
             fs::rename(folder, &old)?;
         }
-        // A kill here is what `current` is for.
+        // After a kill here `current` finds the old checkpoint under its temporary name.
         fs::rename(&new, folder)?;
         if let Some(parent) = folder.parent() {
             synced_file::names(parent)?;
         }
-        // The new one is in place: what a network drive keeps of the old, as somebody reads it, goes next time.
+        // A network drive may keep files of the old checkpoint while somebody reads them. The next save removes them.
         let _ = fs::remove_dir_all(&old);
         Ok(())
     }
@@ -186,7 +187,8 @@ impl Actor {
             let at = |problem: &dyn ToString| Error::checkpoint(&folder.join(STATE), problem.to_string());
             let config = Config::deserialize(&state.config).map_err(|e| at(&e))?;
             config.validate().map_err(|e| at(&e))?;
-            // Those of a learner in the same process, if there is one: an action differs by a rounding, no run goes on from it.
+            // The kernels of a learner in the same process will do: an action differs by rounding, and no run goes on
+            // from it.
             config.kernels.choose()?;
             let policy = read_policy(folder, &state, &config)?;
             Ok((Self::new(&config, policy, ChaCha8Rng::seed_from_u64(seed)), state.caller))
@@ -251,7 +253,7 @@ fn checksum(text: &str) -> String {
 }
 
 impl State {
-    /// Whether a file is the one that this state was saved with, as far as it says so.
+    /// An error if a file is not the one that this state was saved with. A state of an earlier program may not tell.
     fn names(&self, file: &str, tensors: &Tensors) -> Result<(), Error> {
         let hash = self.hashes.get(file).or(self.policy_hash.as_ref().filter(|_| file == POLICY));
         match hash {
@@ -288,8 +290,8 @@ fn read_state(folder: &Path, observation_dim: usize, action_dim: usize) -> Resul
     Ok(state)
 }
 
-/// Reads the policy that `state` belongs to: it has seen as many updates and is the file that `state` names, as far as the files say
-/// so; those of older checkpoints do not.
+/// Reads the policy that `state` belongs to. An error if it has another number of updates or another hash than `state`
+/// says; files of older checkpoints may lack either.
 fn read_policy(folder: &Path, state: &State, config: &Config) -> Result<Networks, Error> {
     let path = folder.join(POLICY);
     let file = Tensors::read(path.clone())?;
@@ -305,7 +307,8 @@ fn read_policy(folder: &Path, state: &State, config: &Config) -> Result<Networks
     Ok(Networks::with_values(Actor::NAMES, &sizes, Buffer::from_slice(&values)))
 }
 
-/// The settings are those with which a checkpoint was saved, or else the first difference. A setting that the saved file lacks counts as off.
+/// Whether the settings are those with which a checkpoint was saved; the error tells the first difference. A setting
+/// that the saved file lacks counts as off.
 fn same_settings(saved: &Value, config: &Config) -> Result<(), String> {
     let saved: Config = serde_json::from_value(saved.clone()).map_err(|e| e.to_string())?;
     let [saved, wanted] = [&saved, config].map(|config| serde_json::to_value(config).expect("plain data"));
@@ -319,8 +322,9 @@ fn same_settings(saved: &Value, config: &Config) -> Result<(), String> {
     }
 }
 
-/// What `read` finds in the folder of a checkpoint. A run that saves itself meanwhile renames that folder, so that what is read
-/// may be of two checkpoints or gone: then once more. A folder that stayed, under the name that it had, is damaged.
+/// What `read` finds in the folder of a checkpoint. A run that saves itself meanwhile renames that folder, so that what
+/// is read may be of two checkpoints or gone. Then it is read again. If the folder was not replaced, an error is the
+/// checkpoint's own.
 fn whole<T>(folder: &Path, read: impl Fn(&Path) -> Result<T, Error>) -> Result<T, Error> {
     let place = || {
         let path = current(folder);

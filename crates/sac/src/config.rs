@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Error, Kernels, Preset};
 
-/// Settings of the learner. A field that came later than the first checkpoints is, where a file lacks it, what it was before there was
-/// such a field: off.
+/// Settings of the learner. Some fields are newer than the first checkpoints. Where a file lacks such a field, the
+/// field is off, as the learner was before it existed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {

@@ -25,7 +25,7 @@ pub enum Kernels {
 static CHOSEN: OnceLock<(Kernels, Result<(), &'static str>)> = OnceLock::new();
 
 impl Kernels {
-    /// Decides for this process. The first call counts, and returns what was decided.
+    /// Decides for this process. The first call counts; every call returns what was decided.
     ///
     /// One thread multiplies: with another busy process beside it, threads that wait for each other slow an update some thirtyfold.
     /// Use one process per seed instead.
@@ -38,7 +38,8 @@ impl Kernels {
         made.map(|()| *chosen).map_err(|allowed| self.refused(allowed))
     }
 
-    /// The same for a learner: its numbers depend on the kernels, so none but its own will do.
+    /// As [`choose`](Self::choose), for a learner, whose numbers depend on the kernels: an error if other kernels were
+    /// decided on before.
     pub(crate) fn insist(self) -> Result<(), Error> {
         match self.choose()? {
             chosen if chosen == self => Ok(()),
@@ -77,8 +78,8 @@ extern "C" fn mkl_serv_intel_cpu_true() -> c_int {
     1
 }
 
-/// What MKL says of the instructions that its kernels are made for, such as `Intel(R) Advanced Vector Extensions 2 (Intel(R) AVX2) enabled
-/// processors`, with its version before it. They are decided on by the first learner or actor of the process.
+/// MKL's version, and what it says of the instructions that its kernels are made for, such as `Intel(R) Advanced Vector
+/// Extensions 2 (Intel(R) AVX2) enabled processors`. The first learner or actor of the process decides on the kernels.
 pub fn kernel() -> String {
     /// MKL's `MKLVersion`.
     #[repr(C)]
@@ -113,7 +114,7 @@ fn symbol(name: &CStr) -> Option<*const ()> {
 mod tests {
     use super::*;
 
-    /// Without it, a processor that is not Intel's multiplies at half its speed.
+    /// If libtorch asked MKL's own function, a processor that is not Intel's would multiply at half its speed.
     #[test]
     fn libtorch_asks_this_program_who_made_the_processor() {
         Kernels::Fast.insist().unwrap();

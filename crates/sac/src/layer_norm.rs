@@ -63,7 +63,7 @@ wide! {
     }
 }
 
-/// Sums side by side: one alone waits for each addition.
+/// Number of partial sums that are added up side by side. In a single sum each addition would wait for the one before.
 const LANES: usize = 16;
 
 #[inline(always)]

@@ -51,7 +51,8 @@ pub(crate) fn norm(values: &[f32]) -> f32 {
 }
 
 wide! {
-    /// Eight sums side by side: one alone waits for each addition and would take a twentieth of the update.
+    /// Eight partial sums side by side. In a single sum each addition would wait for the one before, and the norm would
+    /// take a twentieth of the update.
     fn add_squares(chunks: &[[f32; 8]], sums: &mut [f64; 8]) {
         for chunk in chunks {
             for (sum, &x) in sums.iter_mut().zip(chunk) {

@@ -15,7 +15,8 @@ pub struct Transition<'a> {
     pub next_observation: &'a [f32],
     /// The episode ended in a state without a future: nothing can be earned after it.
     pub terminated: bool,
-    /// The episode was cut by its time limit: the state has a future, and the critic's estimate of it is used.
+    /// The episode was cut short, by its time limit for instance: the state has a future, and the critic's estimate of
+    /// it is used.
     pub truncated: bool,
 }
 

@@ -1,7 +1,8 @@
 //! Pink noise: power 1/f, so that an episode explores slow and fast changes alike (Eberhard et al., 2023, ICLR).
 //!
-//! A sum of first-order processes, each forgetting twice as slowly as the one before (the usual approximation of 1/f by octaves; theirs
-//! draws an episode at once by a Fourier transform). Every number is standard normal on its own, as white noise is.
+//! The noise is a sum of first-order processes, each of which forgets at half the rate of the one before: the usual
+//! approximation of 1/f by octaves. Eberhard et al. draw a whole episode at once by a Fourier transform. Every number
+//! is standard normal on its own, as white noise is.
 
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};

@@ -1,7 +1,8 @@
 //! Named sets of settings.
 //!
-//! A preset that was published is frozen: a run's `config.toml` names it, and an older one that lacks a newer field takes that field from
-//! it. So a new field of [`Config`] is off in every preset here, and an improvement is a new preset: an entry of [`Preset::ALL`].
+//! A preset that was published is frozen. A run's `config.toml` names its preset, and an older file that lacks a newer
+//! field takes that field from the preset. So a new field of [`Config`] is off in every published preset, and an
+//! improvement is a new preset: an entry of [`Preset::ALL`].
 
 use std::fmt::{self, Debug, Formatter};
 
@@ -117,8 +118,8 @@ fn desktop() -> Config {
 /// What each difference buys: `results/learner`.
 fn swift() -> Config {
     Config {
-        // Time: the small network takes a third of the products, the actor's step falls due half as often. So do those of policy
-        // average and temperature.
+        // Time: the small network takes a third of the products. The actor, the averaged policy and the temperature
+        // make half as many steps.
         hidden: vec![128, 128],
         actor_period: 2,
         // White noise opens no doors, pink noise alone slows Lift.

@@ -15,20 +15,21 @@ use crate::{Config, Error, Sizes};
 /// [`Config::n_step`]); 0 after a termination. An observation is kept once: the one after a step is mostly the one before the next step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Replay {
-    /// Of what the critics see.
+    /// Numbers in an observation: all that the critics see.
     pub(crate) whole_observation: usize,
     pub(crate) action_dim: usize,
     pub(crate) capacity: usize,
     /// As they were seen.
     pub(crate) observations: Log,
-    /// A row for each transition: `[action | reward | discount | where its observation is | how many further the next one is]`.
+    /// A row for each transition: `[action | reward | discount | place of its observation (2 numbers) | rows from there
+    /// to the next observation]`.
     pub(crate) transitions: Log,
     pub(crate) n_step: NStep,
 }
 
-/// Numbers of a row besides the action. A place takes two: f32 counts to 2^24 only.
+/// Numbers of a row besides the action. The place of an observation takes two of them, as an f32 counts to 2^24 only.
 const BESIDES_ACTION: usize = 5;
-/// What the higher of the two counts.
+/// A place is the first of its two numbers times this, plus the second.
 const RADIX: usize = 1 << 20;
 
 /// Transitions drawn for one update, laid out for it.
@@ -146,8 +147,9 @@ impl Replay {
         }
     }
 
-    /// The transition that `drawn` below [`Replay::len`] stands for: its number modulo the capacity, as in a ring. So a seed draws the
-    /// same transitions as from a ring buffer, which this memory was before.
+    /// The transition that the number `drawn`, below [`Replay::len`], stands for: the one whose number modulo the
+    /// capacity is `drawn`, as in a ring buffer. This memory was a ring buffer once, and a seed still draws the same
+    /// transitions.
     fn drawn(&self, drawn: usize) -> usize {
         let oldest = self.transitions.len() - self.len();
         oldest + (drawn + self.capacity - oldest % self.capacity) % self.capacity

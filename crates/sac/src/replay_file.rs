@@ -40,7 +40,7 @@ struct Head {
 }
 
 impl Head {
-    /// Reads it off the start of a whole file; what is left are the numbers.
+    /// Reads the head of a whole file, and returns what follows it: the numbers and the checksum.
     fn read(content: &[u8]) -> Result<(Self, &[u8]), Error> {
         let mut rest = &content[MAGIC.len()..];
         let (sizes, lengths) = (counts(&mut rest)?, [counts(&mut rest)?, counts(&mut rest)?]);
@@ -52,7 +52,7 @@ impl Head {
     }
 }
 
-/// Checks that this is a whole `replay.bin`, by its magic and its checksum; what is wrong with it.
+/// Checks by magic and checksum that this is a whole `replay.bin`. The error says what is wrong.
 fn whole(content: &[u8]) -> Result<(), &'static str> {
     if content.starts_with(OLD_MAGIC) {
         return Err("the replay memory of an earlier version, which this one cannot go on from: begin the run anew");

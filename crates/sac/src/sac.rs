@@ -39,7 +39,7 @@ pub struct Sac {
     pub(crate) noise_rng: ChaCha8Rng,
     /// Noise of the present episode, if it is to be pink. Not saved: checkpoints to go on from lie between episodes.
     pink: Option<Pink>,
-    /// What the present episode tries, if anything. Not saved either.
+    /// Nudges of the present episode, if it has any. They are not saved either.
     nudges: Option<Nudges>,
     pub(crate) scratch: Scratch,
 }
@@ -106,16 +106,19 @@ impl Sac {
         }
     }
 
-    /// To be called at the start of each episode: draws the past of its noise, where noise has one, and whether it has nudges.
+    /// To be called at the start of each episode. Draws whether its noise is pink, the past of the pink noise, and
+    /// whether it has nudges.
     pub fn begin_episode(&mut self) {
-        // Nothing is drawn for what is off, so that a run without it keeps the bytes it had before there was any.
+        // For an option that is off nothing is drawn, so that a run without it has the bytes that it had before the
+        // option existed.
         let in_this_one = |share: f64, rng: &mut ChaCha8Rng| share > 0.0 && rng.random_bool(share);
         let (actions, rng) = (self.actor.action_dim(), &mut self.actor.rng);
         self.pink = in_this_one(self.config.pink_noise, rng).then(|| Pink::new(actions, rng));
         self.nudges = in_this_one(self.config.nudges, rng).then(Nudges::default);
     }
 
-    /// Writes the action for `observation`, the actor's part of it, each entry in [-1, 1], into `action`.
+    /// Writes the action for `observation`, each entry in [-1, 1], into `action`. `observation` is the actor's part
+    /// alone.
     ///
     /// # Panics
     ///
@@ -175,7 +178,8 @@ impl Sac {
         self.learn_from(&[replay, prior])
     }
 
-    /// As many transitions from each.
+    /// Learns from a batch with equally many transitions from each memory; of an odd batch the last memory has one
+    /// more.
     fn learn_from(&mut self, memories: &[&Replay]) -> Losses {
         let n = self.config.batch_size;
         for (k, replay) in memories.iter().enumerate() {
@@ -277,7 +281,8 @@ impl Sac {
         ActorLosses { loss: -alpha * entropy - q_mean, entropy, q_mean, grad_norm: norm(gradient) }
     }
 
-    /// Moves the policy towards the actor; at first it is the plain mean of all actors so far.
+    /// Moves the averaged policy towards the actor. For its first 1 / `policy_average` steps it is the plain mean of
+    /// all actors so far.
     fn average_step(&mut self) {
         let share = self.config.policy_average.max(1.0 / self.actor_steps() as f64) as f32;
         blend(&mut self.average.values, &self.actor.network.values, share);

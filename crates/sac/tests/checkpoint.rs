@@ -16,7 +16,7 @@ fn config() -> Config {
     Config { hidden: vec![32, 16], batch_size: 16, target_period: 2, replay_capacity: 150, ..Config::default() }
 }
 
-/// What is off there. Some of the episodes have pink noise and nudges.
+/// Options that are off in [`config`]. Some of the episodes have pink noise and nudges.
 fn options() -> Config {
     Config { actor_period: 2, layer_norm: true, pink_noise: 0.75, nudges: 0.75, prior_episodes: 5, ..config() }
 }
@@ -28,7 +28,7 @@ fn start() -> (Sac, Replay) {
 fn start_with(config: &Config, sizes: Sizes) -> (Sac, Replay) {
     let mut sac = Sac::new(config, sizes, 11).unwrap();
     let mut replay = Replay::new(config, sizes);
-    // Leaves a ring that has come round.
+    // More steps than the memory holds, so that the oldest have made room.
     (0..200).for_each(|k| step(&mut sac, &mut replay, k));
     (sac, replay)
 }
@@ -84,7 +84,7 @@ fn with_white_noise_a_run_may_be_saved_within_an_episode() {
     same_bytes(&config(), PLAIN, 251);
 }
 
-/// Saves after so many steps.
+/// Compares a run that goes on from a checkpoint at step `at` with one that was not stopped, up to step 300.
 fn same_bytes(config: &Config, sizes: Sizes, at: usize) {
     let folder = tempfile::tempdir().unwrap();
     let (mut sac, mut replay) = start_with(config, sizes);
@@ -219,7 +219,8 @@ fn a_missing_damaged_or_foreign_checkpoint_is_refused_in_one_line() {
     assert!(message(OBSERVATIONS).ends_with("last/actor.safetensors: holds no actor.0.weight"));
 }
 
-/// A run has one set of settings: what a checkpoint was saved with, and no default in place of what it lacks.
+/// A run goes on only with the settings that its checkpoint was saved with. A setting that the file lacks is off there,
+/// and does not take today's default.
 #[test]
 fn a_checkpoint_goes_on_with_the_settings_it_was_saved_with() {
     let folder = tempfile::tempdir().unwrap();
@@ -317,7 +318,7 @@ fn a_save_that_was_killed_leaves_a_whole_checkpoint() {
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "no leftovers");
 }
 
-/// The actor of such a run plays without what only its critics saw; to go on, they have to see it again.
+/// The actor of a run plays without what only its critics saw. For the run to go on, the critics have to see it again.
 #[test]
 fn critics_that_see_more_are_not_taken_for_others() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,5 +1,5 @@
-//! The same bytes on another processor: what glibc and MKL choose by the instructions that they find may not reach a learner with portable
-//! kernels, and with fast ones only what MKL chooses.
+//! The same bytes on another processor. glibc and MKL choose functions by the processor's instructions. Neither choice
+//! may change a learner with portable kernels, and with fast kernels only MKL's may.
 
 use std::process::Command;
 
@@ -99,7 +99,7 @@ fn the_platforms_mathematics_has_no_part() {
 fn portable_kernels_are_the_same_on_an_older_processor() {
     let portable = in_child("portable", &[]);
     assert_eq!(portable, in_child("portable", &[OLDER_FOR_GLIBC, OLDER_FOR_MKL]));
-    // Where fast ones are not: MKL did as if it were on one.
+    // Fast kernels are not the same there, which shows that MKL did take other ones.
     let [[digest, kernel], [older_digest, older_kernel]] = [in_child("fast", &[]), in_child("fast", &[OLDER_FOR_MKL])];
     if is_x86_feature_detected!("avx2") {
         assert!(digest != older_digest, "{kernel}");

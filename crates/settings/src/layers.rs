@@ -29,8 +29,8 @@ pub fn of_file(path: &Path, text: String) -> Result<(Source, Table)> {
     Ok((Source::file(name, text), table))
 }
 
-/// The settings that result from laying named tables over `base`, the last one on top. The key `setup` of a table stands for
-/// two others ([`setup`]).
+/// The settings that result from laying named tables over `base`, the last one on top. The key `setup` of a table
+/// stands for three keys of the environment ([`setup`]), which lie below the table's own.
 ///
 /// # Errors
 /// Names the layer and the key, and the nearest known key if it is unknown.
@@ -52,7 +52,8 @@ pub fn layered<T: DeserializeOwned>(mut base: Table, layers: Vec<(Source, Table)
     record::read(base).map_err(Error::from)
 }
 
-/// The key, if any, where `over` has a list and `base` a table, whose values a list would name by their places.
+/// The dotted key, if any, where `over` has a list and `base` a table: serde would take the list for the table's values
+/// in their order.
 fn list_for_a_table(base: &Table, over: &Table, above: &str) -> Option<String> {
     over.iter().find_map(|(key, value)| {
         let path = if above.is_empty() { key.clone() } else { format!("{above}.{key}") };
@@ -108,7 +109,7 @@ mod tests {
         assert_eq!((config.space.name.as_str(), config.controller.position_step), ("osc", 0.02));
     }
 
-    /// Dotted keys of all numbers, with the same settings but for that one, which is no number.
+    /// For each number in `settings`: its dotted key, and a table that sets this one number to NaN.
     fn one_spoilt(settings: &Table) -> Vec<(String, Table)> {
         let mut spoilt = vec![];
         for (key, value) in settings {

@@ -1,6 +1,8 @@
-//! The settings of an environment: layers of keys, of which the last wins, a file, names of action spaces, robots and set-ups.
+//! The settings of an environment: layers of keys, of which the last wins; files; names of action spaces, robots and
+//! set-ups.
 //!
-//! Needs no libtorch: the programs lay a learner's settings beside these, Python's environments have no others.
+//! This crate needs no libtorch. The programs put a learner's settings beside these; environments in Python have no
+//! other settings.
 
 mod layers;
 pub mod robots;
@@ -8,7 +10,7 @@ pub mod setup;
 mod source;
 pub mod spaces;
 
-/// The keys of a run's `config.toml` that are none of its environment.
+/// The keys at the top of a run's `config.toml` that do not belong to its environment.
 pub const RUN_KEYS: [&str; 9] = [
     "preset",
     "variant",

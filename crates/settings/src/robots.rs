@@ -1,7 +1,7 @@
 //! Robots as people name them: a built-in name, a URDF, or a robot file.
 //!
-//! A file is read once. What was read stands in the configuration from then on with every number, so that a run, its copy elsewhere and
-//! what goes on from it do not hang on the file.
+//! A file is read once. From then on the configuration has the robot with every number, so that a run, a copy of the
+//! run elsewhere and a run that continues it do not depend on the file.
 
 use std::path::Path;
 
@@ -20,14 +20,16 @@ pub fn named(text: &str, folder: &Path) -> Result<RobotChoice, String> {
     text.parse().map(RobotChoice::Named)
 }
 
-/// Counts the file that a layer of settings names as its `env.robot` from `folder`.
+/// Rewrites the file that a layer of settings names as its `env.robot`: its path counts from `folder` before, and from
+/// the current folder after.
 pub fn count_from(layer: &mut Table, folder: &Path) {
     if let Some(Value::String(text)) = of(layer) {
         *text = counted_from(text, folder);
     }
 }
 
-/// What a setting `env.robot` in a file of `folder` is from the current folder.
+/// The setting `env.robot` of a file in `folder`, as seen from the current folder: a robot's file with its path, a name
+/// as it is.
 pub fn counted_from(text: &str, folder: &Path) -> String {
     if robots::is_file(text) { folder.join(text).to_string_lossy().into_owned() } else { text.into() }
 }

@@ -51,7 +51,7 @@ pub fn settings(name: &str) -> Result<Table> {
 /// The set-up of a configuration, in words.
 pub fn in_words(env: &EnvConfig) -> String {
     let steps = [0, 3].map(|axis| env.space.step(&env.controller, axis));
-    // Of 0.07 m, 7 cm and no 7.000000000000001.
+    // Rounded, so that 0.07 m are 7 cm and not 7.000000000000001 cm.
     let centimetres = (1e8 * steps[0]).round() / 1e6;
     let reach = format!("up to {centimetres} cm and {} rad", steps[1]);
     let stops = if env.stops { "; the arm stops itself as a real one does" } else { "" };

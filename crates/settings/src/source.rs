@@ -18,11 +18,11 @@ pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
 /// Longest file of settings (bytes).
 const LONGEST: u64 = 4 << 20;
 
-/// The text of a file of settings; of a kept policy's zip archive that of the `config.toml` in it. What never ends, such as a device, is not
-/// read to its end.
+/// The text of a file of settings. For the zip archive of a kept policy it is that of the `config.toml` in it. At most
+/// 4 MiB are read, as a device such as `/dev/zero` never ends.
 ///
 /// # Errors
-/// If it cannot be read, is no text or is longer than any settings are.
+/// If the file cannot be read, is no text or is longer than 4 MiB.
 pub fn text(path: &Path) -> IoResult<String> {
     let mut text = String::new();
     let file = fs_err::File::open(path)?;

@@ -33,7 +33,8 @@ fn draw(image: &mut Image, tail: [f64; 2], tip: [f64; 2]) {
             // Along the arrow from its tail, and across it.
             let (along, across) = ((x * dx + y * dy) / length, (x * dy - y * dx).abs() / length);
             let shaft = (half_width - across).min(along).min(length - head - along);
-            // Its flanks close in by one pixel in two.
+            // The head's half width is half of the distance to the tip. 0.9, the cosine of its flank's slope, makes a
+            // distance from the flank of the distance across.
             let flank = 0.9 * ((length - along) / 2.0 - across);
             let cover = shaft.max(flank.min(along - (length - head))) + 0.5;
             let cover = cover.clamp(0.0, 1.0);

@@ -14,7 +14,8 @@ pub fn caption(image: &mut Image, text: &str) {
     letters(image, text, scale);
 }
 
-/// The picture with one line of ASCII text on a light strip below it, or above it, in letters of which so many fit beside each other.
+/// The picture with one line of ASCII text on a light strip below or above it, in letters of which `fitting` fit side
+/// by side.
 pub fn with_strip(image: &Image, text: &str, fitting: usize, below: bool) -> Image {
     let scale = (image.width / (6 * fitting + 1)).min(image.width / dots(text)).max(1);
     let mut strip = Image { height: STRIP * scale, rgb: PAPER.repeat(STRIP * scale * image.width), ..*image };
@@ -23,8 +24,8 @@ pub fn with_strip(image: &Image, text: &str, fitting: usize, below: bool) -> Ima
     Image { height: image.height + strip.height, rgb: parts.map(|part| part.rgb.as_slice()).concat(), ..*image }
 }
 
-/// Writes one line of ASCII text on a light strip across the top, in twice the letters of [`caption`] where they fit; below the
-/// strip a line of the `color`, "#rrggbb".
+/// Writes one line of ASCII text on a light strip across the top, in letters twice as large as those of [`caption`]
+/// where they fit. Below the strip it draws a line of the `color`, "#rrggbb".
 pub fn heading(image: &mut Image, text: &str, color: Option<&str>) {
     let scale = (image.height / 90).min(image.width / dots(text)).max(1);
     let row = 3 * image.width;

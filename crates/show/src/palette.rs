@@ -1,12 +1,13 @@
-//! Colours: one belongs to an action space and its variant, the same in every figure and page, and is nobody else's in any.
+//! Colours. An action space and its variant have the same colour in every figure and page, and nothing else in a figure
+//! has it.
 //!
 //! A label is `SPACE`, `SPACE,VARIANT` or one of these with `, NAME preset` after it, or any other words. A space that is known here has a
 //! colour of its own. A variant has a shade of its space's colour, which its name chooses. Whatever else is drawn, another space or no space
 //! at all, has one of eight colours that no known space has; its name chooses which, and where two of a figure choose the same, the later
 //! one has the next.
 
-/// Of the built-in spaces, and of those of the committed runs. Many are Okabe and Ito's, which colour-blind readers can
-/// tell apart; a space with force is of the kind of its space without.
+/// Colours of the built-in spaces, and of those of the committed runs. Many are Okabe and Ito's, which colour-blind
+/// readers can tell apart. A space with force has a colour like that of the same space without.
 const SPACES: [(&str, &str); 42] = [
     ("aforce", "#0072b2"),
     ("aforce-force", "#56b4e9"),
@@ -52,10 +53,10 @@ const SPACES: [(&str, &str); 42] = [
     ("printed-draw-38", "#d6336c"),
 ];
 
-/// Of whatever is not in [`SPACES`]: far from what is there, and from each other.
+/// Colours for whatever is not in [`SPACES`]: far from what is there, and from each other.
 const OTHERS: [&str; 8] = ["#00b400", "#dd22ee", "#770055", "#3388ff", "#ff8080", "#005500", "#e00000", "#0000bb"];
 
-/// Of a colour: what it is mixed with, and the share of that.
+/// Shades of a colour: the grey with which it is mixed (0 is black, 255 white), and the share of the grey.
 const SHADES: [(u8, f64); 8] =
     [(0, 0.2), (255, 0.2), (0, 0.35), (255, 0.35), (0, 0.5), (255, 0.5), (128, 0.45), (128, 0.7)];
 
@@ -100,7 +101,8 @@ fn mixed(color: &str, grey: u8, share: f64) -> String {
     format!("#{:02x}{:02x}{:02x}", channel(1), channel(3), channel(5))
 }
 
-/// Space and variant, the preset a part of the variant; all of a label that names no space is one.
+/// The space and the variant of a label; a preset's name is a part of the variant. A label of other words counts as a
+/// space without a variant.
 fn parts(label: &str) -> (&str, &str) {
     match label.split_once(',') {
         Some((space, variant)) if !variant.starts_with(' ') || variant.ends_with(" preset") => (space, variant),
@@ -108,18 +110,18 @@ fn parts(label: &str) -> (&str, &str) {
     }
 }
 
-/// What something without a colour of its own may have, what it would like first.
+/// The colours that something without one of its own may have, in the order in which they are tried.
 fn others(name: &str) -> Vec<String> {
     let plain = chosen(&OTHERS, name).map(|color| color.to_string());
     plain.chain(chosen(&OTHERS, name).flat_map(|color| shades(color, name))).collect()
 }
 
-/// What a variant of a space with `color` may have, what it would like first.
+/// The shades of `color` that a variant may have, in the order in which they are tried.
 fn shades(color: &str, variant: &str) -> Vec<String> {
     chosen(&SHADES, variant).map(|&(grey, share)| mixed(color, grey, share)).collect()
 }
 
-/// All items in their order, from the one that the name chooses, the first after the last.
+/// All items in their order, beginning with the one that the name's hash chooses; after the last comes the first.
 fn chosen<'a, T>(items: &'a [T; 8], name: &str) -> impl Iterator<Item = &'a T> {
     // FNV-1a. Its last three bits differ between names that end in different digits below 8.
     let hash = name

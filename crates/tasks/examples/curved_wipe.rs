@@ -23,8 +23,9 @@ const CENTRE: [f64; 3] = [0.0, 0.0, 0.015];
 const FORCE: f64 = 15.0;
 /// Ends of the path, one after the other (rad from the top, to the left).
 const LEGS: [f64; 4] = [0.7, -0.7, 0.7, 0.0];
-/// How far ahead the script puts its goal at the speed that it wants (rad, rad/s), and how much farther for each rad/s that is missing
-/// (s). AFORCE's softest spring, 300 N/m, pulls with 6 N at 0.12 rad: friction of 0.3 takes 4.5 N of it, and left a creep of 1 cm/s.
+/// How far ahead the script puts its goal at the speed that it wants (rad, rad/s), and how much farther for each rad/s
+/// that is missing (s). The farther goal is for friction: AFORCE's softest spring, 300 N/m, pulls with 6 N at 0.12 rad,
+/// of which a coefficient of 0.3 takes 4.5 N. With 0.12 rad alone the tool crept at 1 cm/s.
 const AHEAD: f64 = 0.12;
 const SPEED: f64 = 0.4;
 const AHEAD_PER_SPEED: f64 = 0.2;

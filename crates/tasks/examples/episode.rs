@@ -1,5 +1,6 @@
-//! Plays actions that it is given: `episode TASK SPACE SEED HORIZON < actions.csv`, a row per action, prints after each of them the
-//! reward, the energy (J) and the observation. Other hosts of the environment are held against it.
+//! Plays given actions: `episode TASK SPACE SEED HORIZON < actions.csv`, with a row per action, prints after each
+//! action the reward, the energy (J) and the observation. A test of the Python package compares its environments with
+//! it.
 
 use std::error::Error;
 use std::io::stdin;

@@ -1,10 +1,10 @@
 //! Random actions as torques: `random_torques lift|door|wipe STEPS FILE` writes one line for each of STEPS random
 //! `variable` actions, for another simulator to repeat.
 //!
-//! Its numbers (SI units): the mean torque of each joint of the arm during the action, then the state of the scene
-//! before it in MuJoCo's order. First positions: joints, in Lift the cube's position and quaternion w, x, y, z. Then
-//! velocities:
-//! joints, in Lift the cube's linear (world axes) and angular velocity (its own axes).
+//! The numbers of a line (SI units) are the mean torque of each joint of the arm during the action, then the state of
+//! the scene before the action, in MuJoCo's order. Positions come first: of the joints, and in Lift the cube's position
+//! and quaternion w, x, y, z. Then velocities: of the joints, and in Lift the cube's linear (world axes) and angular
+//! velocity (its own axes).
 
 use std::fmt::Write;
 use std::{env, fs, process};
@@ -38,7 +38,7 @@ fn main() {
     fs::write(file, out).expect("the file is writable");
 }
 
-/// Of the scene of a task that robosuite has too.
+/// Number of joints in the scene of a task that robosuite has too: the arm's, then the gripper's and the door's.
 fn joints(task: TaskName) -> Option<usize> {
     match task.as_str() {
         "lift" => Some(9),

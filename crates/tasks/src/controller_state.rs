@@ -8,8 +8,10 @@ use crate::observer::Observer;
 /// bound, and one number of millions drowns all others.
 const MOST_STIFFNESS: [f64; 2] = [10_000.0, 1_000.0];
 
-/// Puts 19 numbers, the same in every action space: `goal_error`, the goal's pose less the measured one (the law's e has the other
-/// sign), K (of the contact axis too while a force controller has it), F_ff as it acts, F_d. Zeros where a space has none.
+/// Puts 19 numbers, the same in every action space; a space has zeros for what it lacks. `goal_error` is the goal's
+/// pose less the measured one, while the law's e has the other sign and counts from the set-point. `stiffness` is K in
+/// N/m and Nm/rad, of the contact axis too while a force controller has taken it over. `feedforward` is F_ff as it
+/// acts. `desired_force` is F_d along the contact axis.
 pub fn observe_controller(controller: &Controller, y: &Measurement, out: &mut Observer) {
     let missing = -pose_error(&y.pose, controller.goal());
     let mut stiffness = controller.stiffness();

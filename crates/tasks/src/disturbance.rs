@@ -150,8 +150,9 @@ pub(crate) fn is_of_some_tasks(key: &str) -> bool {
 }
 
 impl Disturbance {
-    /// Checks every value, and that the task called `task` has what is disturbed: of what only some tasks have the keys `has`, and `known`
-    /// ones of its own. `owners` are the tasks that have a key.
+    /// Checks every value, and that the task called `task` has what is disturbed. `has` are its keys among the
+    /// disturbances that only some tasks have; `known` are its own disturbances. `owners` names the tasks that have a
+    /// key.
     pub(crate) fn check(
         &self,
         task: &str,
@@ -213,8 +214,8 @@ impl Disturbance {
         Deviation { table_height, ..Deviation::default() }
     }
 
-    /// The values of an episode with the given seed, of a task with these `known` disturbances of its own. They have a stream of their own: episodes of one seed start alike,
-    /// whatever disturbs them.
+    /// The values of the episode with the given seed, of a task with these `known` disturbances of its own. They are
+    /// drawn from other random streams than the scene: episodes of one seed start alike, whatever disturbs them.
     pub(crate) fn draw(&self, seed: u64, known: &[OwnDisturbance]) -> Drawn {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(1);

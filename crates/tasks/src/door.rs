@@ -157,8 +157,8 @@ fn grasp_pose(lever: &Pose) -> Pose {
     Pose::from_parts(lever.translation, approach_rotation(lever, 1.45, -FRAC_PI_2))
 }
 
-/// The tool points down at tilt 0, into the panel at pi/2, as seen from the lever; at twist
-/// -pi/2 its y lies along the lever (rad).
+/// Rotation of the tool (world) that approaches the lever, for a tilt and a twist (rad). At tilt 0 the tool points
+/// down, at pi/2 into the panel. At twist -pi/2 its y axis lies along the lever.
 fn approach_rotation(lever: &Pose, tilt: f64, twist: f64) -> UnitQuaternion<f64> {
     lever.rotation
         * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI + tilt)

@@ -94,7 +94,7 @@ impl Drawn {
         self.push * libm::sin(self.phase + TAU * self.push_hz * self.time)
     }
 
-    /// The same, of a sample of `dt` seconds that begins; the clock of the push goes on by it.
+    /// As [`pushing`](Self::pushing), and moves the clock of the push on by one sample of `dt` seconds.
     pub fn push(&mut self, dt: f64) -> Vector3 {
         let push = self.pushing();
         self.time += dt;

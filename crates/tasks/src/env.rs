@@ -27,9 +27,10 @@ mod tuning;
 /// A task, an arm and an action space.
 ///
 /// Gymnasium's conventions: call [`Env::reset`], then [`Env::step`] until the episode is
-/// terminated or truncated. An episode is a function of its seed and its actions, to the last bit and whatever instructions
-/// the processor offers. (Jerk-limited set-points are not: their library takes sin, cos and acos from the platform. Nor is the noise
-/// of an estimated wrench, whose tails take exp and ln.)
+/// terminated or truncated. An episode is a function of its seed and its actions, to the last bit, whatever
+/// instructions the processor offers. Two options are exceptions, as they call the platform's mathematics. Jerk-limited
+/// set-points come from a library that takes sin, cos, acos, atan2 and cbrt from it. The noise of an estimated wrench
+/// takes exp and ln in its tails.
 pub struct Env {
     config: EnvConfig,
     task: Box<dyn Task>,
@@ -40,11 +41,11 @@ pub struct Env {
     drawn: Drawn,
     /// What estimates the external wrench, where that is not known exactly.
     estimator: Option<Estimator>,
-    /// What is measured, which noise may set apart from what is.
+    /// The last measurement, with noise, bias or estimate. `simulation.measure()` is exact.
     y: Measurement,
     /// How the tool moves.
     motion: Motion,
-    /// Where the policy feels a force.
+    /// The tared sensor of force and torque, which a policy or a critic may observe.
     sensor: ForceSensor,
     /// The last action, each entry with its name; zeros after a reset.
     last_action: Vec<(&'static str, f64)>,
@@ -90,8 +91,7 @@ impl Env {
     /// reward have one name.
     ///
     /// # Panics
-    /// If the task observes more numbers at one time than at another, names the terms of its reward otherwise, or one of them is no
-    /// finite number; so for [`Env::reset`] and [`Env::step`].
+    /// If the scene lacks the body or joint of one of the task's own disturbances.
     pub fn with_task(task: Box<dyn Task>, config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
         config.validate()?;
         Env::begin_with(task, config, seed)
@@ -157,7 +157,9 @@ impl Env {
     /// episode; `None` takes the next seed of the environment's own sequence.
     ///
     /// # Panics
-    /// If the task has the arm start out of its range or its scene has no room for the arm there, or lacks the body or joint of one of its own disturbances.
+    /// If the task's start is out of a joint's range, or its scene has no room for the arm there. If the scene lacks
+    /// the body or joint of one of the task's own disturbances. If the task observes more or fewer numbers than at
+    /// first.
     pub fn reset(&mut self, seed: Option<u64>) -> &[f32] {
         self.try_reset(seed).unwrap_or_else(|error| panic!("{error}"));
         self.observation()
@@ -166,7 +168,11 @@ impl Env {
     /// As [`Env::reset`], for a task that may draw scenes without room.
     ///
     /// # Errors
-    /// If the task has the arm start out of its range, or its scene has no room for the arm there. The episode is none then: reset again.
+    /// If the task's start is out of a joint's range, or its scene has no room for the arm there. No episode has begun
+    /// then: reset again.
+    ///
+    /// # Panics
+    /// As [`Env::reset`], in the other cases.
     pub fn try_reset(&mut self, seed: Option<u64>) -> Result<&[f32], ConfigError> {
         let seed = seed.unwrap_or_else(|| self.episodes.next_u64());
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -256,7 +262,8 @@ impl Env {
         &self.controller
     }
 
-    /// The last measurement.
+    /// The last measurement, as controller, policy and script are given it: with noise, bias or estimate. The exact one
+    /// is [`Simulation::measure`] of [`Env::simulation`].
     pub fn measurement(&self) -> &Measurement {
         &self.y
     }

@@ -6,8 +6,8 @@ use crate::env::Env;
 use crate::outcome::Outcome;
 use crate::step::Step;
 
-/// Plays one episode from `seed`, `act` choosing the actions in [-1, 1]^n, to its end or until `on_step` breaks off, which
-/// sees every step after it happened.
+/// Plays the episode of `seed` to its end, or until `on_step` breaks off. `act` chooses each action, in [-1, 1]^n;
+/// `on_step` is called after each step.
 pub fn play(
     env: &mut Env,
     mut act: impl FnMut(&Env) -> Vec<f64>,

@@ -14,9 +14,9 @@ const DEPTH_STEP: f64 = 0.002;
 /// The controller's part of an action in [-1, 1]^n: moves its goal to the waypoint. Commanded stiffness stays in
 /// the middle of its range.
 ///
-/// To press is to aim behind the surface: the depth of the goal follows from the missing force and the
-/// stiffness. Where force control holds the axis it makes no difference. In 1/s2 the arm's inertia turns the force of a spring: the goal
-/// goes aside as well, so that the spring presses along the axis alone.
+/// To press, the goal lies behind the surface: its depth follows from the missing force and the stiffness. Where force
+/// control holds the contact axis the depth has no effect. In 1/s2 the arm's inertia turns the force of a spring. Then
+/// the goal goes aside as well, so that the spring presses along the axis alone.
 pub fn action_towards(
     waypoint: &Waypoint,
     controller: &Controller,
@@ -42,9 +42,11 @@ pub fn action_towards(
     encode(controller.space(), config, &pose_error(&goal, &controller.origin(y)), waypoint.force)
 }
 
-/// How far aside a goal 1 m behind a surface with normal `n` has to be (m, world), so that a spring in 1/s2 pulls along `n` alone. Its
-/// force is Lambda K e. Where the forearm slopes, Lambda makes a pull along the surface of a goal straight behind it: on an FR3 with its
-/// tool at the far end of the table 49 N for 28 N of pressure, enough to hold the tool 25 mm short of where it should wipe.
+/// How far aside of its goal the tool has to be (m, world), for each metre that the goal lies behind it along a
+/// surface's normal `n`, so that a spring in 1/s2 presses along `n` alone. The spring's force is Lambda K e, with the
+/// same K along all axes. With a goal straight behind the tool and a forearm that slopes, Lambda makes the spring pull
+/// along the surface too: on an FR3 with its tool at the far end of the table with 49 N for 28 N of pressure, enough to
+/// hold the tool 25 mm short of where it should wipe.
 fn aside(y: &Measurement, n: &Vector3) -> Vector3 {
     let lambda = OperationalSpace::new(&y.mass, &y.jacobian).and_then(|lambda| lambda.lambda_p.try_inverse());
     let goal = lambda.map_or(*n, |inverse| inverse * n);

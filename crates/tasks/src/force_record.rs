@@ -1,6 +1,7 @@
 //! How hard something was pressed on.
 
-/// A contact force during one action. It is the sustained one, but for `max_raw`.
+/// The size of a contact force during one action. All but `max_raw` are of the sustained force, which is low-passed
+/// ([`SimulationConfig::sustained_cutoff_hz`](physics::SimulationConfig::sustained_cutoff_hz)).
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ForceRecord {
     /// Largest (N).
@@ -9,7 +10,7 @@ pub struct ForceRecord {
     pub impulse: f64,
     /// After the last sample (N): what a sensor that is read once per action tells.
     pub last: f64,
-    /// Largest of a single step (N).
+    /// Largest unfiltered force of a single step of the engine (N).
     pub max_raw: f64,
 }
 

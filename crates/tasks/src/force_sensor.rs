@@ -15,7 +15,7 @@ pub struct Feel {
     pub about: Vector3,
     /// A learner sees a torque of this many Nm as 1.
     pub torque: f64,
-    /// In the world's axes, as the entries of an action, or in the tool's.
+    /// Whether force and torque are given in the world's axes, as an action's entries are, and not in the tool's.
     pub in_world: bool,
 }
 
@@ -28,12 +28,13 @@ impl Default for Feel {
 
 /// A sensor at the tool that was tared when the episode began.
 ///
-/// It reads the wrench that the controller reads, filter, noise and bias included. Taring takes one reading: what a bias is in the
-/// tool's axes then is taken off for good, and that reading's noise stays in.
+/// It reads the wrench that the controller reads, filter, noise and bias included. Taring takes one reading in the
+/// tool's axes and subtracts it from all later ones. So a bias that is constant in world axes comes back as the tool
+/// turns, and the noise of that one reading is in all later readings.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct ForceSensor {
     feel: Feel,
-    /// What counts as nothing (N, Nm; tool axes).
+    /// What is subtracted from each reading (N, Nm; tool axes, about the tool point).
     tare: Wrench,
 }
 
@@ -43,12 +44,13 @@ impl ForceSensor {
         Self { feel, tare: in_tool_axes(y, &y.wrench) }
     }
 
-    /// Counts `bias` (N, Nm; world axes) as nothing too: what later readings have and `y` does not.
+    /// Subtracts `bias` too (N, Nm; world axes), which later readings have and `y` does not.
     pub fn add_to_tare(&mut self, y: &Measurement, bias: &Wrench) {
         self.tare += in_tool_axes(y, bias);
     }
 
-    /// Puts 6 numbers: what the environment exerts on the tool, the torque about [`Feel::about`].
+    /// Puts 6 numbers: force (N) and torque (Nm, about [`Feel::about`]) that the environment exerts on the tool, less
+    /// the tare.
     pub fn observe(&self, y: &Measurement, out: &mut Observer) {
         let wrench = in_tool_axes(y, &y.wrench) - self.tare;
         let [force, torque] = [0, 3].map(|at| Vector3::from(wrench.fixed_rows::<3>(at)));

@@ -33,7 +33,7 @@ pub struct Interval {
     pub excess_impulse: f64,
     /// Time with contact beyond the wrist (s).
     pub contact_time: f64,
-    /// Integral of the hand's sustained force over that time (N s).
+    /// Integral of the hand's sustained force over `contact_time` (N s).
     pub contact_impulse: f64,
     /// Time in which the hand's sustained force is above 20 N (s).
     pub hard_time: f64,
@@ -55,7 +55,7 @@ pub struct Interval {
     pub path: f64,
     /// Integral of the size of the tool's jerk over the time in which it moves (m/s2).
     pub sum_jerk: f64,
-    /// That time (s).
+    /// The time over which `sum_jerk` is integrated (s).
     pub moving_time: f64,
     /// Largest speed of a joint, as a share of that joint's limit.
     pub max_speed_share: f64,
@@ -73,8 +73,9 @@ pub struct Stop {
 }
 
 impl Interval {
-    /// Takes in one control sample of `plant`: the torque that acted, the mean joint velocity meanwhile (the work of a
-    /// torque that acts over the whole sample goes with it), and the contact after each of its equally long parts.
+    /// Takes in one control sample of `plant`: the torque that acted (Nm), the mean of the joint velocities before and
+    /// after the sample (rad/s), and the contact after each of the sample's equally long parts. Torque times mean
+    /// velocity is the work of a torque that is constant over the sample.
     pub fn add(
         &mut self,
         tau: &JointVector,
@@ -245,7 +246,8 @@ mod tests {
         close("of the arm with itself", interval.self_contact_time, DT);
         // Means over x, y, z: 150, 300 and 30.
         close("stiffness", interval.mean_own_stiffness(), 160.0);
-        // At unit inertia 1/s2 are N/m. Bounds are 0 and 300: of x, y, z one is at each, three are high, two are low.
+        // At unit inertia 1/s2 are N/m. The bounds are 0 and 300. In the first sample one of x, y, z is at each bound,
+        // in the second all three are at the upper one, in the third two are at the lower one.
         let [translation, rotation] = interval.impedance;
         close("stiffness that acts", translation.sum_stiffness, 480.0);
         close("at the lower bound", translation.sum_at_min, 1.0 / 3.0 + 2.0 / 3.0);

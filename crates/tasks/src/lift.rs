@@ -97,9 +97,9 @@ impl Task for Lift {
         Reward { terms: [("reach", reach), ("grasp", grasp), ("lifted", lifted)].into(), success }
     }
 
-    /// Above the cube with open fingers, down, close, up; the phase follows from what is
-    /// seen, so the script recovers from a lost grasp. The cube in the hand moves with it: from the grasp on the hand keeps
-    /// its own place and turn, or it would follow itself.
+    /// Above the cube with open fingers, down, close, up. The phase follows from what is seen, so the script recovers
+    /// from a lost grasp. Once the cube is grasped the goal keeps the hand's own place and turn. A goal at the cube
+    /// would follow the hand, with which the cube moves.
     fn expert(&self, simulation: &Simulation, y: &Measurement) -> Waypoint {
         let cube = self.scene().cube_pose(simulation);
         let centre = cube.translation.vector;

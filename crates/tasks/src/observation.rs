@@ -12,7 +12,7 @@ pub const CLIP: f32 = 10.0;
 /// Force that counts as contact (N).
 const CONTACT_FORCE: f64 = 1.0;
 
-/// Whether the tool feels contact.
+/// Whether the measured force on the tool is above 1 N.
 pub fn in_contact(y: &Measurement) -> bool {
     y.wrench.fixed_rows::<3>(0).norm() > CONTACT_FORCE
 }
@@ -43,7 +43,7 @@ pub fn observe_robot(simulation: &Simulation, y: &Measurement, out: &mut Observe
     }
 }
 
-/// Scales an observation in place: every component about 1, and never beyond 10.
+/// Scales an observation in place: each value becomes (value - centre) * scale, clipped to -10 to 10.
 pub fn scale(components: &[Component], observation: &mut [f32]) {
     for (value, component) in observation.iter_mut().zip(components) {
         *value = ((*value - component.centre) * component.scale).clamp(-CLIP, CLIP);

@@ -63,7 +63,7 @@ impl Observer {
         }
     }
 
-    /// Puts a vector that is about nothing most of the time: `NAME_x`, `NAME_y`, `NAME_z`.
+    /// Puts a vector whose typical value is zero: `NAME_x`, `NAME_y`, `NAME_z`.
     pub(crate) fn vector(&mut self, name: &str, value: Vector3, unit: &'static str, scale: f64) {
         for (i, axis) in ["x", "y", "z"].into_iter().enumerate() {
             self.put(format_args!("{name}_{axis}"), value[i], unit, 0.0, scale);

@@ -51,8 +51,9 @@ impl Privileged {
     }
 }
 
-/// Puts 8 numbers: the wrench that presses on hand and fingers (or tool) in the tool's axes, filtered as a controller's but without
-/// noise, bias or estimate; whether anything does; the force on the links short of the wrist.
+/// Puts 8 numbers. Six are the wrench that presses on hand and fingers (or tool), in the tool's axes and about the tool
+/// point, filtered as the controller's but without noise, bias or estimate. One tells whether anything presses there.
+/// The last is the sustained force on the links short of the wrist (N).
 pub(crate) fn observe_contact(simulation: &Simulation, out: &mut Observer) {
     let ContactReading { filtered, touching, links, .. } = simulation.contact();
     let wrench = in_tool_axes(&simulation.measure(), filtered);

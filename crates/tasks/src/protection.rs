@@ -4,7 +4,8 @@ use aforce::{Arm, ConfigError, JointVector, within};
 use physics::ContactReading;
 use serde::{Deserialize, Serialize};
 
-/// What a real arm does not put up with. Every real arm watches itself and brakes; a simulated one goes on.
+/// The limits beyond which a real arm stops itself. A simulated arm goes on, unless
+/// [`EnvConfig::stops`](crate::EnvConfig::stops).
 ///
 /// The defaults are a Panda's: Franka's control-interface documentation gives the joint speeds at which it stops and its
 /// self-collision avoidance. A force threshold is the user's to set: Franka's examples set 20 to 40 N, and 100 N is at the upper

@@ -16,7 +16,8 @@ use crate::{door, insert, lift, wipe};
 /// The tasks of this crate, in the order of [`TaskName::BUILT_IN`].
 static BUILT_IN: [TaskKind; TaskName::BUILT_IN.len()] = [lift::KIND, door::KIND, wipe::KIND, insert::KIND];
 
-/// Those of one's own. One list for the whole program, as names are read deep inside of files, where no caller could hand a list over.
+/// The tasks of one's own, in one list for the whole program: a name is parsed while a file is read, where no caller
+/// could hand a list over.
 static OWN: RwLock<Own> = RwLock::new(Own { kinds: vec![], names: vec![] });
 
 /// The tasks of one's own.
@@ -50,8 +51,8 @@ impl Own {
 /// once, before any of these.
 ///
 /// # Errors
-/// If a name is taken, or cannot be the name of a folder; if a disturbance is unknown, there twice, has the key of a built-in one or allows
-/// what no body or joint can have. No task is registered then.
+/// If a name is taken, or cannot be the name of a folder. If a disturbance is unknown, occurs twice, has the key of a
+/// built-in one, or allows a value that no body or joint can have. No task is registered then.
 pub fn register(kinds: &[TaskKind]) -> Result<(), ConfigError> {
     let mut own = OWN.write().expect("no writer panics");
     let mut taken: Vec<&str> = own.all().map(TaskName::as_str).collect();
@@ -68,11 +69,12 @@ pub fn register(kinds: &[TaskKind]) -> Result<(), ConfigError> {
     Ok(())
 }
 
-/// Registers a task that may be written again while the program runs. It takes the place of one of its name, but if all save the defaults is
-/// the same the old one stays.
+/// Registers a task that is [made elsewhere](TaskKind::made_elsewhere) and may be written again while the program runs.
+/// It replaces the registered task of its name. If the two differ in nothing but their defaults, the old one stays,
+/// with the old defaults.
 ///
 /// # Errors
-/// As [`register`], but for a name that was registered in the same way.
+/// As [`register`], except that the name may be one that this function has registered.
 pub fn register_anew(kind: TaskKind) -> Result<TaskName, ConfigError> {
     check_kind(&kind)?;
     let mut own = OWN.write().expect("no writer panics");
@@ -94,8 +96,8 @@ fn wrong(kind: &TaskKind, reason: impl Into<String>) -> ConfigError {
     ConfigError::Contradiction { field: format!("task {:?}", kind.name), reason: reason.into() }
 }
 
-/// That the name can be that of a folder, that there are disturbances of the names that it has, and that its own ones can be told from
-/// these and leave bodies and joints that can be.
+/// Checks a task before it is registered. Its name can be that of a folder. The built-in disturbances that it names
+/// exist. Its own disturbances have keys of their own, and values that a body or joint can have.
 fn check_kind(kind: &TaskKind) -> Result<(), ConfigError> {
     let fits = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
     let wrong = |reason: String| Err(wrong(kind, reason));
@@ -184,7 +186,8 @@ impl EnvConfig {
     /// The task, with its options.
     ///
     /// # Errors
-    /// If it has no such option.
+    /// If an option is unknown or not allowed. If the task is [made elsewhere](TaskKind::made_elsewhere), or has
+    /// another name than the one that it is registered with.
     pub fn create_task(&self) -> Result<Box<dyn Task>, ConfigError> {
         self.task.kind().create(self)
     }
@@ -194,7 +197,7 @@ impl EnvConfig {
     /// # Errors
     /// The first value that is not allowed, with its field and range.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        // What the task is made of comes first: a robot, which the task's check may move.
+        // First the values that the task's own check relies on, such as the robot, whose reach Insert works out.
         self.check()?;
         self.task.kind().check(self)?;
         self.disturbance.validate(self.task).map_err(|error| error.below("env"))

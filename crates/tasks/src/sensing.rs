@@ -52,8 +52,8 @@ impl Sensing {
         Ok(())
     }
 
-    /// What estimates in the episode with the given seed, which starts with `y`; `None` where nothing is estimated. `damping`
-    /// is the joints' (Nm s/rad).
+    /// The estimator of the episode with the given seed, which starts with the measurement `y`; `None` where nothing is
+    /// estimated. `damping` is the viscous damping of the joints (Nm s/rad).
     pub(crate) fn estimator(&self, seed: u64, damping: JointVector, y: &Measurement) -> Option<Estimator> {
         let estimates = self.source == SensedWrench::Estimated;
         // The complement of the seed: the task draws its scene from the seed itself, and the two shall not go together.
@@ -80,12 +80,13 @@ impl Estimator {
         Estimator { observer: MomentumObserver::new(sensing.cutoff_hz, damping, y), bias, noise, rng }
     }
 
-    /// The error that stays (N, Nm).
+    /// The constant error (N, Nm; world axes).
     pub fn bias(&self) -> &Wrench {
         &self.bias
     }
 
-    /// The wrench on the tool (N, Nm) after `tau` was commanded for `dt` seconds and led to `y`.
+    /// The estimated wrench that the environment exerts on the tool (N, Nm; world axes, about the tool point), after
+    /// `tau` (Nm) was commanded for `dt` seconds and led to `y`.
     pub fn update(&mut self, tau: &JointVector, y: &Measurement, dt: f64) -> Wrench {
         self.observer.update(tau, y, dt);
         let noise = Wrench::from_fn(|axis, _| self.noise[axis / 3].sample(&mut self.rng));

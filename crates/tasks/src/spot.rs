@@ -1,4 +1,4 @@
-//! A spot of paint on a table: Wipe's other dirt.
+//! A spot of paint on a table, which Wipe may have in place of its line of markers.
 
 use aforce::JointVector;
 

@@ -8,7 +8,7 @@ use crate::reward_terms::RewardTerms;
 pub struct Step {
     /// Reward, penalty taken off.
     pub reward: f64,
-    /// What adds up to it, but for the prices of motion and of a stop.
+    /// The terms of the reward. Their sum less `motion_cost` and `stop_cost` is `reward`.
     pub reward_terms: RewardTerms,
     /// The price of this action's motion (reward, at least 0), taken off the reward.
     pub motion_cost: f64,
@@ -18,8 +18,9 @@ pub struct Step {
     /// [lost](crate::Task::lost), or the arm stopped itself where episodes end with that
     /// ([`EnvConfig::stops`](crate::EnvConfig::stops)) and a stop has no price.
     pub terminated: bool,
-    /// The episode reached its horizon, had the task held and ends there, or the arm stopped itself at a
-    /// [price](crate::EnvConfig::stop_price): to the learner it would have gone on.
+    /// The episode was cut short, and to the learner its value goes on. It reached its horizon, or the task stood
+    /// fulfilled for a second and the episode [ends with that](crate::EnvConfig::ends_on_success), or the arm stopped
+    /// itself at a [price](crate::EnvConfig::stop_price).
     pub truncated: bool,
     /// Whether the task stands fulfilled.
     pub success: bool,

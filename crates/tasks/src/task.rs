@@ -52,10 +52,12 @@ pub trait Task: Send {
     /// without any leaves it out.
     fn observe_privileged(&self, _simulation: &Simulation, _y: &Measurement, _out: &mut Observer) {}
 
-    /// Reward of one action; called once after each, and after its [`observe`](Self::observe), as in robosuite: what a reward
-    /// changes in the task is observed one action later. `penalty` is the action's force penalty (at least 0), which a task
-    /// takes off in its own scale or ignores; `None` if the force stayed within its limit. Its terms have the same names in the
-    /// same order every time; an environment asks for them once before its first episode.
+    /// Reward of one action. It is called once after each action and after its [`observe`](Self::observe), as in
+    /// robosuite: what a reward changes in the task is observed one action later. It is not called if the simulation
+    /// diverged or the arm stopped itself: the action earns nothing then. `penalty` is the action's force penalty (at
+    /// least 0), which a task takes off in its own scale or ignores; `None` if the force stayed within its limit. The
+    /// terms have the same names in the same order every time. An environment asks for them once before its first
+    /// episode.
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: Option<f64>) -> Reward;
 
     /// Whether the task can no more be fulfilled, as when an object has fallen from the table; asked after each [`reward`](Self::reward).
@@ -106,11 +108,11 @@ pub struct Reward {
 /// Where a scripted expert wants the tool to be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Waypoint {
-    /// Tool pose (world).
+    /// Pose of the tool point (m, world).
     pub pose: Pose,
     /// Gripper command: -1 opens, +1 closes.
     pub grip: f64,
-    /// Force to press with along the contact axis (N). Where it is not 0, the position
-    /// along that axis is left to the pressing.
+    /// Force to press with along the contact axis (N): what the surface shall push on the tool with along
+    /// [`Task::contact_normal`]. Where it is above 0, the pose's position along that axis does not count.
     pub force: f64,
 }

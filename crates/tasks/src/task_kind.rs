@@ -93,7 +93,7 @@ impl TaskKind {
         self.create.is_none()
     }
 
-    /// Whether both are made elsewhere and say the same.
+    /// Whether both are made elsewhere and agree in all but their defaults.
     pub(crate) fn is_like(&self, other: &Self) -> bool {
         let words =
             |kind: &Self| (kind.name, kind.purpose, kind.disturbances, kind.own_disturbances, kind.takes_options);

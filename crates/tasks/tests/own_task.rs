@@ -45,7 +45,7 @@ enum Fault {
 #[serde(default, deny_unknown_fields)]
 struct Options {
     fault: Fault,
-    /// The task's kind of start.
+    /// Whether an episode starts with the block in the hand.
     in_hand: bool,
     /// Whether the arm starts out of its range.
     out_of_range: bool,
@@ -186,7 +186,7 @@ fn a_registered_task_is_known_by_name_with_its_defaults() {
     assert_eq!(error, "env.task: registered as \"square\", it calls itself \"circle\"");
 }
 
-/// As a task that is written in another language, again and again.
+/// A task that is written in another language may be written again while the program runs.
 #[test]
 fn a_task_that_is_made_elsewhere_may_be_written_anew() {
     let kind = TaskKind::made_elsewhere("spiral", "go around in a spiral");

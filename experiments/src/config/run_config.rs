@@ -188,7 +188,8 @@ impl RunConfig {
     }
 }
 
-/// A key whose section was left out, with it, as `learner.gamma` for `gamma`; none if there is not exactly one such.
+/// The full key where its section was left out: `learner.gamma` for `gamma`. `None` unless exactly one section has such
+/// a key.
 fn in_its_section(key: &str) -> Option<String> {
     let table = Table::try_from(RunConfig::preset(sac::Preset::DESKTOP)).expect("a configuration is a table");
     if key.contains('.') || table.contains_key(key) {

@@ -1,4 +1,4 @@
-//! Who a run is.
+//! The identity of a run.
 
 use std::fmt::{self, Display, Formatter};
 
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::RunConfig;
 
-/// Who a run is: in its rows, in its folder's name, in its checkpoints and in a sweep.
+/// The identity of a run, by which its rows, its folder, its checkpoints and a sweep name it.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct RunId {
     /// Task name.

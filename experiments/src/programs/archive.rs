@@ -118,7 +118,7 @@ fn lies_apart(out: &Path, runs: &Path) -> Result<()> {
     Ok(())
 }
 
-/// What cannot would spoil the archive for good.
+/// Fails if a run cannot be summed up: in the archive it would stay for good.
 fn can_be_summed_up(record: &Record, folder: &Path) -> Result<()> {
     RunSummary::of(record, folder)?;
     if let Some(played) = record.csv(Table::Disturbed)? {
@@ -156,13 +156,14 @@ fn tell_of_another(kept: &Record, record: &Record, folder: &Path) {
     ));
 }
 
-/// By what and when: a run that was trained once more, or longer, is not the one whose rows are kept.
+/// Commit, configuration, length and start of a run. A run that was trained once more, or longer, differs in one of
+/// them from the run whose rows are kept.
 fn made_by(record: &Record) -> (&str, &str, u64, u64) {
     let Manifest { commit, config_hash, started_unix_s, .. } = &record.manifest;
     (commit, config_hash, record.config.steps, *started_unix_s)
 }
 
-/// No run stands there twice, as it does beside a copy of its folder: an archive of it could not be read.
+/// Fails if a run is there twice, as beside a copy of its folder: an archive with both could not be read.
 fn each_once(records: &[Record]) -> Result<()> {
     let mut places: Vec<(RunId, &Path)> = vec![];
     for record in records {

@@ -113,7 +113,7 @@ struct Law {
 }
 
 impl Law {
-    /// Those along x and about x.
+    /// The parameters along x and about x; `None` if the stiffness of the space does not adapt.
     fn of(space: &ActionSpace) -> Option<Self> {
         let psi = space.psi()?;
         let tolerance = psi.tolerance();

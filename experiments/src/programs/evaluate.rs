@@ -83,7 +83,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         file::finish_new(file, path)?;
         program::written(&[path]);
     }
-    // With settings of its own an episode of `replay` would be another.
+    // Not with settings on top of the run's: the command has none of them, and `replay` would play another episode.
     if let Some(run) = arguments.source.run.as_ref().filter(|_| arguments.source.env.overrides().is_empty()) {
         let run = run.to_string_lossy();
         let which = arguments.source.checkpoint.map(|which| ["--checkpoint", which.name()]);

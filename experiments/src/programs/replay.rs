@@ -111,7 +111,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     });
     let beside = beside.transpose()?.map(|(playback, _)| playback);
     if arguments.sheet.is_some() {
-        // A sheet ends with the task, and when that is shows only once the episode was played.
+        // The sheet ends soon after the task is done. When that is, is known only after the episode was played once.
         pictures.sheet_end = sheet::last_action(&play(arguments, &arguments.source, |_, _, _| Ok(()))?.0);
     }
     let (playback, checkpoint) =

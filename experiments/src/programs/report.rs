@@ -215,7 +215,7 @@ impl<'a> Report<'a> {
         Ok(Report { out, written: vec![] })
     }
 
-    /// A table without rows is none: an earlier one would speak of other runs.
+    /// Writes a table. If there are no rows, it removes an earlier table of this name, which would be of other runs.
     fn table(&mut self, name: &str, rows: &[impl Serialize]) -> Result<()> {
         let table = self.out.join(name);
         match rows {
@@ -323,7 +323,7 @@ fn tell_commits(section: &Section, mut commits: BTreeSet<&str>) {
     }
 }
 
-/// Texts whose tables are there already.
+/// Fills in texts from tables that are there already.
 fn pages(root: &Path, out: &Path) -> Result<ExitCode> {
     let mut report = Report { out, written: vec![] };
     let has_report =

@@ -119,7 +119,7 @@ fn halve(
     out: &Path,
     stop: &Stop,
 ) -> Result<ExitCode> {
-    // From its beginning on: `report` leaves out what lies beside it.
+    // The table is there from the beginning of the search on: `report` leaves out the runs of a folder that has one.
     let table = out.join("search.csv");
     if table.exists() {
         is_of_this_search(&table, all, out)?;
@@ -149,7 +149,8 @@ fn halve(
     Ok(ending)
 }
 
-/// That every candidate that a table ranks is one of this search, drawn and set up as now: those of another one would be lost.
+/// Fails unless every candidate that the table ranks is one of this search, drawn and set up as now: the ranks of
+/// another search would be overwritten.
 fn is_of_this_search(table: &Path, all: &[(usize, RunConfig)], out: &Path) -> Result<()> {
     let wrong = |task: &str, space: &str, variant: &str| {
         let table = table.display();

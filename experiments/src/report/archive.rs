@@ -106,7 +106,7 @@ fn read_rows(folder: &Path, listed_alone: bool) -> Result<Vec<Record>> {
         .into_iter()
         .map(|line| {
             let mut tables = tables.remove(&key(&line)).expect("one per line");
-            // A short run has come to its end without a row of it, and has it nonetheless.
+            // A run that ended before its first row of progress has a table of progress without rows.
             if tables.iter().all(|(table, _)| *table != Table::Progress) {
                 let path = folder.join(format!("{}.zst", Table::Progress.file()));
                 tables.push((Table::Progress, CsvTable::new(&path, <_>::default(), vec![])));

@@ -31,8 +31,8 @@ impl Columns {
         known(table).map(Columns)
     }
 
-    /// Of a table of evaluations those with `policy`, `mean` or `sampled`, but for a last one of fewer than `episodes`: it is under way, or
-    /// was cut short.
+    /// The rows of an `eval.csv` with `policy`, `mean` or `sampled`. A last evaluation of fewer than `episodes`
+    /// episodes is left out: it is under way, or was cut short.
     ///
     /// # Errors
     /// If there is no such column.
@@ -47,7 +47,7 @@ impl Columns {
         Ok(Columns(table))
     }
 
-    /// The rows by what a column says, in the order in which that comes first.
+    /// The rows for each text in a column, the texts in the order in which they first occur.
     ///
     /// # Errors
     /// If there is no such column.

@@ -8,15 +8,15 @@ use serde::Serialize;
 use crate::config::label;
 use crate::report::groups::Group;
 
-/// Of two runs, one ends higher, one does so with sampled actions, and one learns faster: its whole curve is higher on
-/// average.
+/// The ways to order two runs, each with the column of `runs.csv` that decides. A run learns faster if the mean of its
+/// whole curve is higher.
 pub const ORDERS: [(&str, &str); 3] = [
     ("ends higher", "final_return"),
     ("ends higher with sampled actions", "sampled_return"),
     ("learns faster", "curve_return"),
 ];
 
-/// Definitions of energy, during training. Net work has either sign: a ratio of it says nothing.
+/// Definitions of energy, during training, of which ratios are told. Net work is not among them: it has either sign.
 pub const ENERGIES: [&str; 4] = [
     "energy_per_action_j",
     "energy_positive_per_action_j",
@@ -49,8 +49,9 @@ pub struct ComparisonRow {
     pub ci_high: Option<f64>,
 }
 
-/// Probability that the reference ends higher and learns faster than a space, and the space's energy over the reference's; of what the
-/// tables of both tell.
+/// For every group with a reference: the probability that the reference is ahead, by each of [`ORDERS`], and the
+/// group's energy divided by the reference's, by each of [`ENERGIES`]. A quantity that a run of either does not tell is
+/// left out.
 pub fn comparison(groups: &[Group]) -> Vec<ComparisonRow> {
     let mut rows = vec![];
     for other in groups {
@@ -88,7 +89,7 @@ pub fn comparison(groups: &[Group]) -> Vec<ComparisonRow> {
     rows
 }
 
-/// What a group is compared with, if it is not that itself.
+/// The group that `group` is compared with; `None` if there is none other than `group` itself.
 fn reference<'a>(group: &Group, groups: &'a [Group<'a>]) -> Option<&'a Group<'a>> {
     let named = |space, variant| {
         let key = (group.section, group.preset, space, variant);

@@ -26,9 +26,9 @@ const FORCE: [&str; 3] = ["Contact force that 99 % of the actions stay below", "
 
 /// A figure with the curves of at most `MOST` groups of runs in a panel, to be written as `curves_TASK` with the suffix.
 pub struct Figure {
-    /// What its name has behind the task's.
+    /// What follows the task in its file's name, such as `_ablations`.
     pub suffix: String,
-    /// For a stranger.
+    /// Its heading, in words.
     pub title: String,
     /// Its panels.
     pub panels: Vec<Panel>,
@@ -105,7 +105,7 @@ pub fn figures(runs: &[(&Record, &RunSummary)]) -> Result<Vec<Figure>> {
         let labels = rows.concat();
         let seeds = |group: &&str| runs.iter().filter(|(_, run)| label(run) == **group).count();
         let title = heading(&Section::of(runs[0].1).title(), labels.iter().map(seeds));
-        // A search names its candidates, and so the runs of the one that it chose.
+        // Runs of the candidate that a search chose keep the name that the search gave it.
         let drawn =
             if labels.iter().any(|label| label.contains(",draw-")) { "; draw-N: chosen by a search" } else { "" };
         Ok(Figure { suffix, title: title + drawn, panels })

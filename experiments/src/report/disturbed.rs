@@ -96,12 +96,14 @@ pub fn disturbed(group: &Group, runs: &[Record], rows: &[RunSummary]) -> Result<
         let changes: Vec<f64> = pairs.iter().map(|[without, with]| with.success - without.success).collect();
         let change = student_interval(&changes).and_then(with_width);
         let totals = over_runs(|m| m.total);
-        // Paired: the runs, and in each the starts, are the same. Of the means, as one run may have earned nothing.
+        // Both sides have the same runs and starts. The share is one of means over runs, as a single run may have
+        // earned nothing.
         let loss = |[without, with]: [f64; 2]| (without > 0.0).then_some(1.0 - with / without);
         let ratio = |[without, with]: [f64; 2]| (without > 0.0).then_some(with / without);
         let [without, with] = [0, 1].map(|at| pairs.iter().map(|pair| pair[at].total).collect::<Vec<f64>>());
         let relative_loss = loss(totals);
-        // A ratio of two means: what each run lost beyond that share of its own (Cochran, Sampling Techniques, 1977, eq. 6.13).
+        // The interval of a ratio of two means, from the residuals: what each run lost less that share of its
+        // undisturbed return (Cochran, Sampling Techniques, 1977, eq. 6.13).
         let interval = |share: f64| {
             let beyond = |(without, with): (&f64, &f64)| without - with - share * without;
             let ends = student_interval(&without.iter().zip(&with).map(beyond).collect::<Vec<f64>>())?;

@@ -60,8 +60,9 @@ pub struct EnergyRatioRow {
 /// What stands for a stage in rows of the AFORCE paper.
 const PAPER: &str = "paper";
 
-/// The ratios that `file` asks for, of those of `runs` that are done, and the plot of them; one of whose sides has no run yet is left out.
-/// Behind those of the same heading comes what the paper published of the task and its spaces.
+/// The ratios that `file` asks for, from those of `runs` that are done, and the plot of them. A ratio is left out as
+/// long as one side of it has no such run. After the ratios of a heading comes the one that the paper published for the
+/// heading's task and spaces.
 ///
 /// # Errors
 /// If it is no such file, a space of it has several variants, or the runs of a ratio have several presets.

@@ -17,7 +17,7 @@ pub struct Section<'a> {
 }
 
 impl<'a> Section<'a> {
-    /// To which a run belongs.
+    /// The section to which a run belongs.
     pub fn of(run: &'a RunSummary) -> Self {
         Section { experiment: &run.experiment, task: &run.task }
     }

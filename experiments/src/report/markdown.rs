@@ -25,7 +25,7 @@ pub fn tables(section: Section, groups: &[Group], comparison: &[ComparisonRow], 
         .filter_map(|run| Some(format!("{} m and {} rad", run.position_step_m?, run.rotation_step_rad?)))
         .collect();
     let steps = steps.into_iter().collect::<Vec<_>>().join(" or ");
-    // Runs of other learners do not tell theirs.
+    // Runs of other learners do not tell their action steps.
     let mut parts = vec![format!("# {title}\n")];
     if !steps.is_empty() {
         parts.push(format!("An action moves the goal by at most {steps} along an axis.\n"));
@@ -143,7 +143,7 @@ fn energies(groups: &[&Group]) -> MarkdownTable {
     table
 }
 
-/// A table for each that others are compared with, mostly `aforce` alone.
+/// A table for each group that others are compared with, mostly for `aforce` alone.
 fn orders_and_ratios(groups: &[&Group], comparison: &[&ComparisonRow]) -> Vec<MarkdownTable> {
     let mut references: Vec<&str> = vec![];
     for row in comparison {
@@ -154,8 +154,8 @@ fn orders_and_ratios(groups: &[&Group], comparison: &[&ComparisonRow]) -> Vec<Ma
     references.into_iter().map(|reference| compared_with(reference, groups, comparison)).collect()
 }
 
-/// A row per group that is compared with `reference`: how often that is ahead, and the ratios of energy, the group's over
-/// the reference's.
+/// A row per group that is compared with `reference`: the probabilities that the reference is ahead, and the group's
+/// energies divided by the reference's.
 fn compared_with(reference: &str, groups: &[&Group], comparison: &[&ComparisonRow]) -> MarkdownTable {
     let mut table = MarkdownTable::new(&["space"]);
     table.header.extend(ORDERS.map(|(order, _)| format!("`{reference}` {order}, probability")));

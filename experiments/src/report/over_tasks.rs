@@ -9,7 +9,8 @@ use crate::report::groups::Group;
 
 /// The returns that are aggregated.
 const RETURNS: [&str; 3] = ["final_return", "sampled_return", "curve_return"];
-/// The return whose profile is told, at so many heights, so far apart.
+/// The return whose profile is told; the number of thresholds of a profile, from 0 on, and the return between two of
+/// them.
 const PROFILED: &str = "final_return";
 const HEIGHTS: usize = 10;
 const APART: f64 = 50.0;
@@ -66,8 +67,8 @@ impl<'a> OverTasks<'a> {
         all
     }
 
-    /// Of the spaces that have several tasks in an experiment, those tasks that all of them have, so that spaces compare; none with
-    /// fewer than two such tasks.
+    /// The spaces that have several tasks in an experiment, each with the tasks that all of these spaces have there, so
+    /// that spaces compare. None if there are fewer than two such tasks.
     fn comparable(groups: &'a [Group<'a>]) -> Vec<Self> {
         let several: Vec<Self> = Self::all(groups).into_iter().filter(|over| over.0.len() > 1).collect();
         let has = |over: &Self, group: &Group| over.0.iter().any(|own| own.section == group.section);

@@ -8,8 +8,8 @@ pub struct Published {
     pub space: &'static str,
     /// Final return: mean and deviation over seeds.
     pub final_return: [f64; 2],
-    /// Energy per action during training (J), where it is given. Not the same definition as ours, and not stated which:
-    /// compare ratios.
+    /// Energy per action during training (J), where it is given. Its definition is not stated and is not ours: only
+    /// ratios compare.
     pub energy_per_action_j: Option<f64>,
     /// Share of training episodes with a penalty, as it is given: some are bounds.
     pub penalised_episode_share: Option<&'static str>,

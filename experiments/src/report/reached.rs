@@ -27,9 +27,9 @@ pub struct ReachedRow {
     pub ci_high: Option<f64>,
 }
 
-/// A row per group of a section in which a run came to 450, of robosuite's tasks alone: returns of others have another scale. A run that did
-/// not come there is censored at its last action. Means count every run
-/// up to the last action that all runs of the section were watched to, so that groups compare.
+/// A row per group of every section in which an evaluation of some run returned 450, for robosuite's tasks alone:
+/// returns of other tasks have another scale. A run that did not come to 450 is censored at its last action. Means
+/// count every run up to the last action that all runs of the section were watched to, so that groups compare.
 pub fn reached(groups: &[Group]) -> Vec<ReachedRow> {
     let is_of_use =
         |section: Section| groups.iter().filter(|group| group.section == section).flat_map(watched).any(|run| run.came);

@@ -154,8 +154,8 @@ impl Record {
         self.columns(Table::Eval)?.evaluations(policy, self.config.evaluation_episodes as usize)
     }
 
-    /// Whether a table that was played is of the run's best policy, and whether it is of its last: one of them it has to be. A run that was
-    /// taken on may have got others than those which were played.
+    /// Whether the policy that played a table is the run's best, and whether it is its last. It has to be one of them:
+    /// a run that was trained further since may have another best and another last policy.
     ///
     /// # Errors
     /// If it is of neither, of another run, or of sampled actions.
@@ -179,7 +179,8 @@ impl Record {
         let trained = self.csv(Table::Episodes)?.map(|episodes| episodes.steps()).transpose()?.unwrap_or_default();
         let end = trained.last().map_or(last, |&step| step as f64);
         let is = |of: f64| played.iter().all(|&step| step == of);
-        // Until then a policy of the last evaluation may be the best one, and is not the last.
+        // In other tables than `end.csv` the policy of the last evaluation counts as the last, though training may have
+        // gone on after it.
         let is_last = is(end) || is(last) && table != Table::End;
         let of = [is(best), is_last];
         ensure!(

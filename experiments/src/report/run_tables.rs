@@ -17,7 +17,8 @@ pub const SOLVED: f64 = 450.0;
 const SUMMARISED: [&str; 5] =
     ["curve_return", "best_return", "sampled_success_by_hand", "last_sampled_success_by_hand", "stopped_episode_share"];
 
-/// Forces (N) at which a real arm may be set to stop, and what the share of the last policy's successes before them is called.
+/// Forces (N) at which a real arm may be set to stop. Each has the name of a share: of the last policy's episodes,
+/// those that succeed before a force or a joint's speed exceeds its limit.
 const WITHIN: [(f64, &str); 6] = [
     (60.0, "end_success_within_60n"),
     (100.0, "end_success_within_100n"),
@@ -111,7 +112,7 @@ impl RunTables {
     fn beside(&self) -> Result<Vec<(&'static str, Cell)>> {
         let Self { returns, last, last_sampled, .. } = self;
         let solved = returns.iter().find(|point| point.1 >= SOLVED).map(|point| point.0);
-        // The one evaluation of a run too short for others comes after its last row.
+        // The only evaluation of a short run comes after its last row of progress: it has the time of the run's end.
         let minutes_to_450 = |clock: &str, at_the_end: fn(Spent) -> f64| {
             let (clock, at_the_end) = (self.progress.points(clock)?, self.spent.map(at_the_end));
             let until = |at: f64| clock.iter().find(|point| point.0 >= at).map(|point| point.1).or(at_the_end);

@@ -69,8 +69,9 @@ impl Serialize for RunSummary {
     }
 }
 
-/// All runs below `root`, in folders and in archives, sorted by path and seed, each once however many links lead there; but for those
-/// of a search, which was to choose and is ranked in its search.csv. Curves of other learners ([`outside`]) are found too. One that cannot be read comes as its folder and the reason.
+/// All runs below `root`, in folders and in archives, sorted by path and seed, each once however many links lead to it.
+/// Curves of other learners ([`outside`]) are among them. The candidates of a search are not: its search.csv ranks
+/// them. A run that cannot be read comes as its folder and the reason.
 ///
 /// # Errors
 /// If a folder or an archive cannot be read.

@@ -32,8 +32,9 @@ impl Table {
         }
     }
 
-    /// Digits of a fraction of a column in the archive. Three are enough for an episode that is only one of a mean, and for the losses of a learner.
-    /// The best evaluation is chosen by its return, which has the seven of the run's own table.
+    /// Significant digits of a fraction of a column in the archive. Three are enough for episodes of which only means
+    /// are told, and for the losses of a learner. The best evaluation is chosen by its return, which has the seven
+    /// digits of the run's own table.
     pub fn digits(self, column: &str) -> usize {
         match self {
             Table::Episodes => 3,

@@ -121,7 +121,7 @@ fn by_space(comparison: &[ComparisonRow]) -> Result<Json> {
     Ok(tree)
 }
 
-/// Those whose columns read as `wanted`, by column; what reads as a number is one.
+/// The rows whose cells read as `wanted` says, each as its cells by column. A cell that reads as a number becomes one.
 fn rows(table: &CsvTable, wanted: &[(&str, String)]) -> Result<Vec<BTreeMap<String, Json>>> {
     if let Some((column, _)) = wanted.iter().find(|(column, _)| table.position(column).is_none()) {
         bail!("{}: no column {column}", table.path().display());

@@ -189,7 +189,8 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
     Ok(rows)
 }
 
-/// Of a hypothesis on a task the experiment and the values of both sides, from the runs that are `done`; or why these are not two groups.
+/// The experiment and the values of both sides of a hypothesis on a task, from the runs that are `done`; or why these
+/// are not two groups.
 fn sides(
     hypothesis: &Hypothesis,
     task: &str,
@@ -239,7 +240,7 @@ fn sides(
 fn correct<'a>(name: &str, family: impl Iterator<Item = &'a mut VerdictRow>) {
     let mut family: Vec<_> = family.filter_map(|row| Some((row.p?, row))).collect();
     let corrected = holm(&family.iter().map(|(p, _)| *p).collect::<Vec<_>>());
-    // What Holm's method asks of the first.
+    // The level with which Holm's method compares the smallest p of the family.
     let level = LEVEL / family.len() as f64;
     for ((_, row), p) in family.iter_mut().zip(corrected) {
         row.p_holm = Some(p);
@@ -249,7 +250,8 @@ fn correct<'a>(name: &str, family: impl Iterator<Item = &'a mut VerdictRow>) {
     }
 }
 
-/// The group that a hypothesis names: a space that has one variant, and is nowhere without, needs no second name.
+/// The label of the group that a hypothesis names. A space whose runs all have the same variant may be named without
+/// it.
 pub(crate) fn label_of(space: &str, meant: &[&RunSummary]) -> Result<String, String> {
     let labels = |of: &dyn Fn(&RunSummary) -> bool| -> BTreeSet<String> {
         meant.iter().filter(|run| of(run)).map(|run| label(&run.space, &run.variant)).collect()

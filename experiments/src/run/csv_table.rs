@@ -103,7 +103,7 @@ impl CsvTable {
         Ok(())
     }
 
-    /// Tables of the rows that have the same in `column`, in the order in which that comes first.
+    /// A table for each text in `column`, of the rows that have it; the texts in the order in which they first occur.
     ///
     /// # Errors
     /// If there is no such column.

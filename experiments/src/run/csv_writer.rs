@@ -63,10 +63,10 @@ impl CsvWriter {
     }
 }
 
-/// Digits of a fraction in the tables of a run: they tell all that a simulation of contacts can.
+/// Significant digits of a fraction in the tables of a run. A simulation of contacts is not known more exactly.
 pub const DIGITS: usize = 7;
 
-/// A cell as it is written: a fraction has so many digits.
+/// A cell as it is written: a fraction with so many significant `digits`.
 pub(crate) fn rounded(cell: &str, digits: usize) -> String {
     match cell.parse::<f64>() {
         Ok(value) if cell.contains(['.', 'e']) && value.is_finite() => {

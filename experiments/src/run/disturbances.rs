@@ -46,7 +46,7 @@ pub fn read(path: &Path, task: TaskName) -> Result<Vec<Case>> {
         if read.iter().any(|other| other.name == *name) {
             return Err(wrong(format!("two cases are named {name:?}")));
         }
-        // Of numbers, tables keep seven digits.
+        // Tables round what reads as a number to seven digits.
         if name.parse::<f64>().is_ok() {
             return Err(wrong(format!("case {name:?}: a name that reads as a number")));
         }

@@ -85,7 +85,7 @@ impl RunFolder {
         let folder = Self::at(path);
         if !folder.config().is_file() {
             let below = fs_err::read_dir(path).into_iter().flatten().flatten().map(|entry| entry.path());
-            // A kept policy was a folder once.
+            // Earlier programs kept a policy as a folder; it is now an archive with the folder's name and `.zip`.
             let beside = Some(file::with_suffix(path, ".zip")).filter(|path| path.is_file());
             let playable = |path: &PathBuf| Self::at(path).config().is_file() || kept::is_kept(path);
             let hint = match below.chain(beside).filter(playable).min() {

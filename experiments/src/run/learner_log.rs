@@ -71,7 +71,7 @@ impl<const N: usize> Means<N> {
         self.count += 1;
     }
 
-    /// None of nothing.
+    /// `None` if nothing was added.
     fn means(&self) -> [Option<f64>; N] {
         self.sums.map(|sum| (self.count > 0).then(|| sum / self.count as f64))
     }

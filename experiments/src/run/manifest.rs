@@ -136,7 +136,8 @@ impl Manifest {
         }
     }
 
-    /// A run that starts now, its learner made already.
+    /// The manifest of a run that starts now. Its learner has to be made before: `kernel` tells what libtorch chose for
+    /// it.
     pub fn start(config: &RunConfig) -> Self {
         let since_1970 = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
         Manifest {

@@ -34,7 +34,7 @@ pub struct Ended {
     pub name: String,
     /// Its exit code, 126 if it could not be started; `None` if a signal killed it.
     pub code: Option<i32>,
-    /// Whether it was killed from outside, by us too as its time was over, which says nothing about its work.
+    /// Whether SIGKILL ended it, from elsewhere or from here as its time was over. That says nothing about its work.
     pub killed: bool,
     /// Where its output is.
     pub log: PathBuf,
@@ -85,7 +85,7 @@ pub fn run(jobs: Vec<Job>, pool: &Pool) -> Vec<Ended> {
     let mut waiting = jobs.into_iter();
     let (mut running, mut ended) = (vec![], vec![]);
     let mut asked = false;
-    // Where a launcher has it ignored, the system would take ended children away before they are asked how they ended.
+    // A launcher may have SIGCHLD ignored. The system would then remove ended children before their exit code is read.
     let _ = flag::register(SIGCHLD, Arc::default());
     loop {
         while running.len() < parallel && !stop.requested() {
@@ -137,7 +137,7 @@ pub fn run(jobs: Vec<Job>, pool: &Pool) -> Vec<Ended> {
 }
 
 impl Running {
-    /// Also one that somebody has stopped with a signal: it goes on to save itself.
+    /// A job that somebody has halted with a signal is set going too, so that it can save itself.
     fn ask_to_stop(&self) {
         for signal in [Signal::TERM, Signal::CONT] {
             // One that has just ended needs no asking.
@@ -184,7 +184,7 @@ fn die_with_us(command: &mut Command) {
     let us = getpid();
     let listen = move || {
         set_parent_process_death_signal(Some(Signal::TERM))?;
-        // Before it has a handler, too, it is asked and not ended.
+        // As long as it has no handler the signal would end it: so the signal waits until it has one.
         stop::hold()?;
         // We may have ended before the child could ask to be told.
         if getppid() == Some(us) { Ok(()) } else { Err(std::io::ErrorKind::BrokenPipe.into()) }

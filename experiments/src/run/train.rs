@@ -156,7 +156,7 @@ pub fn train(
     let ending = ending.with_context(|| format!("{}", folder.path().display()))?;
     written?;
     if matches!(ending, Ending::Done) {
-        // Last of all: where it is, the rest is whole.
+        // This file is written last: where it is, the others are whole.
         file::replace(&folder.done(), b"")?;
     }
     Ok(ending)

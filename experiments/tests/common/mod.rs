@@ -56,7 +56,7 @@ pub fn start(command: &Command) -> Running {
     Running(std::process::Command::new(command.get_program()).args(command.get_args()).spawn().unwrap())
 }
 
-/// With its progress, which nobody reads: what is behind the pipe has ended.
+/// With its progress in a pipe whose reader has ended.
 pub fn start_unheard(command: &Command) -> Running {
     let (_, deaf) = std::io::pipe().unwrap();
     let loud = command.get_args().filter(|argument| *argument != "--quiet");

@@ -12,16 +12,16 @@ use crate::setup::Setup;
 use crate::trial::Trial;
 use crate::{Run, simulate};
 
-/// What is different.
+/// What is different from the set-up as given.
 pub struct Condition {
     name: &'static str,
-    /// In arm, controller, spaces and sensing.
+    /// Changes arm, controller, spaces or sensing.
     change: fn(&mut Setup),
-    /// In what none of them knows.
+    /// What neither the script nor the controller's model knows.
     disturbance: Disturbance,
 }
 
-/// What neither the script nor the controller's model knows.
+/// Disturbances that neither the script nor the controller's model knows, and how well the wrench is known.
 pub fn disturbances() -> Vec<Condition> {
     fn exact(setup: &mut Setup) {
         setup.sensing.source = SensedWrench::Exact;
@@ -102,7 +102,8 @@ fn law(setup: &mut Setup, change: impl Fn(&mut Psi)) {
     });
 }
 
-/// Wipes `trials` times under every condition with the `spaces`, places in the set-up, and writes a row per trial to `path`.
+/// Wipes `trials` times under every condition with each space of the set-up whose index is in `spaces`, and writes a
+/// row per trial to `path`.
 ///
 /// # Errors
 /// If the configuration is not allowed or the disk does not take the table.
@@ -178,7 +179,7 @@ mod tests {
         write(literal, &[AFORCE], &setup, 1, 1, &folder.path().join("table.csv")).unwrap();
     }
 
-    /// One that is not heeded would have the numbers of another.
+    /// A condition without effect would have the same numbers as another.
     #[test]
     fn every_condition_makes_a_difference() {
         let folder = tempfile::tempdir().unwrap();

@@ -59,7 +59,7 @@ pub struct Point {
     pub share: f64,
     /// Largest deviation in the fourth natural period, as a share of that in the second.
     pub growth: f64,
-    /// On the arm.
+    /// Whether the law is stable on the arm: `growth` is below 1.
     pub stable: bool,
 }
 

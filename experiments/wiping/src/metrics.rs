@@ -52,8 +52,8 @@ pub(crate) const METRICS: [Metric; 28] = {
     ]
 };
 
-/// Of every metric, in order; `force` is the desired one (N). A wipe that was broken off has no number but `completed`, 0: half the way
-/// costs half the energy.
+/// The value of every metric, in order; `force` is the desired one (N). A wipe that was broken off has NaN for all but
+/// `completed`, which is 0: half of the way costs half of the energy.
 pub(crate) fn measure(record: &Record, force: f64) -> Vec<f64> {
     let outcome = record.outcome(force);
     let counts = |metric: &Metric| record.completed || metric.name == "completed";

@@ -8,7 +8,7 @@ use anyhow::Result;
 use output::file;
 use physics::robots::Robot;
 
-/// Of so many samples one is a row of the table and a point of the figure of a single wipe.
+/// One of so many samples is a row of the table and a point of the figure of a single wipe.
 pub const SAMPLES_PER_ROW: usize = 20;
 
 /// One control sample (1 ms): what the controller was given, and what it made of it. World axes.
@@ -18,7 +18,8 @@ pub struct Sample {
     pub time: f64,
     /// What the script was at.
     pub phase: Phase,
-    /// Normal contact force (N): the simulated one, low-passed, and the one that the controller was given.
+    /// Force with which the table pushes the tool up (N): the simulated one, low-passed, and the one that the
+    /// controller was given.
     pub force: f64,
     /// See `force`.
     pub measured_force: f64,

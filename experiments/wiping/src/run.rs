@@ -11,7 +11,8 @@ use crate::record::Record;
 use crate::setup::Setup;
 use crate::trial::Trial;
 
-/// Time after which a script that has not come to its end is given up (s), beside its own.
+/// Time (s) beyond that of the script's pressing and circling, after which a script that has not come to its end is
+/// given up.
 const PATIENCE: f64 = 12.0;
 
 /// One wipe to be done.
@@ -23,7 +24,7 @@ pub struct Run<'a> {
     pub space: &'a ActionSpace,
     /// What varies.
     pub trial: Trial,
-    /// What nobody knows.
+    /// What neither the script nor the controller's model knows.
     pub disturbance: Disturbance,
 }
 

@@ -38,7 +38,7 @@ impl Trial {
             height: around(height, 0.02),
             friction: around(friction, 0.1),
             start: start.map(|q| around(q, 0.02)),
-            // An environment draws bias and noise from the complement.
+            // An environment draws bias and noise from the complement of its seed: here from the number that is drawn.
             seed: !rng.random::<u64>(),
         }
     }

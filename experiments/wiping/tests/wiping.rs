@@ -140,7 +140,7 @@ fn an_unknown_payload_is_taken_for_a_contact_force() {
     assert!(record.ledger_gap() < 0.01);
 }
 
-/// By the way that is left to go, at no more than the 4 cm/s at which the script lowers the tool.
+/// Later by the time that the rest of the way takes, at the 4 cm/s or less at which the script lowers the tool.
 #[test]
 fn a_lower_table_is_met_later() {
     let contact = |offset| {

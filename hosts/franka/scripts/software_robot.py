@@ -135,7 +135,7 @@ def serve(folder: Path, faults: argparse.Namespace) -> None:
             super().start_command_receiver()
 
         def _drain_gate(self, answer_deadline: float = 0.0) -> float:
-            # A client that the machine does not let run has lost no time.
+            # The robot waits for a client that the machine does not let run, unless the answer is known to be lost.
             lost = getattr(self.udp_socket, "unanswered", True)
             return super()._drain_gate(answer_deadline + (0.0 if lost else PATIENCE))
 

@@ -19,7 +19,8 @@ pub fn arm_state(state: &RobotState, model: &Model) -> ArmState {
     }
 }
 
-/// How the robot is now. What has come while nobody read, or the oldest part of it, lies before.
+/// The robot's present state. The first read takes what has come while nobody read: the socket keeps the oldest states,
+/// as many as it has room for. The second waits for the next state.
 pub fn now(robot: &Robot) -> FrankaResult<RobotState> {
     robot.read_once()?;
     robot.read_once()

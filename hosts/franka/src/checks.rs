@@ -10,7 +10,7 @@ use franka::{Model, Robot};
 
 use crate::arm::{arm_state, now};
 
-/// A push that is meant (N), and the time to give it.
+/// The least force that counts as a push (N), and the time to give it.
 const PUSH: f64 = 8.0;
 const PATIENCE: Duration = Duration::from_secs(20);
 

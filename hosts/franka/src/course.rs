@@ -5,10 +5,10 @@ use std::fmt::{self, Display, Formatter};
 use aforce::host::{ArmState, CompensatedBy, HostSetup};
 use aforce::{Arm, EnergyLedger, JointVector};
 
-/// The robot's share of commands that arrived is of so many.
+/// The robot reports the share that arrived of so many commands.
 const WINDOW: u64 = 100;
 
-/// Of the cycles so far.
+/// Time and energy of the cycles so far.
 pub struct Course {
     /// Since the first one (s).
     pub time: f64,

@@ -37,9 +37,9 @@ pub enum End {
     Asked(Ask),
     /// The host stopped the law.
     Fault(Fault),
-    /// The host did not begin with the law.
+    /// The host did not begin the law.
     Unstarted(Fault),
-    /// So did a gripper that does not do what it is told.
+    /// The law was stopped because the gripper does not do what it is told.
     Gripper,
     /// The robot stopped by itself.
     Reflex(String),
@@ -79,7 +79,7 @@ impl End {
         }
     }
 
-    /// Of a program that ends with it.
+    /// The result of a program that ends with this.
     pub fn result(&self) -> Result<()> {
         match (self, self.reason()) {
             (Self::Reflex(_), Some(reason)) => bail!("the robot has stopped: {reason}"),
@@ -91,7 +91,7 @@ impl End {
     }
 }
 
-/// What the robot says that it does not do; any other error ends the program.
+/// The robot's own words where it refuses or stops a motion. Any other error ends the program.
 pub fn said(error: FrankaError) -> Result<String> {
     match error {
         FrankaError::Control(exception) => Ok(exception.message),
@@ -163,7 +163,7 @@ impl Act<'_> {
             if let Err(error) = control.write_once(&tau) {
                 break said(error).map(End::Reflex);
             }
-            // Behind the torque: what takes time takes it from the next cycle's wait.
+            // After the torque has been sent: the time that this takes only shortens the wait for the next cycle.
             self.consult(&mut course, &command.status, &mut first);
         };
         println!("{course}, tank {:.2} J", self.host.tank());

@@ -14,7 +14,8 @@ use crate::gripper::Hand;
 use crate::motion;
 use crate::protocol::{Answer, Ask, Told};
 
-/// Before a policy hears that its wish was refused, or that the robot has stopped: it may have the same again and again.
+/// Pause before a policy hears that its wish was refused, or that the robot has stopped: it may ask for the same again
+/// and again.
 const REFUSED: Duration = Duration::from_millis(500);
 
 /// Ends the program where a person has taken the arm: a policy that goes on asking would move it as soon as the stop is released.
@@ -38,7 +39,7 @@ impl Act<'_> {
         if let Source::Script(_) = self.source {
             return self.episode(None)?.result();
         }
-        // `None`: ready.
+        // How the last episode ended; `None` where the arm is ready for the next.
         let mut last = None::<End>;
         loop {
             let answer = self.answer_between(last.as_ref())?;
@@ -52,7 +53,7 @@ impl Act<'_> {
                 (Some(Answer::Ask(Ask::Reset)), Some(_)) => self.reset()?,
                 (Some(Answer::Ask(Ask::Recover)), last) => Some(self.recover(last)?),
                 (Some(Answer::Ask(Ask::End)), _) => return Ok(()),
-                // It has ended, or acts on although the episode is over.
+                // The policy has ended, or acts on although the episode is over.
                 (None | Some(Answer::Action(_)), Some(last)) => return last.result(),
                 (None, None) => return Ok(()),
             };

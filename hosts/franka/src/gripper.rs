@@ -12,7 +12,7 @@ use crate::protocol::Fingers;
 
 /// Fingers nearer to each other than this hold nothing (m).
 const EMPTY: f64 = 0.002;
-/// So much narrower than the set-up asks may the widest opening be that a homing finds (m): hands differ by less.
+/// The widest opening that a homing finds may be narrower than the set-up asks, by so much (m): hands differ by less.
 const HOMING: f64 = 0.002;
 
 /// How it moves: the table `robot.gripper` of a set-up.
@@ -106,7 +106,7 @@ impl Hand {
         let moving = Arc::clone(&fingers);
         std::thread::spawn(move || {
             for () in received {
-                // Closed until something stops the fingers. Without anything between them `false` comes back: the width tells.
+                // Closes until something stops the fingers. `grasp` answers `false` with nothing between them.
                 let done = if moving.close.load(Ordering::Relaxed) {
                     gripper.grasp(0.0, setup.speed, setup.force, EMPTY, setup.open)
                 } else {
@@ -128,7 +128,7 @@ impl Hand {
         }
         self.closed = Some(close);
         self.fingers.close.store(close, Ordering::Relaxed);
-        // A full channel has an order for the latest wish in it.
+        // If the channel is full, the order that waits in it will be carried out with this wish.
         let _ = self.orders.try_send(());
     }
 

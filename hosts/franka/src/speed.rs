@@ -2,7 +2,8 @@
 
 use aforce::host::Fault;
 
-/// Of the robot's limits the law uses so much; a joint slower than the other (rad/s) rests.
+/// A joint may have this share of the robot's speed limit where it is, and this speed (rad/s) on top. Towards the end
+/// of the joint's range the limit goes to 0, and a joint at rest may stand there.
 const SHARE: f64 = 0.95;
 const REST: f64 = 0.02;
 

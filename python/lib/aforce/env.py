@@ -47,7 +47,7 @@ def with_pixels(description: dict[str, Any], numbers: Box) -> "gym.spaces.Space[
 
 
 def absolute(config: File | None, settings: dict[str, Any]) -> tuple[str | None, dict[str, Any]]:
-    """The same with the paths of files as they are from everywhere: a copy may be made elsewhere."""
+    """The same with absolute paths of files: a copy of the environment may be made in another working directory."""
     for key, endings in (("space", (".toml",)), ("robot", (".toml", ".urdf"))):
         file = settings.get(key)
         if isinstance(file, os.PathLike) or isinstance(file, str) and file.endswith(endings):

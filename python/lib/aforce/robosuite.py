@@ -71,7 +71,7 @@ class LawController(Base):
         return self.torques
 
     def _contact_force(self) -> NDArray[np.float64]:
-        """What the environment exerts on the tool (N, world): the sensor feels that and the weight, with the other sign."""
+        """What the environment exerts on the tool (N, world). The sensor reads minus the sum of that and the weight."""
         rotation = self.sim.data.site_xmat[self._frame].reshape(3, 3)
         return np.array([0.0, 0.0, self._weight]) - rotation @ self.sim.data.sensordata[self._sensor]
 

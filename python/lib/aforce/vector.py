@@ -107,7 +107,7 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
         if self.autoreset_mode == AutoresetMode.DISABLED and self._ended.any():
             raise RuntimeError(f"environment {self._ended.argmax()} has ended: reset it (reset_mask)")
         begins = self._ended if self.autoreset_mode == AutoresetMode.NEXT_STEP else np.zeros(self.num_envs, bool)
-        if begins.any() and np.shape(actions) == self.action_space.shape:  # Whose actions do not count, whatever they are.
+        if begins.any() and np.shape(actions) == self.action_space.shape:  # Their actions do not count.
             actions = np.where(begins[:, None], 0, actions)
         observations, rewards, terminated, truncated, info = self._native.step(actions, begins.tolist())
         self._ended = terminated | truncated

@@ -212,7 +212,7 @@ fn scaling(part: Part<'_>, value: &Bound<'_, PyAny>) -> PyResult<HashMap<String,
         both.set_item(format!("{name}: typical deviation"), deviation)?;
         let mut numbers = entries(part, both.as_any())?.into_iter().map(|(_, numbers)| numbers);
         let (centre, deviation) = (numbers.next().unwrap_or_default(), numbers.next().unwrap_or_default());
-        // One over it is a factor of 32 bits.
+        // The observation is multiplied by one over it, which has to be finite in 32 bits.
         if deviation.iter().any(|deviation| *deviation < 1e-30) {
             return Err(part
                 .value(format!("{name:?}: a typical deviation of {deviation:?}; above 0 is wanted, at least 1e-30")));

@@ -61,7 +61,7 @@ pub struct Scaling {
     pub deviation: Vec<f64>,
 }
 
-/// What a class says once.
+/// What a class says that is the same in every episode.
 pub struct Sayings {
     pub name: &'static str,
     /// The class in messages.
@@ -189,7 +189,8 @@ impl PythonTask {
         }
     }
 
-    /// That what has typical values or a unit is observed, by the policy or by the critic: once, when the policy's names come.
+    /// Checks that every name with typical values or a unit is observed, by the policy or by the critic. This is done
+    /// once, with the policy's first observation.
     fn check_names(&self, py: Python<'_>, name: &str, state: &Py<State>, shown: &[Entry]) -> PyResult<()> {
         if name != OBSERVE {
             return Ok(());
@@ -209,7 +210,7 @@ impl PythonTask {
         of("units", self.sayings.units.keys().collect())
     }
 
-    /// That a list of typical values or deviations is as long as what it is of.
+    /// Checks that a list of typical values or deviations has one number, or as many as are observed under its name.
     fn check_scaling(&self, shown: &[Entry]) -> PyResult<()> {
         for (name, numbers) in shown {
             let Some(Scaling { centre, deviation }) = self.sayings.scaling.get(name) else { continue };
@@ -252,7 +253,7 @@ impl PythonTask {
         Ok(Reward { terms, success: self.truth("success", &success)? })
     }
 
-    /// What the method `name` answered, which has yes and no to answer.
+    /// The answer of the method `name` as True or False.
     fn truth(&self, name: &str, answer: &Bound<'_, PyAny>) -> PyResult<bool> {
         let kind = answer.get_type().name()?;
         answer
@@ -261,7 +262,7 @@ impl PythonTask {
     }
 }
 
-/// That the same numbers are shown as at first.
+/// Checks that the same numbers are shown as at first.
 fn same_layout(part: Part<'_>, first: &[Entry], now: &[Entry]) -> PyResult<()> {
     let names = |entries: &[Entry]| entries.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
     if first.len() != now.len() || first.iter().zip(now).any(|(a, b)| a.0 != b.0) {

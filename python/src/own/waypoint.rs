@@ -16,7 +16,7 @@ struct Spec {
     position: [f64; 3],
     /// Direction along which the fingers open, the hand straight down.
     forward: Option<[f64; 3]>,
-    /// Of how many turns of the hand about z each does as well.
+    /// How many turns of the hand about z, evenly apart, do equally well.
     turns: Option<u32>,
     /// x, y, z, w.
     quaternion: Option<[f64; 4]>,

@@ -128,7 +128,7 @@ impl Task for Drawer {
     fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Observer) {
         let knob = self.knob_pose(simulation);
         let position = knob.translation.vector;
-        // Name, value, unit, typical value, one over the typical deviation.
+        // Name, value, typical value, one over the typical deviation; `put` takes the unit after the value.
         out.position("knob_pos", position, [-0.1, 0.0, TABLE + 0.1], 10.0);
         out.orientation("knob_quat", &knob.rotation);
         out.position("knob_to_eef_pos", position - y.pose.translation.vector, [0.0; 3], 10.0);

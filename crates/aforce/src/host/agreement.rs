@@ -1,8 +1,9 @@
 //! Whether the parts of an arm's state agree with each other: a Jacobian with the motion of the pose, a mass matrix with its
 //! transpose, gravity with the torque that holds the arm.
 //!
-//! A wrong frame, order of rows, sign, unit or triangle, and a field that nobody filled, are numbers like any others. They show where
-//! two parts of the state tell the same thing. All of this is linear in the number of entries, apart from one factorisation of M.
+//! A wrong frame, order of rows, sign, unit or triangle, and a field that nobody filled, give numbers that look like
+//! any others. Such a mistake shows only where two parts of the state must agree. The cost of the comparisons is linear
+//! in the number of entries, apart from one factorisation of M.
 
 use crate::arm::Arm;
 use crate::host::interface::{ArmState, CompensatedBy};
@@ -16,35 +17,38 @@ use crate::spatial::{
 const INERTIA: f64 = 1e-5;
 /// Largest difference of the length of a joint's axis from one.
 const AXIS: f64 = 1e-2;
-/// Coriolis torques: entries of c stay below this many times trace(M) |qd|^2 ...
+/// A Coriolis torque (Nm) stays below CORIOLIS trace(M) |qd|^2 plus `CORIOLIS_REST` times the joint's largest torque.
 const CORIOLIS: f64 = 4.0;
-/// ... and this share of the joint's largest torque.
+/// Share of the joint's largest torque in the bound on Coriolis torques.
 const CORIOLIS_REST: f64 = 0.02;
-/// Of a resting arm, the largest torque that gravity and wrench do not explain, as a share of the joint's largest: friction, a payload.
+/// Largest torque of a resting arm that gravity and wrench do not explain, as a share of the joint's largest torque.
+/// Friction or a payload may cause one.
 const REST: f64 = 0.2;
 /// An arm slower than this rests (rad/s).
 const RESTING: f64 = 0.05;
-/// Times over which motion is added up (s): one finds what begins now, the other what creeps.
+/// Time constants over which motion is added up (s): a short one for a sudden disagreement, a long one for a slow one.
 const WINDOWS: [f64; 2] = [0.02, 0.2];
 /// Difference between measured motion and integrated speed that is always allowed: of a joint (rad), of the tool (m, rad).
 const JOINT_MOTION: f64 = 1e-3;
 const TOOL_MOTION: [f64; 2] = [2e-4, 1e-3];
-/// What is allowed in addition, as a share of the way that was moved.
+/// Difference that is allowed in addition, as a share of the distance moved.
 const MOTION_SHARE: f64 = 0.25;
-/// Change of an entry of the Jacobian while no joint moves (m, 1).
+/// Allowed change of an entry of the Jacobian while no joint moves (m/rad; 1 in the rotational rows).
 const JACOBIAN_JUMP: f64 = 0.02;
-/// Change of a gravity torque while no joint moves, as a share of the largest torque: a load of 3 kg may be told while it is held.
+/// Allowed change of a gravity torque while no joint moves, as a share of the arm's largest torque. So a host may begin
+/// to count a load of 3 kg while the arm holds it.
 const GRAVITY_JUMP: f64 = 0.3;
 /// After a start, the time before which the arm's motion says nothing of gravity, and the time until which it is watched (s).
 const TRIAL: [f64; 2] = [0.005, 0.1];
-/// The share of gravity's torques that may be missing or too much, and the torque below which that says nothing (Nm).
+/// Allowed difference between the gravity torque that the motion shows and the one that the state tells, as a share of
+/// the norm of the told one, but at least `GRAVITY_FLOOR` (Nm).
 const GRAVITY_SHARE: f64 = 0.6;
 const GRAVITY_FLOOR: f64 = 8.0;
 
 /// The comparisons, and what they remember.
 #[derive(Debug, Clone)]
 pub(crate) struct Agreement {
-    /// Tolerances count as so many times as much; infinite: nothing is compared.
+    /// Factor on the tolerances; infinite: nothing is compared.
     scale: f64,
     torque_max: JointVector,
     gravity_by: CompensatedBy,
@@ -69,7 +73,8 @@ struct Motion {
     twist: Vector6,
 }
 
-/// Motion, and speed times time, added up and forgotten over `time` (s).
+/// Measured motion (`moved`), and speed times time (`told`), each added up and forgotten over `time` (s). `way` adds up
+/// the size of the larger of the two.
 #[derive(Debug, Clone, Copy)]
 struct Window {
     time: f64,
@@ -83,7 +88,8 @@ struct Window {
     tool_way: [f64; 2],
 }
 
-/// The torques since a start (Nm s), for what gravity does to the arm.
+/// For the check of gravity after a start at rest (Nm s): the arm's momentum then, and the impulse of the told torques
+/// since.
 #[derive(Debug, Clone)]
 struct Trial {
     time: f64,
@@ -97,7 +103,7 @@ impl Window {
         Self { time, moved: joints, told: joints, way: joints, tool_moved: tool, tool_told: tool, tool_way: [0.0; 2] }
     }
 
-    /// One cycle of `dt` seconds. The way is the larger of motion and speed times time.
+    /// Takes in one cycle of `dt` seconds. Each pair is the measured motion, and speed times time.
     fn add(&mut self, moved: [&JointVector; 2], tool: [&Vector6; 2], dt: f64) {
         let kept = 1.0 / (1.0 + dt / self.time);
         let ([moved, told], [tool_moved, tool_told]) = (moved, tool);
@@ -167,7 +173,7 @@ impl Agreement {
         self.trial = rests.then(|| Trial { time: 0.0, momentum: y.mass * y.qd, impulse: JointVector::zeros() });
     }
 
-    /// While the law acts, `dt` seconds after the last state; 0 hands a state over.
+    /// Checks a state while the law acts, `dt` seconds after the last. With a `dt` of 0 the two are not compared.
     pub(crate) fn check(&mut self, state: &ArmState, y: &Measurement, dt: f64) -> Result<(), Fault> {
         if self.scale.is_infinite() {
             return Ok(());
@@ -216,7 +222,7 @@ impl Agreement {
         Ok(())
     }
 
-    /// What depends on the joints alone changes no faster than they do.
+    /// Jacobian and gravity depend on the joint angles alone, so they change no faster than the angles allow.
     fn jumps(&self, last: &Last, state: &ArmState) -> Result<(), Fault> {
         let way: f64 = (state.q - last.y.q).iter().map(|moved| moved.abs()).sum();
         // A column turns with the joints before and after it: no entry changes by more than the longest column's length per radian.
@@ -248,8 +254,8 @@ impl Agreement {
         Ok(())
     }
 
-    /// For a while after a start at rest: the arm's momentum grows by the torques that the state tells of. What is missing or too much,
-    /// in the direction of gravity, is gravity with another sign, or compensated twice, or by nobody.
+    /// For a while after a start at rest: the arm's momentum should grow by the impulse of the torques in the state. A
+    /// difference along gravity means that gravity has another sign, or is compensated twice or by nobody.
     fn gravity(&mut self, state: &ArmState, y: &Measurement, dt: f64) -> Result<(), Fault> {
         let Some(trial) = &mut self.trial else { return Ok(()) };
         trial.time += dt;
@@ -308,7 +314,8 @@ fn lightest(mass: &JointMatrix) -> Option<(usize, f64)> {
     None
 }
 
-/// From one pose to the next (m, rad): of a turn twice the sine of half its angle, which is enough for a small one and grows with a large.
+/// The motion from one pose to the next (m, rad; base axes). A turn counts as its axis times 2 sin(angle/2): that is
+/// the angle while it is small, and it grows with the angle up to half a turn.
 fn difference(to: &Pose, from: &Pose) -> Vector6 {
     let turn = to.rotation * from.rotation.inverse();
     let sign = if turn.w < 0.0 { -2.0 } else { 2.0 };
@@ -333,7 +340,8 @@ mod tests {
         assert!((difference(&other, &from)[5] - 1e-3).abs() < 1e-9);
     }
 
-    /// As of an arm of six joints. A column that nobody filled is another matter: that joint shares inertia with the others.
+    /// The seventh joint of an arm of six moves nothing. A column that nobody filled is told from it by the inertia
+    /// that its joint shares with the others.
     #[test]
     fn a_joint_that_moves_nothing_has_no_axis() {
         let mut y = gantry([1.0; 6]);
@@ -351,7 +359,7 @@ mod tests {
         assert!(matches!(start(y.mass), Err(Fault::JacobianAxis { joint: 7, .. })));
     }
 
-    /// While an arm moves its torque is not gravity's alone, so that a start then is not judged by it.
+    /// The torque of a moving arm is not gravity's alone, so at a start in motion it is not compared with gravity.
     #[test]
     fn only_at_rest_the_torque_is_held_against_gravity() {
         let mut y = gantry([1.0; 6]);

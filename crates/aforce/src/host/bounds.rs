@@ -8,8 +8,9 @@ use crate::law::step_values::{Adapted, Errors};
 use crate::law::stiffness::StiffnessUnit;
 use crate::spatial::{JointVector, Measurement, Pose, Vector3, Vector6, Wrench, limit_norm, linear, rotational, stack};
 
-/// Goals into the workspace, errors clipped, energy paid for, wrench and its rate capped, joints kept from their ends. Each method
-/// takes the value that the law wants and gives back the one that may act.
+/// The bounds: goals are moved into the workspace, errors clipped, energy paid for, the wrench and its rate capped, and
+/// joints pushed back from the ends of their ranges. Each method takes the value that the law wants and returns the one
+/// that may act.
 #[derive(Debug, Clone)]
 pub(crate) struct Bounds {
     limits: HostLimits,
@@ -21,7 +22,7 @@ pub(crate) struct Bounds {
     tank: Tank,
     /// Energy that the tank has paid for a stiffer spring and has not got back from a softer one (J).
     paid: f64,
-    /// Of F_ff and F_cmd the parts against which the environment works (N, Nm).
+    /// F_ff and F_cmd as they act, each only in samples in which the tool moves against its push (N, Nm).
     driven: Wrench,
     /// K that acted last, in the space's unit.
     stiffness: Vector6,
@@ -87,8 +88,8 @@ impl Bounds {
         clipped
     }
 
-    /// What limits cut off the last sample at the tool, as the adaptation is told. K does not grow along it. `e` is the error that the
-    /// adaptation sees.
+    /// What limits cut off the last sample at the tool, as the adaptation is told. K does not grow along an axis where
+    /// the spring, -K e, pushes in the direction of the cut. `e` is the error that the adaptation sees.
     pub(crate) fn excess(&self, excess: &Vector6, e: &Vector6) -> Vector6 {
         // A wrench that was cut and a joint's excess have different units and cannot be added. Along an axis where what was cut
         // has the direction of the spring, -K e, the cut counts, along the others the joints' excess.
@@ -124,8 +125,8 @@ impl Bounds {
         Adapted { stiffness: self.stiffness, feedforward: share * wanted.feedforward, force: share * force }
     }
 
-    /// Share of F_cmd that acts (Schindlbeck and Haddadin 2015): 1 in contact. After it the share falls to 0 over `contact_loss` metres
-    /// in the direction in which the tool pushed. `n` is the contact axis.
+    /// Share of F_cmd that acts (Schindlbeck and Haddadin 2015): 1 in contact. After contact is lost the share falls to
+    /// 0 over `contact_loss` metres in the direction in which the tool pushed. `n` is the contact axis.
     fn contact_share(&mut self, n: &Vector3, y: &Measurement) -> f64 {
         let position = y.pose.translation.vector;
         if linear(&y.wrench).dot(n) >= self.contact_off {
@@ -143,8 +144,9 @@ impl Bounds {
         let allowed = capped(&jump, &step);
         let wrench = if allowed == jump { bounded } else { self.wrench + allowed };
         self.cut = wanted - wrench;
-        // What the damper, and who moves the arm against F_ff and F_cmd, take out of it, as far as these act: on the arm's own
-        // motion, whatever the set-point does.
+        // The damper takes energy out of the arm, and so does motion against F_ff and F_cmd. Of these wrenches the
+        // share counts that is left after the cut, at the tool's own velocity: against a moving set-point the damper
+        // may give energy.
         let taken = viscous + self.driven;
         let power = |part: fn(&Vector6) -> Vector3| {
             share(&part(&wrench), &part(wanted)) * part(&taken).dot(&part(&y.twist)) // W
@@ -174,7 +176,7 @@ fn share(actual: &Vector3, wanted: &Vector3) -> f64 {
     if whole > 0.0 { (actual.dot(wanted) / whole).clamp(0.0, 1.0) } else { 1.0 }
 }
 
-/// Its linear and its rotational part shortened to `max`, if longer.
+/// `v` with its linear and its rotational part each shortened to its `max`, if longer.
 fn capped(v: &Vector6, max: &[f64; 2]) -> Vector6 {
     stack(&limit_norm(linear(v), max[0]), &limit_norm(rotational(v), max[1]))
 }
@@ -183,7 +185,7 @@ fn capped(v: &Vector6, max: &[f64; 2]) -> Vector6 {
 mod tests {
     use super::*;
 
-    /// What joints and cap cut off are of two units; each alone stops a spring that pushes that way.
+    /// Either cut, that of the joints' limits or that of the wrench's cap, stops a spring that pushes in its direction.
     #[test]
     fn either_cut_stops_the_spring() {
         let mut bounds = Bounds::new(&HostLimits::default(), &Arm::PANDA, 1.5, StiffnessUnit::NewtonPerMetre);

@@ -9,13 +9,14 @@ use crate::spatial::JointVector;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct HoldConfig {
-    /// Stiffness of each joint at first (Nm/rad).
+    /// Stiffness of each joint when the hold begins (Nm/rad).
     pub stiffness: [f64; 7],
-    /// Stiffness of each joint at last (Nm/rad), at most that at first. A person can push the arm away with it.
+    /// Stiffness of each joint after `relax_time` (Nm/rad), at most `stiffness`: low, so that a person can push the arm
+    /// away.
     pub relaxed: [f64; 7],
     /// Damping of each joint (Nm s/rad).
     pub damping: [f64; 7],
-    /// Time from the first to the last (s).
+    /// Time in which the stiffness falls from `stiffness` to `relaxed` (s).
     pub relax_time: f64,
 }
 

@@ -18,7 +18,7 @@ pub struct ArmState {
     pub qd: JointVector,
     /// Pose of the tool point in the base frame (m).
     pub pose: Pose,
-    /// Jacobian of the tool point: rows are linear first, base axes.
+    /// Jacobian of the tool point, base axes: three linear rows (m/rad), then three rotational ones.
     pub jacobian: Jacobian,
     /// Joint-space mass matrix (kg m^2), of the side that [`ArmInterface::inertia`] names.
     pub mass: JointMatrix,
@@ -36,7 +36,7 @@ pub struct ArmState {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CompensatedBy {
-    /// The arm, beside the torque that it is commanded: the law must not.
+    /// The arm, which adds the compensation to the commanded torque: the law must not.
     Arm,
     /// The law, within the torque that it commands.
     Law,
@@ -48,7 +48,7 @@ pub enum CompensatedBy {
 pub enum Friction {
     /// The arm.
     Arm,
-    /// Nobody: of each joint this much viscous damping is left (Nm s/rad). Only an observed wrench uses it.
+    /// Nobody: each joint keeps this viscous damping (Nm s/rad). Only an observed wrench uses the number.
     Nobody([f64; 7]),
 }
 
@@ -88,9 +88,9 @@ pub enum WrenchAxes {
 pub enum WrenchSource {
     /// [`ArmState::wrench`].
     Reported,
-    /// A [`MomentumObserver`](crate::MomentumObserver) on the commanded torques.
+    /// A [`MomentumObserver`](crate::MomentumObserver) on [`ArmState::tau`].
     Observed {
-        /// Its cut-off (Hz).
+        /// Cut-off of the observer (Hz).
         cutoff_hz: f64,
     },
 }
@@ -99,11 +99,11 @@ pub enum WrenchSource {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ArmInterface {
-    /// Gravity.
+    /// Who compensates gravity.
     pub gravity: CompensatedBy,
-    /// Coriolis and centrifugal forces.
+    /// Who compensates Coriolis and centrifugal forces.
     pub coriolis: CompensatedBy,
-    /// Friction of the joints.
+    /// Who compensates the friction of the joints.
     pub friction: Friction,
     /// Side of [`ArmState::mass`].
     pub inertia: InertiaSide,
@@ -113,7 +113,7 @@ pub struct ArmInterface {
     pub wrench_sign: WrenchSign,
     /// Axes of [`ArmState::wrench`].
     pub wrench_axes: WrenchAxes,
-    /// The point that its moment is about, seen from the tool point (m, tool axes).
+    /// The point about which [`ArmState::wrench`] gives the moment, seen from the tool point (m, tool axes).
     pub wrench_point: [f64; 3],
 }
 
@@ -192,7 +192,7 @@ impl ArmInterface {
         };
         let force = sign * (axes * linear(reported));
         let moment = sign * (axes * rotational(reported));
-        // Of a force that acts elsewhere the moment is r x F more.
+        // About the tool point the moment is r x F more, r being the lever from the tool point.
         let point = pose.rotation * Vector3::from(self.wrench_point);
         stack(&force, &(moment + point.cross(&force)))
     }
@@ -213,8 +213,8 @@ impl ArmInterface {
     }
 }
 
-/// A pose from its matrix, column by column, as Franka's interface and C have it. The rotation of a matrix that holds none is not a
-/// number, which [`Host`](crate::host::Host) refuses.
+/// The pose (m) of a homogeneous 4 x 4 matrix that is given column by column, as Franka's interface and C have it. If
+/// the matrix holds no rotation, that of the pose is NaN, which [`Host`](crate::host::Host) refuses.
 #[must_use]
 pub fn pose_from_matrix(column_major: &[f64; 16]) -> Pose {
     let matrix = Matrix4::from_column_slice(column_major);
@@ -287,7 +287,7 @@ mod tests {
 
     #[test]
     fn a_wrench_in_tool_axes_about_another_point_is_moved() {
-        // The tool points down: turned half about x. A sensor 10 cm behind it reads 5 N along its own x.
+        // The tool points down: turned half about x. A sensor 10 cm behind it reads 5 N along its own y.
         let mut state = resting_arm();
         state.pose.rotation = UnitQuaternion::from_scaled_axis(Vector3::x() * std::f64::consts::PI);
         state.wrench = Wrench::new(0.0, 5.0, 0.0, 0.0, 0.0, 0.0);

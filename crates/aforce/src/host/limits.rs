@@ -6,40 +6,40 @@ use crate::error::{ConfigError, not_negative, within};
 use crate::host::hold::HoldConfig;
 use crate::host::tank::TankConfig;
 
-/// Bounds between the law and an arm. Pairs are translation, rotation. Infinity is no bound where it is allowed, which it is not for
-/// `period_max`, margins and stiffness.
+/// Bounds between the law and an arm. Pairs are translation, rotation. Infinity means no bound; `period_max`, margins
+/// and stiffness must be finite.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct HostLimits {
-    /// Longest time between two cycles (s); a longer one is a fault. Torque rates count the nominal period at most, as an arm
-    /// that has lost packets still compares with the last one.
+    /// Longest time between two cycles (s); a longer one is a fault. For the torque rate a longer cycle counts as one
+    /// of nominal length: an arm that has lost packets compares a torque with the last one that it received.
     pub period_max: f64,
     /// Longest time between two actions (s); a longer silence is a fault.
     pub silence_max: f64,
     /// Largest error that spring and adaptation see (m, rad).
     pub error_max: [f64; 2],
-    /// Largest wrench of the task (N, Nm).
+    /// Largest wrench that the law asks of the tool (N, Nm).
     pub wrench_max: [f64; 2],
-    /// Its largest rate (N/s, Nm/s).
+    /// Largest rate of that wrench (N/s, Nm/s).
     pub wrench_rate_max: [f64; 2],
-    /// Largest wrench of the environment (N, Nm); a larger one is a fault.
+    /// Largest wrench that the environment may exert on the tool (N, Nm); a larger one is a fault.
     pub external_max: [f64; 2],
     /// Goals are moved into this box (m, base frame): its lower and its upper corner.
     pub workspace: [[f64; 3]; 2],
-    /// The tool may be this far outside of it (m); further is a fault.
+    /// The tool may be this far outside of the workspace (m); further is a fault.
     pub workspace_margin: f64,
     /// A joint nearer than this to an end of its range is pushed back (rad).
     pub joint_margin: f64,
-    /// Stiffness that pushes it back (Nm/rad).
+    /// Stiffness that pushes a joint back from an end of its range (Nm/rad).
     pub joint_stiffness: [f64; 7],
     /// Distance into lost contact over which F_cmd fades to nothing (m).
     pub contact_loss: f64,
     /// Largest difference of the arm's pose from the model's at the start (m, rad).
     pub kinematics_tolerance: [f64; 2],
-    /// Parts of the arm's state may disagree by so many times the tolerances in `agreement.rs`, but those of the mass matrix's symmetry
-    /// and least inertia; infinite: they are not compared.
+    /// Factor, 1 or above, on the tolerances in `agreement.rs` by which parts of the arm's state may disagree. The
+    /// tolerances of the mass matrix's symmetry and least inertia stay. Infinite: nothing is compared.
     pub disagreement_max: f64,
-    /// What the active parts may put into the arm.
+    /// Energy that growing stiffness, F_ff and F_cmd may put into the arm.
     pub tank: TankConfig,
     /// How the arm holds its posture when the law does not act.
     pub hold: HoldConfig,

@@ -12,10 +12,10 @@
 //! }
 //! ```
 //!
-//! What it can count on, for any state and any period: [`Command::tau`] is finite and within the arm's limits of torque and
-//! rate; nothing panics or allocates; a fault latches, and the arm then holds its posture ever more softly until a new start.
-//! Between law and arm stand the bounds of [`HostLimits`]. The simulated tables use [`Controller`](crate::Controller) alone:
-//! none of this acts there.
+//! What a host can count on, for any state and any period: [`Command::tau`] is finite and within the arm's limits of
+//! torque and rate; nothing panics or allocates; a fault latches, and the arm then holds its posture ever more softly
+//! until a new start. Between law and arm stand the bounds of [`HostLimits`]. In simulation
+//! [`Controller`](crate::Controller) runs alone, without these bounds.
 
 mod agreement;
 mod bounds;

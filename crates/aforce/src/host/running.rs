@@ -14,11 +14,12 @@ use crate::law::controller::Controller;
 use crate::observer::MomentumObserver;
 use crate::spatial::{JointVector, Measurement, Pose, Vector6, Wrench, all_finite, linear, pose_error, rotational};
 
-/// Cycles of no length in a row that are believed: an interface's first, a state handed over. More are a broken clock.
+/// Largest number of cycles with a `dt` of 0 in a row that is no fault: an interface's first cycle, or a state that is
+/// handed over between cycles. More of them mean that the clock is broken.
 const EMPTY_CYCLES: u32 = 5;
 
-/// Share of the nominal period below which a cycle counts as one of no length. Else a clock that hardly moves could keep the law
-/// running without a policy: the silence is the sum of the cycles' times.
+/// Share of the nominal period below which the `dt` of a cycle counts as 0. Otherwise a clock that hardly moves could
+/// keep the law running without a policy: the time since the latest action is the sum of the cycles' times.
 const SHORTEST: f64 = 0.01;
 
 /// A [`Controller`] under the bounds of [`HostLimits`], with a latch for faults and a hold for when it does not act.
@@ -33,7 +34,8 @@ pub struct Host {
     bounds: Bounds,
     agreement: Agreement,
     sent: Sent,
-    /// Whether rates count from what the arm has: before the first start, from the first torque that it tells.
+    /// Whether the torque rate counts from a torque that the arm has reported: at the latest since the first start,
+    /// before it since the first [`ArmState::tau`] that could be read.
     counted: bool,
     hold: Hold,
     observer: Option<MomentumObserver>,
@@ -82,9 +84,10 @@ impl Host {
         })
     }
 
-    /// The law begins: goal and set-point at the measured pose, K(0), no force, torques from [`ArmState::tau`] on. `model` is
-    /// where the host's own kinematics see the tool at `state.q`: give `state.pose` where it comes from them anyway. The
-    /// first action has to come within [`HostLimits::silence_max`].
+    /// The law begins: goal and set-point at the measured pose, K at its initial value, no force, torque rates counted
+    /// from [`ArmState::tau`]. `model` is the tool's pose at `state.q` (m, base frame) by the host's own kinematics;
+    /// give `state.pose` where that pose comes from the same kinematics. The first action has to come within
+    /// [`HostLimits::silence_max`].
     ///
     /// # Errors
     /// If the state cannot be read, contradicts the model, or is outside of a bound. The host stays as it was.
@@ -145,9 +148,11 @@ impl Host {
         Ok(())
     }
 
-    /// One cycle: the torque for `state`, `dt` seconds after the last cycle. A `dt` of 0 (an interface's first cycle), or of less than
-    /// a hundredth of a cycle, reads the state and repeats the last torque, or that which the arm says it took; only a few in a row are believed. Never panics, never
-    /// allocates.
+    /// One cycle: the torque for `state`, `dt` seconds after the last cycle. Never panics, never allocates.
+    ///
+    /// A `dt` of 0 (an interface's first cycle), or of less than a hundredth of the nominal period, reads the state and
+    /// repeats the last torque, or the one that the arm says it took. More than five such cycles in a row are a
+    /// [`Fault::Period`].
     pub fn update(&mut self, state: &ArmState, dt: f64) -> Command {
         let dt = if (0.0..SHORTEST * self.period).contains(&dt) { 0.0 } else { dt };
         self.empty = if dt == 0.0 { self.empty.saturating_add(1) } else { 0 };
@@ -206,13 +211,13 @@ impl Host {
         self.y.as_ref()
     }
 
-    /// K that acts, in the space's own unit: what the energy tank lets grow.
+    /// K that acts, in the space's own unit. It grows less than the law asks while the energy tank cannot pay for more.
     #[must_use]
     pub fn acting_stiffness(&self) -> &Vector6 {
         self.bounds.stiffness()
     }
 
-    /// The same in N/m and Nm/rad, whatever the space's unit.
+    /// [`acting_stiffness`](Self::acting_stiffness) in N/m and Nm/rad, whatever the space's unit.
     #[must_use]
     pub fn effective_stiffness(&self) -> Vector6 {
         self.controller().effective(self.acting_stiffness())
@@ -276,10 +281,10 @@ impl Host {
         Some(bounds.torque(&torque, y))
     }
 
-    /// The holding torque (Nm). It needs joints and bias alone: what is wrong may be all else.
+    /// The holding torque (Nm). It reads joints and bias alone, because after a fault every other field may be wrong.
     fn held(&mut self, state: &ArmState, dt: f64) -> JointVector {
         if !state.has_joints() {
-            // Nothing is known of the posture: compensate as it was.
+            // The posture is unknown: repeat the last bias that could be read.
             self.hold.pass(dt);
             return self.bias;
         }
@@ -326,7 +331,7 @@ impl Host {
         reported && (limited || self.controller.space().force)
     }
 
-    /// Whether so much time (s) can have passed since the last cycle.
+    /// Whether `dt` (s) can be the time since the last cycle.
     fn is_period(&self, dt: f64) -> bool {
         if dt == 0.0 { self.empty <= EMPTY_CYCLES } else { dt > 0.0 && dt <= self.limits.period_max }
     }
@@ -335,7 +340,7 @@ impl Host {
         let e = pose_error(pose, model);
         let (distance, angle) = (linear(&e).norm(), rotational(&e).norm());
         let [max_distance, max_angle] = self.limits.kinematics_tolerance;
-        // A model that is not a number disagrees.
+        // Written so that a model pose with NaN is refused.
         if distance <= max_distance && angle <= max_angle {
             return Ok(());
         }

@@ -3,11 +3,11 @@
 use crate::host::status::Fault;
 use crate::spatial::JointVector;
 
-/// Torques that are remembered: an arm that has lost as many commands in a row has stopped by itself.
+/// Number of sent torques that are remembered. An arm that has lost as many commands in a row has stopped by itself.
 const REMEMBERED: usize = 20;
 /// Time after which a torque that was never sent is a fault (s).
 const PATIENCE: f64 = 0.02;
-/// What rounding to single precision makes of a torque (Nm).
+/// Tolerance of the comparison (Nm): an arm may round a torque to single precision.
 const ROUNDING: f64 = 1e-3;
 
 /// The torques sent last. A lost command leaves an earlier one acting, so a rate counts from what the arm tells that it took, as long as
@@ -31,7 +31,8 @@ impl Sent {
         self.next = (self.next + 1) % REMEMBERED;
     }
 
-    /// The torque from which rates count, if `told` lies among what was sent.
+    /// The torque from which the rate counts: `told`, if at each joint it lies between the least and the largest torque
+    /// remembered; otherwise `None`.
     ///
     /// # Errors
     /// If the arm has reported another torque for too long: the field is not filled, or holds something else.

@@ -24,7 +24,7 @@ const SHORT_LEVER: f64 = 0.25;
 const HOLD_STIFFNESS_MAX: f64 = 1000.0;
 const HOLD_RATIO: f64 = 0.3;
 
-/// What a text does not say of `controller` and `space`.
+/// `controller` and `space` of a set-up whose text leaves them out.
 const GENTLE: &str = include_str!("gentle.toml");
 
 /// What a [`Host`](crate::host::Host) is made of.
@@ -35,7 +35,7 @@ pub struct HostSetup {
     pub contact_axis: [f64; 3],
     /// The arm.
     pub arm: Arm,
-    /// Its conventions.
+    /// The conventions of the arm's interface.
     pub interface: ArmInterface,
     /// Bounds between law and arm.
     pub limits: HostLimits,
@@ -51,16 +51,16 @@ pub enum SetupError {
     /// No TOML, or a field that is missing, unknown or of the wrong type.
     #[error(transparent)]
     Text(#[from] Problem),
-    /// The space is none.
+    /// The table of the space is no action space.
     #[error("space: {0}")]
     Space(#[from] RecordError),
     /// The space's name is unknown.
     #[error("space: {0}")]
     SpaceName(#[from] UnknownActionSpace),
-    /// A name that is none.
+    /// Arm, interface or space is neither a known name nor a table.
     #[error("{field} = {value}: known are {known}, or a table that extends one")]
     Name {
-        /// Of the set-up.
+        /// The field of the set-up.
         field: &'static str,
         /// As found.
         value: Value,
@@ -73,10 +73,13 @@ pub enum SetupError {
 }
 
 impl HostSetup {
-    /// From TOML. `arm` is `"panda"`, `"fr3"` or a table; `interface` `"franka"`, `"plain"` or a table; `space` a built-in
-    /// space's name or a table. A table may extend what has a name (`{ extends = "plain", .. }`), or has every field. An arm that extends
-    /// one stays within its limits. `limits` and `contact_axis` (+z) are as by default where nothing is said of them; `controller`, and a
-    /// `space` that is not there, as in `gentle.toml`: steps of 2 cm, 1 kHz, 150 to 1500 N/m.
+    /// Reads a set-up from TOML. `arm` is `"panda"`, `"fr3"` or a table; `interface` is `"franka"`, `"plain"` or a
+    /// table; `space` is the name of a built-in space or a table. A table has every field, or extends a name and
+    /// changes some (`{ extends = "plain", .. }`). An arm that extends another must stay within its limits.
+    ///
+    /// `limits` and `contact_axis` (+z) have defaults. What `controller` leaves out is as in `gentle.toml` (1 kHz,
+    /// steps of 2 cm), or else as in [`ControllerConfig`]. A `space` that is left out is that of `gentle.toml` (150 to
+    /// 1500 N/m).
     ///
     /// ```
     /// use aforce::host::HostSetup;
@@ -146,7 +149,8 @@ impl HostSetup {
         self.contact_axis().map(|_| ())
     }
 
-    /// What would fault in every cycle or before every action, and a leak that would overshoot in the longest cycle.
+    /// Refuses rates that would fault in every cycle or before every action, and a leak that would overshoot in the
+    /// longest cycle.
     fn rates_fit(&self) -> Result<(), ConfigError> {
         let HostLimits { period_max, silence_max, .. } = self.limits;
         let (period, action) = (self.controller.dt(), 1.0 / f64::from(self.controller.policy_hz));
@@ -171,7 +175,7 @@ impl HostSetup {
         Ok(())
     }
 
-    /// Bounds beyond what the arm can do, and a hold that would swing or shake it.
+    /// Refuses bounds beyond what the arm can do, and a hold that would swing or shake it.
     fn limits_fit(&self) -> Result<(), ConfigError> {
         let HostLimits { joint_margin, wrench_max, hold, .. } = &self.limits;
         let narrowest = self.arm.range.iter().map(|[low, high]| high - low).fold(f64::INFINITY, f64::min);
@@ -187,7 +191,8 @@ impl HostSetup {
             let (stiffness, inertia) = (hold.stiffness[joint], self.arm.rotor_inertia[joint]);
             let place = |name: &str| format!("limits.hold.{name} (joint {})", joint + 1);
             within(&place("stiffness"), stiffness, 0.0..=HOLD_STIFFNESS_MAX)?;
-            // What the rotor alone needs to come to rest; one that is too strong overshoots in a cycle.
+            // The rotor alone, on the hold's spring, must be damped to the least ratio. A damping above half of
+            // inertia/dt would overshoot within a cycle.
             let (least, most) = (2.0 * HOLD_RATIO * (stiffness * inertia).sqrt(), 0.5 * inertia / self.controller.dt());
             if inertia > 0.0 {
                 within(&place("damping"), hold.damping[joint], least..=most.max(least))?;
@@ -196,8 +201,8 @@ impl HostSetup {
         Ok(())
     }
 
-    /// A set-point on a straight ramp that would be faster than the arm's tool may be, three entries of 1 at once; a jerk-limited one keeps
-    /// its limits by itself.
+    /// Refuses steps with which a straight ramp, three entries being 1 at once, would be faster than the arm's tool may
+    /// be. A jerk-limited set-point keeps the limits by itself.
     fn steps_fit(&self) -> Result<(), ConfigError> {
         let ControllerConfig { policy_hz, position_step, rotation_step, interpolation, .. } = self.controller;
         let Interpolation::Linear { ramp_ratio } = interpolation else { return Ok(()) };

@@ -9,11 +9,11 @@ use crate::spatial::JointVector;
 pub struct Command {
     /// The torque to send (Nm); finite, within the arm's limits of torque and rate, whatever the status.
     pub tau: JointVector,
-    /// Why it is as it is.
+    /// Whether the law acts, and what was cut or went wrong.
     pub status: Status,
 }
 
-/// What the host is at.
+/// What the host does at present.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Status {
     /// The law acts.
@@ -167,7 +167,7 @@ pub enum Fault {
         /// Its mirror image (kg m^2).
         upper: f64,
     },
-    /// M has a joint without inertia.
+    /// The mass matrix gives a joint next to no inertia.
     #[error("the mass matrix gives joint {joint} an inertia of {inertia:.6} kg m^2; allowed: {min} or more")]
     MassFloor {
         /// 1 to 7.
@@ -177,7 +177,7 @@ pub enum Fault {
         /// Allowed (kg m^2).
         min: f64,
     },
-    /// A rotational column of the Jacobian is no axis.
+    /// The rotational part of a column of the Jacobian is no unit vector.
     #[error("rows 4 to 6 of column {joint} of the Jacobian are {length:.4} long; the axis of a joint has length 1")]
     JacobianAxis {
         /// 1 to 7.
@@ -226,15 +226,16 @@ pub enum Fault {
         /// Allowed difference (Nm).
         max: f64,
     },
-    /// The arm starts to move as if gravity were another.
+    /// After a start at rest the arm moves as if gravity left another torque to the law than state and
+    /// `interface.gravity` say.
     #[error(
         "the arm moves as if {found:.1} Nm of gravity were left to the law (norm over the joints); the state and \
          interface.gravity say {told:.1}"
     )]
     Gravity {
-        /// As the motion shows (Nm).
+        /// Gravity torque that the motion leaves to the law (Nm, norm over the joints).
         found: f64,
-        /// As told (Nm).
+        /// Gravity torque that state and interface leave to the law (Nm, norm over the joints).
         told: f64,
     },
     /// A Coriolis torque that the speed of the joints cannot make.
@@ -252,7 +253,7 @@ pub enum Fault {
     Jump {
         /// Its name.
         field: &'static str,
-        /// Of the entry that changed most (m or 1; Nm).
+        /// Change of the entry that changed most (Jacobian: m/rad or 1; gravity: Nm).
         change: f64,
         /// Allowed.
         max: f64,
@@ -307,7 +308,8 @@ impl Fault {
         }
     }
 
-    /// What kind a [`code`](Self::code) stands for, without numbers; `None` if there is no such code. It ends as C wants it.
+    /// The kind of fault that a [`code`](Self::code) stands for, in words for C programs; `None` if there is no such
+    /// code.
     #[must_use]
     pub fn text(code: u32) -> Option<&'static CStr> {
         Some(match code {

@@ -33,7 +33,8 @@ impl TankConfig {
 
 /// The running tank (Ferraguti et al. 2013 for stiffness, Schindlbeck and Haddadin 2015 for force): the damper fills it, and
 /// so does work that the environment does against an active part; growth of K at an error, and the work of F_ff and F_cmd,
-/// drain it. Its level never falls below zero: the parts act in as much as it can pay for.
+/// drain it. The level never falls below zero, because the active parts act only in the share that the tank can pay
+/// for.
 #[derive(Debug, Clone)]
 pub(crate) struct Tank {
     config: TankConfig,
@@ -50,7 +51,8 @@ impl Tank {
         self.level
     }
 
-    /// The share in which parts may act that cost `costs` joules in this sample, each positive or a gain.
+    /// The share, 0 to 1, in which the active parts may act whose costs in this sample are `costs` (J). A negative cost
+    /// is a gain and does not count.
     pub(crate) fn share(&self, costs: &[f64]) -> f64 {
         let cost = expense(costs);
         // The share is 1 while the level is at least `low`. A cost above the level takes what there is.
@@ -58,7 +60,8 @@ impl Tank {
         if cost > self.level { valve * self.level / cost } else { valve }
     }
 
-    /// Pays for parts that acted in `share`. A gain is no payment: what really comes back is filled in.
+    /// Takes the costs (J) of parts that acted in `share` from the tank. Gains do not count: [`fill`](Self::fill) adds
+    /// what came back.
     pub(crate) fn pay(&mut self, costs: &[f64], share: f64) {
         self.fill(-share * expense(costs));
     }

@@ -24,8 +24,8 @@ const INERTIA: [f64; 6] = [6.0, 4.0, 12.0, 0.5, 0.4, 0.3];
 /// Where the gantry stands at first, within the default workspace.
 const HOME: [f64; 3] = [0.5, 0.0, 0.3];
 
-/// A gantry without limits of its own, at 1 kHz, with jerk-limited set-points. Hands teleport it, and three of its joints are no hinges:
-/// the parts of its state are not compared.
+/// A gantry without limits of its own, at 1 kHz, with jerk-limited set-points. The parts of its state are not compared:
+/// the tests put its tool elsewhere between cycles, and three of its joints are slides.
 fn setup(name: &str) -> HostSetup {
     let arm = Arm {
         range: [[-10.0, 10.0]; 7],
@@ -104,7 +104,7 @@ impl Plant {
         self.spoilt_step(external, DT, |_| ())
     }
 
-    /// The same, of which the host is told `period` (s) and a spoilt state.
+    /// As [`step`](Self::step), but the host is told `period` (s) and a state that `spoil` has changed.
     fn spoilt_step(&mut self, external: &Wrench, period: f64, spoil: impl FnOnce(&mut ArmState)) -> Status {
         self.y.wrench = *external;
         let mut told = state(&self.y, &self.tau);

@@ -30,7 +30,7 @@ pub struct ActionSpace {
     pub goal: GoalRule,
     /// How the set-point reaches the goal.
     pub set_point: SetPoint,
-    /// What the velocity is compared with.
+    /// What the tool's velocity is compared with to make e_dot.
     pub rate: RateRule,
     /// How an orientation error is measured.
     pub rotation_error: RotationError,
@@ -38,7 +38,7 @@ pub struct ActionSpace {
     pub unit: StiffnessUnit,
     /// How damping follows stiffness.
     pub damping: Damping,
-    /// zeta; 1 is critical.
+    /// Damping ratio zeta of each axis; 1 is critical.
     pub damping_ratio: Gains,
     /// The policy commands a force along the contact axis.
     pub force: bool,
@@ -65,8 +65,8 @@ pub enum SetPoint {
 pub enum RateRule {
     /// e_dot = x_dot: damped against standstill (robosuite).
     Standstill,
-    /// e_dot = x_dot - x_d_dot. With a linear set-point x_d_dot steps at every action, and the damper answers with torque
-    /// peaks (forty times the energy with random actions): for jerk-limited set-points.
+    /// e_dot = x_dot - x_d_dot. Meant for jerk-limited set-points: with a linear one x_d_dot steps at every action, and
+    /// the damper answers with torque peaks (forty times the energy with random actions).
     SetPoint,
 }
 

@@ -19,8 +19,9 @@ impl AdaptiveLaw {
         Self { stiffness: *psi.k_0.vector(), feedforward: Vector6::zeros(), psi }
     }
 
-    /// One sample of `dt` seconds, from the error e (m, rad) and its rate (m/s, rad/s). F_ff: its rate is limited, then integrated, then
-    /// clamped. K: integrated, clamped, then its step is limited, so that K may lie outside bounds that have just been moved.
+    /// One sample of `dt` seconds, from the error e = x - x_d (m, rad; world axes) and its rate (m/s, rad/s). F_ff: its
+    /// rate is limited, then integrated, then clamped. K: integrated, clamped, then its step is limited, so that K may
+    /// lie outside bounds that have just been moved.
     ///
     /// `excess` is what the torque limits cut off the last sample's torque, seen at the tool: J (tau wanted - tau sent). It is no
     /// wrench, and only its signs mean something: with anti-windup K does not grow along an axis whose spring, -K e, would push

@@ -10,7 +10,7 @@ use crate::spatial::{Measurement, Vector6};
 
 /// Step h of the map (1 + h A) / (1 - h A) (s): between the slowest and the fastest time constants of the loop.
 const TIME_STEP: f64 = 0.05;
-/// What has not died out after 2 to the power of this many steps does not.
+/// Motion that has not died out after 2 to the power of this many steps counts as unstable.
 const SQUARINGS: usize = 30;
 /// Halvings after which a limit is known to four digits.
 const HALVINGS: usize = 40;
@@ -19,7 +19,7 @@ const HALVINGS: usize = 40;
 /// the arm, which couples them, is not. A psi that the policy commands is tried at every corner of its ranges.
 ///
 /// # Errors
-/// With the field (below the space) and the limits of this arm.
+/// If the law is unstable: the field (below the space) and the limits of alpha on this arm.
 pub fn stable_on(space: &ActionSpace, y: &Measurement) -> Result<(), ConfigError> {
     let Some(psi) = space.psi() else { return Ok(()) };
     let corners = space.commanded_psi.as_ref().map(|commanded| commanded.corners(psi));
@@ -47,8 +47,14 @@ fn stable_with(space: &ActionSpace, psi: &Psi, y: &Measurement) -> Result<(), Co
 
 /// The loop of a law on an arm in one posture, at its lowest stiffness and without motion of the redundant joint.
 ///
-/// With e the error, W = J M^-1 J^T and F what F_ff is in the space's unit: e'' = -W U (D e' + K e + F), F' = alpha (e + s delta e') - mu F. U is the
-/// identity, or for stiffness in 1/s^2 what [`OperationalSpace::shape`] makes of an acceleration.
+/// With e the error, W = J M^-1 J^T, F the feed-forward in the space's unit and s the factor of
+/// [`DeltaSign`](crate::DeltaSign):
+///
+/// ```text
+/// e'' = -W U (D e' + K e + F)        F' = alpha (e + s delta e') - mu F
+/// ```
+///
+/// U is the identity, or for stiffness in 1/s^2 the matrix of [`OperationalSpace::shape`].
 #[derive(Debug, Clone)]
 pub struct LoopOnArm<'a> {
     psi: &'a Psi,
@@ -58,7 +64,8 @@ pub struct LoopOnArm<'a> {
 }
 
 impl<'a> LoopOnArm<'a> {
-    /// The loop of `space` with the arm at `y`; `None` if its stiffness does not adapt, or the mass matrix is none.
+    /// The loop of `space` with the arm at `y`; `None` if its stiffness does not adapt, or the mass matrix is not
+    /// positive definite.
     #[must_use]
     pub fn new(space: &'a ActionSpace, y: &Measurement) -> Option<Self> {
         Self::with(space, space.psi()?, y)
@@ -77,7 +84,8 @@ impl<'a> LoopOnArm<'a> {
         Some(LoopOnArm { psi, acceleration_per_force, damping })
     }
 
-    /// Whether small oscillations die out with the feed-forward gains `alpha` in place of the law's own.
+    /// Whether small oscillations die out with the feed-forward gains `alpha` (unit: [`Psi::alpha`]) in place of the
+    /// law's own.
     #[must_use]
     pub fn is_stable(&self, alpha: &Vector6) -> bool {
         let Psi { k_min, mu, delta, delta_sign, .. } = self.psi;
@@ -91,14 +99,16 @@ impl<'a> LoopOnArm<'a> {
         system.fixed_view_mut::<6, 6>(12, 0).copy_from(&diagonal(alpha));
         let ahead = alpha.component_mul(delta.vector()) * delta_sign.factor();
         system.fixed_view_mut::<6, 6>(12, 6).copy_from(&diagonal(&ahead));
-        // Without alpha F_ff stays 0: without a leak too, whose zero would count as an oscillation that does not die out.
+        // With alpha = 0, F_ff stays 0 whatever its leak. Where mu is 0 too, the eigenvalue 0 of F_ff would count as
+        // motion that does not die out, so 1 stands for mu.
         let leak = mu.vector().zip_map(alpha, |mu, alpha| if mu == 0.0 && alpha == 0.0 { 1.0 } else { mu });
         system.fixed_view_mut::<6, 6>(12, 12).copy_from(&diagonal(&-leak));
         dies_out(&system)
     }
 
-    /// The largest stable alpha of the three axes from `first` on (0: translation, 3: rotation), all three the same and the others as the
-    /// law has them, up to `most`; 0 if none is stable.
+    /// The largest stable alpha, up to `most`, of the three axes from `first` on (0: translation, 3: rotation), with
+    /// the same alpha on all three and the law's own on the others; 0 if none is stable. Its unit is that of
+    /// [`Psi::alpha`].
     #[must_use]
     pub fn limit(&self, first: usize, most: f64) -> f64 {
         let mut alpha = *self.psi.alpha.vector();

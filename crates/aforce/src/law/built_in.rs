@@ -17,7 +17,7 @@ use crate::record::{self, Problem};
 
 /// The built-in records.
 const FILE: &str = include_str!("../../spaces.toml");
-/// Behind a name: the same space with a commanded force.
+/// Suffix of a name: the same space with a commanded force.
 const FORCE: &str = "-force";
 
 /// A name that is no built-in action space.

@@ -15,7 +15,8 @@ use crate::law::stiffness::{Scale, StiffnessUnit};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CommandedPsi {
-    /// Actions for which a choice holds; the entries of the others have no effect.
+    /// Number of actions for which a choice of psi holds. The first of them chooses; the psi entries of the others have
+    /// no effect.
     pub hold: u32,
     /// The parameters, in the order of their entries.
     pub ranges: Vec<PsiRange>,
@@ -25,11 +26,11 @@ pub struct CommandedPsi {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PsiRange {
-    /// Which one.
+    /// The parameter.
     pub parameter: PsiParameter,
-    /// What -1 means.
+    /// Value that an entry of -1 means, in the parameter's unit ([`Psi`]). The three axes of a group have the same.
     pub low: Gains,
-    /// What +1 means.
+    /// Value that an entry of +1 means.
     pub high: Gains,
 }
 
@@ -41,7 +42,7 @@ pub enum PsiParameter {
     Tolerance,
     /// See [`Psi`].
     Alpha,
-    /// See [`Psi`].
+    /// See [`Psi`]; beta changes with gamma, so that the tolerance gamma/beta stays.
     Gamma,
     /// See [`Psi`].
     Mu,
@@ -172,7 +173,8 @@ impl CommandedPsi {
     }
 }
 
-/// What is wrong at a corner of the ranges is told of them: the numbers of psi itself may be right.
+/// Makes of an error in psi at a corner of the ranges one that names the ranges, because the record's own numbers of
+/// psi may be right.
 fn at_a_corner(error: ConfigError) -> ConfigError {
     let told = error.to_string();
     match error {

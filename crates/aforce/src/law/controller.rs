@@ -33,12 +33,14 @@ pub struct Controller {
     start: Pose,
     goal: Pose,
     q0: JointVector,
-    /// Actions since the start, for a space that commands psi: it takes a new psi only with every so many.
+    /// Actions since the start. A space that commands psi takes a new psi with every
+    /// [`hold`](crate::CommandedPsi::hold)-th action.
     actions: u32,
     error: Vector6,
     /// K in the space's unit.
     stiffness: Vector6,
-    // Of the latest sample, as it acts (N, Nm; W): F_ff, spring and damper, all of the task's wrench, its power.
+    // Of the latest sample, as they act: F_ff, spring with F_ff and damper, the whole wrench of the task (N, Nm), and
+    // its power (W).
     feedforward: Wrench,
     impedance: Impedance,
     wrench: Wrench,
@@ -119,19 +121,20 @@ impl Controller {
     }
 
     /// Turns n, the direction in world axes in which the environment pushes on the tool: the normal of the surface where the tool
-    /// touches it, for whoever knows it. F_d and F_cmd are numbers along n and turn with it, and so does the share of stiffness and
-    /// F_ff that force control has taken. Holds from the next sample on, and through a reset.
+    /// touches it. F_d and F_cmd are numbers along n and turn with it, and so does the share of stiffness and F_ff that
+    /// force control has taken. Holds from the next sample on, and through a reset.
     pub fn set_contact_axis(&mut self, n: UnitVector3<f64>) {
         self.force.set_direction(n.into_inner());
     }
 
-    /// Other numbers of the stiffness while the law runs, of the kind that the space has: fixed, commanded or adaptive. They hold through
-    /// a reset. A fixed K acts from the next sample on, and a range from the next action on. An adaptive K goes from where it is to
-    /// new bounds at its largest rate, and F_ff goes on from where it is. Where the policy commands psi, its next choice replaces what it
-    /// commands of these numbers.
+    /// Replaces the numbers of the stiffness while the law runs. The kind (fixed, commanded or adaptive) must be the
+    /// space's. The new numbers hold through a reset. A fixed K acts from the next sample on, and a range from the next
+    /// action on. An adaptive K goes from where it is to new bounds at its largest rate, and F_ff goes on from where it
+    /// is. Where the policy commands psi, its next choice replaces those of these numbers that it commands.
     ///
     /// # Errors
-    /// If they are of another kind, or the space is not allowed with them, with the field below `space`. Nothing has changed then.
+    /// If the kind is another, or the space is not allowed with these numbers, with the field below `space`. Nothing
+    /// has changed then.
     pub fn set_stiffness(&mut self, stiffness: Stiffness) -> Result<(), ConfigError> {
         if discriminant(&stiffness) != discriminant(&self.space.stiffness) {
             let reason = "another kind of stiffness than the running space has; make a new controller".into();
@@ -174,7 +177,8 @@ impl Controller {
         self.space.goal.next_goal(&self.start, &self.goal, &y.pose, &command.delta)
     }
 
-    /// Takes a goal; false if no move to it can be planned: then the set-point stands still, and [`goal`](Self::goal) tells the old one.
+    /// Takes a goal. If no move to it can be planned, returns false: the set-point stands still, and
+    /// [`goal`](Self::goal) is the old one.
     pub(crate) fn move_to(&mut self, goal: &Pose) -> bool {
         // A diverged plant must not poison the goal; `update` counts the fault.
         let readable = all_finite(&goal.translation.vector) && all_finite(&goal.rotation.coords);
@@ -185,8 +189,9 @@ impl Controller {
         planned
     }
 
-    /// One control sample: tau = J^T (-F_ff - F_d - K e - D e_dot) + bias + null space (Nm), limited. With stiffness in 1/s^2
-    /// F_ff, K e and D e_dot are multiplied by Lambda; for F_d stands F_cmd, with which force control holds it.
+    /// One control sample: tau = J^T (-F_ff - K e - D e_dot - F_cmd) + bias + null space (Nm), limited. The paper has
+    /// F_d in place of F_cmd, which is the output of the force controller that holds F_d. With stiffness in 1/s^2 F_ff,
+    /// K e and D e_dot are multiplied by Lambda.
     pub fn update(&mut self, y: &Measurement) -> JointVector {
         let errors = self.sense(y, self.dt); // e and e_dot
         let tau = errors.as_ref().map(|errors| {
@@ -194,7 +199,8 @@ impl Controller {
             let wrench = self.act(errors, &adapted); // W = -F_ff - K e - D e_dot - F_cmd
             self.torque(&wrench, &errors.lambda, y) // tau = J^T W + bias + null space
         });
-        // Of a sample that cannot be read the limiter makes a fault: gravity compensation alone, if it can be read.
+        // If the sample cannot be read, the limiter counts a fault and passes the bias alone, or zero if that is not
+        // finite either.
         self.limiter.pass(&tau.unwrap_or(JointVector::repeat(f64::NAN)), &y.bias, self.dt)
     }
 

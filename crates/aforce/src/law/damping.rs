@@ -24,7 +24,7 @@ impl Damping {
         Vector6::from_fn(|axis, _| self.of_axis(stiffness[axis], inertia[axis], damping_ratio[axis]))
     }
 
-    /// D of one axis.
+    /// D of one axis, with the units of [`of`](Self::of).
     #[must_use]
     pub fn of_axis(self, stiffness: f64, inertia: f64, damping_ratio: f64) -> f64 {
         match self {

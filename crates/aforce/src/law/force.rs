@@ -174,12 +174,13 @@ impl ForceControl {
     }
 
     /// Turns n to `direction`, a unit vector in world axes; a reset leaves it. F_d, F_cmd and its integral are numbers along n and turn
-    /// with it: along a curved surface the tool is pressed as hard as before, another way.
+    /// with it: along a curved surface the tool is pressed as hard as before, in another direction.
     pub fn set_direction(&mut self, direction: Vector3) {
         self.direction = direction;
     }
 
-    /// The force that the environment should exert along n while in contact (N). What is no number counts as 0.
+    /// The force that the environment should exert along n while in contact (N), at most
+    /// `force_max`. Negative numbers and NaN count as 0.
     ///
     /// # Panics
     /// If the configuration's `force_max` is negative or not a number.
@@ -235,9 +236,9 @@ impl ForceControl {
         }
     }
 
-    /// Takes note that a bound behind this controller cut `force` off the last wrench (N along n). Of it F_cmd at most counts. The
-    /// integral term then does not grow against the bound, and [`command`](Self::command) tells what is left. The note holds until the
-    /// next one.
+    /// Takes note that a bound behind this controller cut `force` off the last wrench (N along n), of which no more
+    /// than F_cmd counts. The integral term then does not grow against the bound, and [`command`](Self::command)
+    /// returns what is left of F_cmd. A note holds until the next.
     pub(crate) fn withhold(&mut self, force: f64) {
         self.withheld = force.clamp(self.command.min(0.0), self.command.max(0.0));
     }

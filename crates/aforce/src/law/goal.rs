@@ -68,7 +68,8 @@ impl GoalRule {
         }
     }
 
-    /// How far an action entry of 1 moves the goal along or about `axis`, if that is the rule's to say (m, rad).
+    /// How far an action entry of 1 moves the goal along or about `axis` (m, rad); `None` where the controller's
+    /// configuration says it.
     pub(crate) fn reach(&self, axis: usize) -> Option<f64> {
         match *self {
             Self::Absolute { reach_position, reach_rotation, .. } => {
@@ -167,7 +168,7 @@ mod tests {
             0.0,
             epsilon = 1e-12
         );
-        // Pushed off, the hand takes the goal along, and it is from there that an action counts.
+        // A hand that is pushed away takes the goal along on the leash, and an action counts from that goal.
         let pushed = Pose::translation(-1.0, 0.0, 0.0);
         let origin = LEASH.origin(&measured, &second, &pushed);
         let next = LEASH.next_goal(&measured, &second, &pushed, &-step);

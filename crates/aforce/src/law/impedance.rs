@@ -4,7 +4,7 @@ use crate::law::action_space::ActionSpace;
 use crate::law::step_values::{Adapted, Errors};
 use crate::spatial::{Vector6, Wrench, linear};
 
-/// What spring and damper resist with (N, Nm; world axes): the wrench law without force control's part is
+/// What spring, feed-forward and damper resist with (N, Nm; world axes). The law's wrench without force control is
 /// -`elastic` - `viscous`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Impedance {

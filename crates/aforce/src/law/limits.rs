@@ -144,7 +144,7 @@ mod tests {
         assert_eq!(limiter.saturated(), [true; 7]);
     }
 
-    /// What held the arm before cannot be told: the rate then counts from nothing.
+    /// If the torque that held the arm is not finite, the rate counts from zero.
     #[test]
     fn a_start_that_is_not_finite_counts_from_zero() {
         let mut limiter = TorqueLimiter::new(limits(Some(1000.0)));

@@ -1,4 +1,4 @@
-//! The arm's seventh freedom: a posture that the tool does not feel.
+//! The redundant joint: a torque that keeps a posture and does not accelerate the tool.
 
 use crate::law::operational_space::OperationalSpace;
 use crate::spatial::{JointVector, Measurement};

@@ -7,8 +7,8 @@ use nalgebra::{Cholesky, Const, Matrix3, SMatrix};
 
 use crate::spatial::{Jacobian, JointMatrix, Vector6, linear, rotational, stack};
 
-/// Smallest pivot of J M^-1 J^T that is taken at its word (1/kg, 1/(kg m^2)). A matrix with a smaller one is damped until none is
-/// smaller.
+/// Smallest pivot of J M^-1 J^T that is used undamped (1/kg, 1/(kg m^2)). A matrix with a smaller pivot is damped until
+/// none is smaller.
 ///
 /// The pivots are those of its Cholesky factor, squared. Each is one over the apparent mass along its axis, with the axes before it held and
 /// those after it free. So at a singularity the apparent mass along z, the last axis of its block, stays below 4000 kg (about z: 4000 kg m^2).

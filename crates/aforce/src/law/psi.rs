@@ -46,7 +46,7 @@ pub struct Psi {
     pub mu: Gains,
     /// Weight of the error rate in eps, eq. 6 (s).
     pub delta: Gains,
-    /// Sign of that term.
+    /// Sign of the delta term in eps, eq. 6.
     pub delta_sign: DeltaSign,
     /// Lower bound of K (N/m, Nm/rad). The law has no floor of its own: without one K falls through zero.
     pub k_min: Gains,

@@ -33,15 +33,16 @@ impl StabilityMargin {
 /// ```
 ///
 /// The limit falls as K relaxes, so it is taken at the lowest stiffness and not at the starting one. It rises with mu, unless
-/// delta counts with the literal sign: then it may fall first. With M it falls if D is [literal](crate::Damping::Literal) and delta
-/// not; if D is mass-aware and delta not literal, it falls up to M = K/mu^2 and may rise beyond.
+/// delta counts with the literal sign: then it may fall first. With a growing M the limit falls if D is
+/// [literal](crate::Damping::Literal) and the sign of delta is not. If neither is literal, it falls up to M = K/mu^2
+/// and may rise beyond.
 #[must_use]
 pub fn stability_margin(psi: &Psi, axis: usize, inertia: f64, damping: f64) -> StabilityMargin {
     let (k, d, mu) = (psi.k_min[axis], damping, psi.mu[axis]);
     let s_delta = psi.delta_sign.factor() * psi.delta[axis];
     let t = d / inertia + mu;
     let no_divergence = if s_delta < 0.0 { (k + d * mu) / -s_delta } else { f64::INFINITY };
-    // Both sides times T, which is zero without damping and forgetting: then no alpha is below the limit.
+    // Both sides are multiplied by T, which is 0 if D and mu are 0: then the limit is 0, and no alpha is below it.
     let slope = 1.0 - s_delta * t;
     let damped = k * d / inertia + d * mu * t;
     let no_oscillation = match slope.total_cmp(&0.0) {
@@ -95,8 +96,7 @@ mod tests {
                 assert!(!stability_margin(&law, 0, 4.0, 0.0).is_stable(), "{sign:?} {alpha}");
             }
         }
-        // Without delta's damping there is none, however the limit reads.
-        // With delta mu = 1 exactly the loop swings for ever.
+        // Without D and with delta mu = 1 exactly the loop swings for ever.
         let forever = Psi { mu: Gains::all(20.0), ..law(100.0, 1.0, 0.05, DeltaSign::Damping) };
         assert!(
             !stability_margin(&forever, 0, 4.0, 0.0).is_stable() && stability_margin(&forever, 0, 4.0, 1.0).is_stable()
@@ -106,7 +106,7 @@ mod tests {
         assert!(stability_margin(&ahead(1.0), 0, 4.0, 0.0).is_stable());
     }
 
-    /// Which way the limit goes with mass and forgetting.
+    /// Which way the limit goes with mass and leak.
     #[test]
     fn the_largest_mass_is_the_worst_up_to_k_over_mu_squared() {
         let limit = |damping: Damping, sign, mass, mu| {

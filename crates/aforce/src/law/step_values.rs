@@ -4,7 +4,8 @@ use crate::law::force::ForceAxis;
 use crate::law::operational_space::OperationalSpace;
 use crate::spatial::{Vector6, Wrench};
 
-/// What a controller senses: how far the tool is from its set-point, and what a wrench at the tool has to move.
+/// What a controller senses: how far the tool is from its set-point, and the inertia that a wrench at the tool has to
+/// move.
 #[derive(Debug, Clone)]
 pub struct Errors {
     /// e = x - x_d (m, rad; world axes).

@@ -86,9 +86,9 @@ pub enum Stiffness {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StiffnessRange {
-    /// What -1 means.
+    /// Stiffness that an entry of -1 means, in the space's unit.
     pub low: Gains,
-    /// What +1 means.
+    /// Stiffness that an entry of +1 means, in the space's unit.
     pub high: Gains,
     /// How the entry spans the range.
     pub scale: Scale,

@@ -65,7 +65,8 @@ fn dynamics(q: &JointVector, qd: &JointVector) -> Dynamics {
         let before = frame.translation.vector;
         frame *= step;
         let (axis, origin) = (frame.rotation * Vector3::z(), frame.translation.vector);
-        // Accelerations without joint accelerations: the link before carries this joint.
+        // Angular velocity (`turn`), angular acceleration (`turning`) and acceleration of the frame's origin (`pull`)
+        // with all joint accelerations zero. The link before carries this joint.
         let along = origin - before;
         pull += turning.cross(&along) + turn.cross(&turn.cross(&along));
         turning += turn.cross(&(axis * qd[link]));

@@ -7,7 +7,7 @@ use physics::robots::panda::HOME;
 use physics::scene::{Axis, Body, Geom, Inertial, Joint, Role, Scene, Shape, Stop, at};
 use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
-/// s
+/// Step of the simulation (s).
 pub const DT: f64 = 0.002;
 
 pub fn plant() -> Plant {
@@ -34,7 +34,7 @@ pub fn drive(simulation: &mut Simulation, target: &JointVector) {
     simulation.step(&tau.zip_map(&limit, |tau, limit| tau.clamp(-limit, limit)), 0.0).expect("it stays finite");
 }
 
-/// The same, for whoever looks at something else.
+/// A step in which the arm is held at home.
 pub fn hold(simulation: &mut Simulation) {
     drive(simulation, &HOME.into());
 }

@@ -93,7 +93,7 @@ impl Engine {
         self.deepest_in(&self.world)
     }
 
-    /// The same as they stand now: what a step of a copy starts from.
+    /// Deepest overlap (m) of the geoms as they stand now, found by stepping a copy of the world.
     pub fn overlap(&self) -> f64 {
         self.deepest_in(&self.stepped())
     }

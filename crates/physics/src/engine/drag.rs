@@ -12,7 +12,8 @@ use crate::scene::{Joint, Scene};
 /// A moving body and what resists it.
 pub(super) struct Mover {
     body: RigidBodyHandle,
-    /// Place of the joint that moves it, and of the mover that carries that one; `None`: it moves freely.
+    /// Index of the joint that moves the body (`None`: it moves freely), and of the mover that carries that joint, if
+    /// any.
     joint: Option<usize>,
     carrier: Option<usize>,
     drags: Vec<Drag>,
@@ -145,7 +146,7 @@ mod tests {
         efforts
     }
 
-    /// In robosuite's own models as robosuite and MuJoCo say, on our scenes as MuJoCo says of their export.
+    /// The torques are those of robosuite in its own models, and those of MuJoCo in the MJCF export of our scenes.
     #[test]
     fn air_brakes_the_joints_as_in_mujoco() {
         let robot = RobotName::Robosuite.robot();

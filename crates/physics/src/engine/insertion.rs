@@ -10,11 +10,11 @@ use crate::model::GRAVITY;
 use crate::scene::{Body, Geom, Hole, Inertial, Joint, Role, Scene, Shape, at};
 
 const DT: f64 = 0.002;
-/// Of FORGE's peg (m).
+/// Radius of the peg of FORGE (m), arXiv 2408.04587.
 const RADIUS: f64 = 0.003993;
 const HALF_LENGTH: f64 = 0.025;
 const MASS: f64 = 2.0;
-/// About each axis (kg m2).
+/// Moment of inertia of the peg about each axis (kg m2).
 const INERTIA: f64 = 1e-3;
 
 /// A hole with `clearance` (m, of the diameters) and a chamfer (m) below a peg.
@@ -36,9 +36,9 @@ fn scene(clearance: f64, chamfer: f64, friction: f64) -> (Scene, usize) {
     (scene, peg)
 }
 
-/// Lowers a peg on a spring of 500 N/m and 30 Nm/rad that is aside by `offset` (m), at `speed` (m/s) to `bottom` (m) below the rim, in 450 steps.
-/// Tells `watch` after each step the spring's wrench beyond the weight (N, Nm), and the change of velocity (m/s, rad/s). Returns how
-/// deep the peg's end is then (m).
+/// Lowers a peg on a spring of 500 N/m and 30 Nm/rad in 450 steps, aside of the hole's middle by `offset` (m), at
+/// `speed` (m/s) to `bottom` (m) below the rim. After each step `watch` gets the spring's wrench beyond the weight (N,
+/// Nm) and the peg's change of velocity (m/s, rad/s). Returns how deep the peg's end is at last (m).
 fn lower(
     (scene, peg): (Scene, usize),
     offset: Vector3,
@@ -71,8 +71,8 @@ fn depth(clearance: f64, chamfer: f64, friction: f64, offset: Vector3) -> f64 {
     lower(scene(clearance, chamfer, friction), offset, [0.02, 0.007], |_, _, _| {})
 }
 
-/// In below half the clearance, on the rim above it: 40 offsets up to 1.2 times the clearance, each towards the middle of
-/// another wall.
+/// A peg enters if it is aside by less than half the clearance, and stays on the rim otherwise: 40 offsets up to 1.2
+/// times the clearance, each towards the middle of another wall.
 #[test]
 fn a_peg_enters_below_half_the_clearance() {
     for clearance in [1e-3, 5e-4, 1.14e-4] {

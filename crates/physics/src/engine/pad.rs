@@ -12,8 +12,8 @@ use super::Engine;
 use super::convert::{coordinates, vector};
 use crate::scene::{Pad, Role};
 
-/// Friction of a point that slides slowly is viscous: it takes the speed from this mass in a step, and no more (kg). Eight
-/// points together weigh less than any arm does at its tool.
+/// Friction of a point that slides slowly is viscous: in a step it stops this mass and no more (kg). Eight points
+/// together weigh less than any arm does at its tool, so that friction does not reverse the motion.
 const RUBBED_MASS: f64 = 0.2;
 
 /// A [`Pad`] in the engine.
@@ -21,7 +21,7 @@ pub(super) struct SoftLayer {
     pub pad: Pad,
     geoms: Vec<ColliderHandle>,
     surface: ColliderHandle,
-    /// Memory for a step's touches, kept so that a step takes none.
+    /// Memory for a step's touches, kept so that a step allocates none.
     touches: Vec<SoftTouch>,
 }
 

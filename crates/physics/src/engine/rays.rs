@@ -15,7 +15,7 @@ pub(super) struct Target<'a> {
 }
 
 enum Form<'a> {
-    /// About y.
+    /// A cylinder about y.
     Cylinder(&'a Cylinder),
     Hull(&'a ConvexPolyhedron),
     Known(&'a dyn Shape),
@@ -72,7 +72,8 @@ struct Span {
 impl Span {
     const ALL: Span = Span { enter: f64::NEG_INFINITY, exit: f64::INFINITY, normal: rapier::Vector::ZERO };
 
-    /// What of it lies behind a plane with this outward normal, whose distance from the ray's origin along that normal is `ahead`.
+    /// Keeps the part behind a plane with this outward normal, whose distance from the ray's origin along that normal
+    /// is `ahead`.
     fn behind(&mut self, normal: rapier::Vector, ahead: f64, direction: rapier::Vector) {
         let along = normal.dot(direction);
         if along < 0.0 {
@@ -97,7 +98,8 @@ impl Span {
     }
 }
 
-/// `None`: it passes beside the tube. Else it may yet pass the ends.
+/// The part of a ray in a cylinder. `None`: the ray misses the endless cylinder. A part is empty if the ray passes
+/// beyond an end.
 fn through_cylinder(cylinder: &Cylinder, ray: &Ray) -> Option<Span> {
     let (origin, direction) = (ray.origin, ray.dir);
     let mut span = Span::ALL;
@@ -125,7 +127,7 @@ fn through_cylinder(cylinder: &Cylinder, ray: &Ray) -> Option<Span> {
     Some(span)
 }
 
-/// `None`: it passes beside the hull.
+/// The part of a ray in a hull; `None` if the ray misses it.
 fn through_hull(hull: &ConvexPolyhedron, ray: &Ray) -> Option<Span> {
     let (points, corners) = (hull.points(), hull.vertices_adj_to_face());
     let mut span = Span::ALL;

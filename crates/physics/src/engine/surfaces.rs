@@ -70,7 +70,7 @@ impl Surfaces<'_> {
         self.nearest(&Ray::new(vector(origin), vector(direction))).map(|(_, distance)| distance)
     }
 
-    /// Whether there is a surface along a ray at all.
+    /// Whether there is any surface along a ray within 100 m.
     pub fn hides(&self, origin: &Vector3, direction: &Vector3) -> bool {
         let ray = Ray::new(vector(origin), vector(direction));
         let mut leaves = self.tree.leaves(|node| node.cast_ray(&ray, REACH) < REACH);

@@ -16,7 +16,7 @@ use thiserror::Error;
 pub use self::urdf::Root;
 use crate::scene::{Axis, Body, Geom, Inertial, Joint, Role, Scene, Stop};
 
-/// What was read: bodies whose parents are places in this list.
+/// What was read: bodies, each parent being an index into this list.
 #[derive(Debug, Clone, Default)]
 pub struct Part {
     /// Bodies in topological order, with the file's names.
@@ -67,8 +67,8 @@ pub fn read_urdf(file: &Path, root: Root, friction: f64) -> Result<Part, ReadErr
 }
 
 impl Scene {
-    /// Adds what was read, its world's origin at `pose` (world), after all bodies there are; returns the place of its first
-    /// body.
+    /// Adds what was read behind all present bodies, the origin of the file's world at `pose` (world). Returns the
+    /// index of the first body added.
     pub fn add_part(&mut self, part: Part, pose: &Pose) -> usize {
         let first = self.bodies.len();
         self.bodies.extend(part.bodies.into_iter().map(|mut body| {
@@ -129,7 +129,7 @@ pub fn default_stop(bodies: &[Body], index: usize) -> Stop {
     Stop::Spring { stiffness: inertia / (TIME * TIME), damping: 2.0 * inertia / TIME }
 }
 
-/// What a joint has of which a file says nothing.
+/// A joint with the values that hold where a file says nothing.
 fn plain_axis(name: &str, direction: nalgebra::Unit<aforce::Vector3>) -> Axis {
     Axis {
         name: name.into(),

@@ -74,7 +74,7 @@ impl Source<'_> {
         }
     }
 
-    /// So many finite numbers, at least one.
+    /// Finite numbers separated by spaces, at least one.
     pub fn numbers(self, node: Node, name: &str, text: &str) -> Result<Vec<f64>, ReadError> {
         let number = |word: &str| word.parse::<f64>().ok().filter(|value| value.is_finite());
         let numbers: Option<Vec<f64>> = text.split_whitespace().map(number).collect();

@@ -10,8 +10,8 @@ use super::{Robot, RobotName};
 
 /// One of the robots that have a name, or one of somebody's own.
 ///
-/// A run keeps its configuration, and may be gone on with where the robot's file is not, or says something else by now. So a robot of one's
-/// own stands in a configuration with every number, as the reader of its file has it.
+/// A run keeps its configuration, and may be continued on a machine where the robot's file is missing or has changed.
+/// So a robot of one's own stands in a configuration with every number that was read from its file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum RobotChoice {

@@ -1,4 +1,4 @@
-//! Where an arm stands at the start of an episode, found for one of which nobody has said it.
+//! Finds joint angles for the start of an episode, for an arm whose file gives none.
 
 use aforce::{JointVector, Pose, pose_error};
 
@@ -10,7 +10,7 @@ use crate::scene::{Scene, at};
 const STARTS: u32 = 1024;
 /// Steps of each.
 const STEPS: usize = 100;
-/// Damping of a step (m2, rad2): short of a singular posture it makes no difference.
+/// Damping of a step (m2, rad2), small enough to matter near a singular posture only.
 const DAMPING: f64 = 1e-4;
 /// Distance from the end of a joint that is enough, as a share of its range.
 const ROOM: f64 = 0.06;
@@ -77,8 +77,8 @@ impl Robot {
         None
     }
 
-    /// How good a posture is to start from: the mean height of the links, short of a posture that is near the end of a joint or near
-    /// singular.
+    /// How good a posture is to start from: the summed height of the links, scaled down near the end of a joint and
+    /// near a singular posture.
     fn worth(&self, model: &Model, q: &JointVector) -> f64 {
         let k = model.kinematics(q);
         let jacobian = model.jacobian(&k);
@@ -92,7 +92,8 @@ impl Robot {
     }
 }
 
-/// Shares in [0, 1) that fill the space of joint angles evenly: multiples of the powers of one irrational number for all joints.
+/// Shares in [0, 1) that fill the space of joint angles evenly: for each joint the fractional part of the multiples of
+/// another power of one irrational number.
 fn share(start: u32, joint: usize) -> f64 {
     // The root of x^8 = x + 1, for seven joints.
     const ROOT: f64 = 1.0969815577985598;

@@ -1,9 +1,10 @@
 //! KUKA LBR iiwa 14 R820.
 //!
 //! Frames, masses, inertias and ranges are those of the model in MuJoCo Menagerie (`kuka_iiwa_14`, commit 28ffb48; BSD-3-Clause), which is
-//! made of Drake's URDF of the arm. Largest torques and speeds are those of KUKA's data sheet for the LBR iiwa 14 R820. Neither has rotors,
-//! damping or friction. Rotors and drives are the FR3's here; damping and friction too, as the arm's own torque sensors
-//! take most of the gears' out. The capsules were drawn around the spheres by which Menagerie's model collides.
+//! made of Drake's URDF of the arm. Largest torques and speeds are those of KUKA's data sheet for the LBR iiwa 14 R820.
+//! Neither source gives rotors, damping or friction: they are the FR3's here, and so are the drives. Low damping and
+//! friction fit this arm too, because its joint torque sensors compensate most of the gears' friction. The capsules
+//! were drawn around the spheres by which Menagerie's model collides.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 

@@ -52,5 +52,5 @@ impl LinkData {
     }
 }
 
-/// Neighbours.
+/// Pairs of neighbours, which never touch: 0 is every fixture, the base among them, 1 to 7 a link.
 pub(super) const NEIGHBOURS: [[u8; 2]; 7] = [[0, 1], [1, 2], [2, 3], [3, 4], [4, 5], [5, 6], [6, 7]];

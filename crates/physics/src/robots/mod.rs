@@ -45,7 +45,8 @@ pub struct Robot {
     pub arm: Arm,
     /// Shapes of the base, in the base frame.
     pub base: Vec<Geom>,
-    /// Links 1 to 7: link i turns about its own z axis by joint angle i, but for link 7 of an arm of six joints.
+    /// Links 1 to 7: link i turns about its own z axis by joint angle i, except link 7 of an arm of six joints, which
+    /// is welded.
     pub links: [Link; JOINTS],
     /// Pose of the flange's frame, `right_hand`, in the frame of link 7.
     pub flange: Pose,
@@ -66,7 +67,7 @@ pub struct Robot {
     pub air: Option<Air>,
 }
 
-/// Between a column and what stands on it, and the floor (m).
+/// Gap between a column and the base on it, and between the column and the floor (m).
 const GAP: f64 = 0.005;
 
 /// What one joint moves.

@@ -31,9 +31,9 @@ const LINK_FRAMES: [([f64; 3], [f64; 4]); JOINTS] = {
     ]
 };
 
-/// Pairs of links that never touch. Left out of the list, so that they may: links 1 and 2 with what lies beyond the elbow, and link 5 with
-/// the hand. In 3000 random postures the meshes of robosuite, where all but neighbours may meet, overlap in no other pair. Links 1 and 2 cannot
-/// reach a fixture.
+/// Pairs of links that never touch. Links 1 and 2 may touch what lies beyond the elbow, and link 5 the hand, so these
+/// pairs are not in the list. In 3000 random postures the meshes of robosuite, where all but neighbours may meet,
+/// overlap in no other pair. Links 1 and 2 cannot reach a fixture.
 const NEVER_TOUCH: [[u8; 2]; 16] = [
     [0, 1],
     [0, 2],
@@ -86,7 +86,8 @@ pub fn robosuite() -> Robot {
             tip: Inertial::diagonal(0.01, [0.0; 3], [0.01; 3]),
         },
         home: HOME.into(),
-        // Joint 5 is the real arm's, of 12 Nm: at 80 Nm it weighs too much in copper losses.
+        // Joint 5 has the small drive of the real arm, of 12 Nm. As robosuite's joint 5 may give 80 Nm, its copper
+        // losses come out too large.
         drives: Arm::FRANKA_DRIVES,
         mount: Mount { height: 0.912, behind_table: 0.16, geoms: pedestal() },
         never_touch: NEVER_TOUCH.into(),

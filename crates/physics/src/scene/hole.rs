@@ -1,4 +1,4 @@
-//! A round hole, as the engine holds it sharply: a ring of convex wedges.
+//! A round hole that the engine collides with exactly: a ring of convex wedges.
 
 use std::f64::consts::TAU;
 
@@ -52,7 +52,7 @@ impl Hole {
             return Err(HoleError::Sizes(*self));
         }
         let angle = TAU / sectors as f64;
-        // From the middle of a flat wall to its ends.
+        // The ends of a flat wall are this many times as far from the axis as its middle.
         let stretch = 1.0 / libm::cos(angle / 2.0);
         let profile = [(radius, -depth), (radius, -chamfer), (radius + chamfer, 0.0), (outer, 0.0), (outer, -depth)];
         let wedge = |sector: usize| {

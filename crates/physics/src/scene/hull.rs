@@ -15,7 +15,8 @@ use super::Inertial;
 /// Thinner than this part of its length, a cloud of points is flat.
 const FLAT: f64 = 1e-6;
 
-/// The convex hull of points (m), in the frame in which they were given. A copy shares its points with the original. A file has its corners.
+/// The convex hull of points (m), in the frame in which they were given. A copy shares its points with the original. A
+/// file holds the list of corners.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<Vector3>", into = "Vec<Vector3>")]
 pub struct Hull(Arc<Surface>);

@@ -48,7 +48,7 @@ impl Inertial {
         inertia: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     };
 
-    /// With principal axes parallel to the body frame.
+    /// From mass (kg), centre of mass (m) and moments about it (kg m2), the principal axes parallel to the body frame.
     pub fn diagonal(mass: f64, com: [f64; 3], inertia: [f64; 3]) -> Self {
         Inertial { mass, com: com.into(), inertia: Matrix3::from_diagonal(&inertia.into()) }
     }
@@ -120,7 +120,7 @@ impl Inertial {
         Inertial { mass, com, inertia: about(self) + about(other) }
     }
 
-    /// Moment of inertia (kg m2) about an axis through the origin.
+    /// Moment of inertia (kg m2) about an axis through the origin along the unit vector `axis`.
     pub fn about(&self, axis: &Vector3) -> f64 {
         axis.dot(&(self.inertia * axis)) + self.mass * axis.cross(&self.com).norm_squared()
     }

@@ -1,4 +1,4 @@
-//! Who meets whom: what a geom belongs to decides what it collides with.
+//! What a geom belongs to decides what it collides with.
 
 use serde::{Deserialize, Serialize};
 
@@ -40,7 +40,8 @@ impl Role {
         }
     }
 
-    /// Whether two geoms can touch on a robot some of whose parts never do ([`crate::robots::Robot::never_touch`]).
+    /// Whether geoms of the two roles can touch, given the pairs of parts that never do
+    /// ([`crate::robots::Robot::never_touch`]).
     pub fn collides_with(self, other: Role, never_touch: &[[u8; 2]]) -> bool {
         if self == Role::Object || other == Role::Object {
             return true;

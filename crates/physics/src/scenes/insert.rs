@@ -59,8 +59,8 @@ impl Sizes {
         self.length - ABOVE_TOOL
     }
 
-    /// Geoms nearer than this become a contact (m): a few times what is between peg and wall, as far as that is little; no less than what
-    /// a hand moves in 2 ms at 0.1 m/s, and no more than at 0.25 m/s.
+    /// Geoms nearer than this become a contact (m): four times the gap between peg and wall, but no less than what a
+    /// hand moves in 2 ms at 0.1 m/s, and no more than at 0.25 m/s.
     fn prediction(&self) -> f64 {
         (2.0 * self.clearance).clamp(2e-4, 5e-4)
     }

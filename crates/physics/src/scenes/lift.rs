@@ -58,7 +58,7 @@ impl Lift {
         (simulation, lift)
     }
 
-    /// Pose of the cube's centre.
+    /// Pose of the cube's centre (world).
     pub fn cube_pose(&self, simulation: &Simulation) -> Pose {
         simulation.body_pose(self.cube)
     }
@@ -68,7 +68,7 @@ impl Lift {
         simulation.body_velocity(self.cube)
     }
 
-    /// Puts the cube at rest at `pose`.
+    /// Puts the cube at rest at `pose` (world).
     pub fn place_cube(&self, simulation: &mut Simulation, pose: &Pose) {
         simulation.place(self.cube, pose);
     }

@@ -74,7 +74,7 @@ fn half_of_a_batch_is_prior_data() {
     let mut sac = Sac::new(&small(), (2, 1), 3).unwrap();
     let (own, prior) = (replay(&small(), 1.0), replay(&small(), 2.0));
     sac.update_with_prior(&own, &prior);
-    // Of three steps, or of as many as were left.
+    // A reward is the sum over three steps, or over as many as were left: 1, 1 + gamma, 1 + gamma + gamma^2.
     let unit = |reward: f32| [1.0, 1.97, 2.9109].iter().any(|sum| (reward - sum).abs() < 1e-5);
     let rewards = &sac.scratch.batch.reward;
     assert!(rewards[..2].iter().all(|&r| unit(r)) && rewards[2..].iter().all(|&r| unit(r / 2.0)), "{rewards:?}");

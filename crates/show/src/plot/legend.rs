@@ -1,4 +1,4 @@
-//! What is drawn how, below all panels.
+//! The legend below all panels.
 
 use kuva::render::render::{Primitive, Scene, TextAnchor};
 

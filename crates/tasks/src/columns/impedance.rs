@@ -14,7 +14,8 @@ fn mean(episode: &Parts, group: usize, sum: fn(&AxisGroup) -> f64) -> Cell {
     Cell::Real(sum(&episode.impedance[group]) / episode.samples)
 }
 
-/// Infinite without a leak, and then there is nothing to tell.
+/// Mean of alpha/mu, the spring that F_ff is to a lasting error. It is infinite without a leak (mu = 0), and the cell
+/// is empty then.
 fn feedforward_spring(episode: &Parts, group: usize) -> Cell {
     let mean = episode.impedance[group].sum_feedforward_spring / episode.samples;
     Some(mean).filter(|mean| mean.is_finite()).into()

@@ -12,7 +12,8 @@ pub struct Parts<'a> {
     pub(crate) steps: &'a [Step],
     /// All actions.
     pub(crate) whole: Part,
-    /// The actions up to the first after which the task stands fulfilled, that one included; none if there is none.
+    /// The actions up to the first after which the task stands fulfilled, that action included; `None` if it never
+    /// does.
     pub(crate) to_success: Option<Part>,
     /// The actions after which the task stands fulfilled.
     pub(crate) fulfilled: Part,
@@ -95,9 +96,9 @@ pub(crate) struct Part {
     pub(crate) hand_impulse: f64,
     /// Time with contact beyond the wrist (s).
     pub(crate) hand_time: f64,
-    /// Integral of the hand's sustained force over that time (N s).
+    /// Integral of the hand's sustained force over `hand_time` (N s).
     pub(crate) contact_impulse: f64,
-    /// Time in which that force is above 20 N (s).
+    /// Time in which the hand's sustained force is above 20 N (s).
     pub(crate) hard_time: f64,
     /// Time with contact between the scene and the links short of the wrist (s).
     pub(crate) link_time: f64,

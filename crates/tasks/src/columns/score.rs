@@ -18,14 +18,15 @@ pub(super) const COLUMNS: &[Column] = &[Column::new(
 /// What a trial that ran earns, and what it earns by success.
 const RUNS: f64 = 1.0;
 const SUCCESS: f64 = 75.0;
-/// The most that each of these earns, and between which values it falls to nothing.
+/// The most points that a short time earns, and the two times (s) between which the points fall from all to none.
 const DURATION: (f64, [f64; 2]) = (12.0, [5.0, 60.0]);
-/// How much longer the way is than a straight one (m).
+/// The same for the detour: how much longer the tool point's way is than the straight one (m).
 const DETOUR: (f64, [f64; 2]) = (6.0, [0.0, 1.0]);
+/// The same for the mean jerk (m/s3).
 const JERK: (f64, [f64; 2]) = (6.0, [0.0, 50.0]);
-/// More than 20 N for longer than this (s) costs so much.
+/// Points that it costs if the time with more than 20 N is longer than the second number (s).
 const HARD: (f64, f64) = (12.0, 1.0);
-/// A link that touches the scene, short of the wrist, costs so much: there is nothing that it may touch.
+/// Points that it costs if a link short of the wrist touches the scene: there is nothing that a link may touch.
 const OFF_LIMITS: f64 = 24.0;
 
 fn score(episode: &Parts) -> f64 {

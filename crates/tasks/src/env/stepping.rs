@@ -14,12 +14,13 @@ impl Env {
     /// ([`aforce::ActionSpace::entries`]), then, where there is a gripper, one whose sign counts: -1 opens, +1 closes.
     ///
     /// # Panics
-    /// If `action` has not [`Env::action_dim`] entries.
+    /// If `action` has not [`Env::action_dim`] entries. If the task observes more or fewer numbers than at first, names
+    /// the terms of its reward otherwise than at first, or gives a term that is not finite.
     pub fn step(&mut self, action: &[f64]) -> Step {
         self.step_watched(action, |_| ())
     }
 
-    /// As [`Env::step`]; `watch` sees every control sample that the simulation lived through.
+    /// As [`Env::step`]. `watch` is called after every control sample, except one in which the simulation diverged.
     ///
     /// # Panics
     /// As [`Env::step`].
@@ -29,11 +30,11 @@ impl Env {
         self.end()
     }
 
-    /// The first part of a [`step`](Env::step), for who shows it as it goes: takes the action in. [`Env::advance`] follows as long as it
-    /// answers true, then [`Env::end`].
+    /// The first part of a [`step`](Env::step), for a caller that shows its control samples as they come: takes in the
+    /// action. Call [`Env::advance`] until it answers false, then [`Env::end`].
     ///
     /// # Panics
-    /// As [`Env::step`].
+    /// If `action` has not [`Env::action_dim`] entries.
     pub fn begin(&mut self, action: &[f64]) {
         assert_eq!(action.len(), self.action_dim(), "an action of this environment");
         let (motion, grip) = action.split_at(self.config.space.dim());
@@ -50,7 +51,8 @@ impl Env {
         self.running = Running { left, grip: self.running.grip, ..Running::default() };
     }
 
-    /// One control sample of the action under way; whether there is another one. `watch` sees it if the simulation lived through it.
+    /// Simulates one control sample of the action under way, and answers whether another one follows. `watch` is called
+    /// after the sample, unless the simulation diverged in it.
     pub fn advance(&mut self, watch: impl FnOnce(&Sample)) -> bool {
         let running = &mut self.running;
         let commanded = self.controller.update(&self.y);
@@ -83,6 +85,9 @@ impl Env {
     }
 
     /// The last part of a [`step`](Env::step): what the action under way has led to.
+    ///
+    /// # Panics
+    /// If the task breaks what [`Env::step`] asks of its observation and its reward.
     pub fn end(&mut self) -> Step {
         let Running { interval, diverged, .. } = self.running;
         self.elapsed += 1;
@@ -137,7 +142,7 @@ impl Env {
         }
     }
 
-    /// Whether the terms of a reward are those of the first one, and numbers.
+    /// Panics unless a reward has the terms of the first reward, each finite.
     fn check(&self, terms: &RewardTerms) {
         let (task, action) = (self.task.name(), self.elapsed);
         assert!(
@@ -154,7 +159,7 @@ impl Env {
     }
 }
 
-/// The entry of an action that acts where `entry` is given: one that is no number asks for no force, and else for what 0 does.
+/// An action's entry as it acts: clipped to [-1, 1]. A NaN acts as 0, and in the entry of the force as -1: no force.
 fn taken(name: &str, entry: f64) -> f64 {
     match entry.is_nan() {
         true if name == "normal_force" => -1.0,

@@ -94,7 +94,7 @@ fn an_episode_ends_on_success_if_it_is_to() {
     assert_eq!(held, 20, "a second of actions at 20 Hz");
 }
 
-/// To the controller, and to who observes the last action.
+/// A NaN acts as 0 and, in the entry of the force, as -1. The observed last action has these values too.
 #[test]
 fn an_entry_that_is_no_number_asks_for_nothing() {
     let observation = ObservationOptions { action: true, ..ObservationOptions::default() };

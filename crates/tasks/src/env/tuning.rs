@@ -8,7 +8,8 @@ use crate::disturbance::{Disturbance, Draw};
 use crate::privileged::Privileged;
 
 impl Env {
-    /// Somebody's hand: pushes a moving body until it is set again or the episode ends.
+    /// Pushes a moving body with a force from outside, as somebody's hand would, until this is called again or the
+    /// episode ends. `None` takes the force away.
     ///
     /// # Panics
     /// In the next sample, if the body is fixed.
@@ -29,10 +30,12 @@ impl Env {
         Ok(())
     }
 
-    /// How late the joint torques act (s) from now on, in this episode and the next ones; to the next whole control sample.
+    /// How late the joint torques act (s) from now on, in this episode and the next ones: rounded up to whole control
+    /// samples.
     ///
     /// # Errors
-    /// If it is not between 0 and 0.2 s, or a critic sees the disturbance, which would get a number more.
+    /// If `delay` is not between 0 and 0.2 s. If a critic sees the disturbances and the configuration has no delay so
+    /// far: the critic would see one number more.
     pub fn set_torque_delay(&mut self, delay: f64) -> Result<(), ConfigError> {
         let is_new = self.config.disturbance.torque_delay_s.is_none();
         if is_new && self.config.observation.critic.contains(&Privileged::Disturbance) {

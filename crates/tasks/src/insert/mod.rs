@@ -58,15 +58,16 @@ const ALLOWED_FORCE: std::ops::RangeInclusive<f64> = 5.0..=10.0;
 const FORCE_PRICE: f64 = 0.2;
 /// A peg is inserted or engaged with its end within this distance of the hole's axis (m).
 const CENTRED: f64 = 0.0025;
-/// It is inserted with its end less than this share of the hole's depth above the base.
+/// A centred peg is inserted with its end less than this share of the hole's depth above the base.
 const IN: f64 = 0.04;
-/// It is engaged with its end less than this share of the hole's depth above the base.
+/// A centred peg is engaged with its end less than this share of the hole's depth above the base.
 const ENGAGED: f64 = 0.9;
-/// A torque about the peg's end that a policy shall notice (Nm): 5 N at half of the peg's width are 0.02 Nm.
+/// A torque about the peg's end that a learner sees as 1 (Nm). 5 N at half of the peg's width are 0.02 Nm, which it
+/// shall notice.
 const MUCH_TORQUE: f64 = 0.05;
 /// Four points on the peg's axis lie this far from its end (m).
 const KEYPOINTS: [f64; 4] = [-0.075, -0.025, 0.025, 0.075];
-/// Slope (1/m) and offset of the three terms that their distance earns.
+/// Slope (1/m) and offset of the reward's three terms for the keypoints' mean distance from where they belong.
 const SLOPES: [(f64, f64); 3] = [(5.0, 4.0), (50.0, 2.0), (100.0, 0.0)];
 /// Draws after which no posture was found that brings the peg above the hole.
 const MOST_DRAWS: u32 = 1000;
@@ -80,17 +81,17 @@ pub struct Insert {
 struct Running {
     /// Middle of the rim (m, world).
     rim: Vector3,
-    /// What the policy believes it to be.
+    /// Where the policy believes the middle of the rim to be (m, world).
     believed: Vector3,
     /// Where the arm starts.
     q: JointVector,
-    /// N
+    /// The force above which the reward takes off [`FORCE_PRICE`] per newton (N).
     allowed_force: f64,
     script: Script,
 }
 
-/// How far the four points on the axis of a peg whose end is `end` are from where they belong when it stands in the hole, on the
-/// average (m).
+/// Mean distance (m) of the four keypoints on the peg's axis from their places in an inserted peg. `end` is the pose of
+/// the peg's end, z out of the peg; `base` is the middle of the hole's base (m, world).
 fn distance(end: &Pose, base: &Vector3) -> f64 {
     let apart = |along: f64| {
         let point = end * Translation3::new(0.0, 0.0, -along);
@@ -132,8 +133,8 @@ impl Insert {
         Ok(task)
     }
 
-    /// Joint angles at which the peg's end, where the hand has it without any offset, stands above a rim at `place` (m), the hand turned
-    /// by `turn` (rad) against how it is at home.
+    /// Joint angles (rad) at which the peg's end stands `start_mm` above `place` (m, world), the hand straight down and
+    /// turned about z by `turn` (rad) against its home pose. `None` if the arm does not reach that pose.
     fn posture(&self, model: &Model, robot: &Robot, place: Vector3, turn: f64) -> Option<JointVector> {
         let home = model.kinematics(&robot.home).tool;
         let rotation =
@@ -170,7 +171,7 @@ impl Insert {
             Profile::Round => straight_down(&(hand * Vector3::x())),
             Profile::Square => nearest_straight_down(&Vector3::x(), 4, &hand),
         };
-        // Of the true place of the hole it learns nothing but that the peg is in.
+        // Of the true place of the hole the script learns nothing but that the peg is in.
         let done = self.height(&end).is_some_and(|height| height < IN * DEPTH);
         Seen { end: end.translation.vector, rim: self.running().believed, upright, done }
     }
@@ -230,7 +231,8 @@ impl Task for Insert {
         out.orientation("peg_quat", &end.rotation);
     }
 
-    /// FORGE prices the force at the end of an action alone. The penalty of the other tasks prices the largest force, if it is asked for.
+    /// As FORGE, it prices the force at the end of the action alone. With the option `penalty` it also takes off the
+    /// other tasks' force penalty, which prices the largest force of the action.
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: Option<f64>) -> Reward {
         let end = self.end(&y.pose);
         let distance = distance(&end, &self.base());
@@ -250,7 +252,7 @@ impl Task for Insert {
         Reward { terms: terms.into(), success }
     }
 
-    /// It knows what a policy sees, the hole's place with its error and the force, and when the peg is in.
+    /// The script knows what a policy sees: the hole's believed place and the force. It also knows when the peg is in.
     fn expert(&self, _: &Simulation, y: &Measurement) -> Waypoint {
         self.running().script.waypoint(&self.seen(y), y)
     }

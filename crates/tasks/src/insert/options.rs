@@ -53,9 +53,9 @@ impl Options {
         within("env.options.clearance_mm", options.clearance_mm, 0.05..=5.0)?;
         within("env.options.chamfer_mm", options.chamfer_mm, 0.0..=5.0)?;
         within("env.options.friction", options.friction, 0.0..=2.0)?;
-        // A shorter one leaves the fingers on the rim before it is in.
+        // With a shorter peg the fingers meet the rim before the peg is in.
         within("env.options.length_mm", options.length_mm, 50.0..=200.0)?;
-        // A lower one starts in the rim: the height varies by 10 mm.
+        // From a lower mean height some pegs would start in the rim, as the height varies by 10 mm.
         within("env.options.start_mm", options.start_mm, 11.0..=150.0)?;
         Ok(options)
     }

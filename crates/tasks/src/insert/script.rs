@@ -19,8 +19,8 @@ const LONGEST_MOVE: u32 = 60;
 const PRESS: f64 = 8.0;
 /// Force from which the peg is in contact (N).
 const CONTACT: f64 = 1.5;
-/// How far each action moves the goal down for each newton that is missing (m/N), and at most (m); how fast it may sink above the rim and in
-/// the hole (m/s).
+/// How far each action moves the goal down for each newton that is missing to [`PRESS`] (m/N), and at most (m). How
+/// fast the peg may sink above the rim and in the hole (m/s).
 const DEEPER: f64 = 5e-4;
 const MOST_DEEPER: f64 = 1e-3;
 const SINKING: [f64; 2] = [0.01, 0.02];
@@ -30,11 +30,12 @@ const SPACING: f64 = 1.65e-3;
 const POINTS: u32 = 30;
 /// The peg's end is in the hole once it is this far below the highest place where it pressed (m).
 const DROP: f64 = 3.5e-4;
-/// The goal is so many times further than the way that is left: a spring with a soft end and the joints' friction are in between.
+/// The goal lies this many times as far ahead as the way that is left, as the joints' friction holds a soft spring
+/// back.
 const BEYOND: f64 = 2.5;
 /// Share of the way that is left which each action adds to an integrator: without it friction would hold the hand back for good.
 const INTEGRATION: f64 = 0.2;
-/// The integrator runs once less than this is left (m).
+/// The integral of the way changes only while less than this is left sideways (m) and the peg is not in contact.
 const NEAR: f64 = 0.003;
 /// Slower than this the hand rests (m/s).
 const AT_REST: f64 = 0.03;
@@ -45,14 +46,15 @@ const MOST_LEANING: f64 = 0.02;
 /// How far the goal goes in the direction in which a wall pushes (m/N), and at most (m).
 const YIELD: f64 = 5e-4;
 const MOST_YIELD: f64 = 2e-3;
-/// A hand that gets less than this deeper in an action is stuck (m), and then turns in a circle of this radius (m), this far
-/// per action (rad).
+/// A peg that gets less than this deeper in an action is stuck (m). Its goal then goes around in a circle of this
+/// radius (m), by this angle per action (rad).
 const STUCK: f64 = 5e-5;
 const WIGGLE: f64 = 6e-4;
 const TURN: f64 = 1.0;
 /// Actions after which a peg that is stuck on the rim goes to the next point.
 const PATIENCE: u32 = 3;
-/// Actions after which one that is stuck in the hole is jammed, and is pulled towards a goal so far above it (m) before it is pushed again.
+/// Actions after which a peg that is stuck in the hole is jammed. It is pulled towards a goal so far above it (m), then
+/// pushed again.
 const JAMMED: u32 = 10;
 const RELIEF: f64 = 0.004;
 
@@ -72,9 +74,9 @@ pub struct Seen {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Script {
     phase: Phase,
-    /// What was missing so far (m).
+    /// Integral of the way that was left, by [`INTEGRATION`] (m, world).
     missing: Vector3,
-    /// What was missing of the rotation that makes it upright (rad).
+    /// Integral of the rotation that was left to the upright hand, by [`INTEGRATION`] (rad, world).
     leaning: Vector3,
     /// The point of the spiral.
     point: u32,
@@ -88,9 +90,9 @@ pub struct Script {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
-    /// Above the next point, for how many actions.
+    /// The peg goes to its place above the point, for so many actions so far.
     Move(u32),
-    /// Down, for how many actions it was stuck.
+    /// The peg is pressed down, and was stuck in so many actions so far.
     Press(u32),
 }
 
@@ -202,7 +204,7 @@ impl Script {
             }
         };
         let to = Translation3::from(y.pose.translation.vector + way);
-        // A peg that leans by a hundredth jams in a hole that is a hundredth wider.
+        // A peg that leans by 0.01 rad jams in a hole that is 1 % wider.
         let turn = (BEYOND - 1.0) * leaning(seen, y) + self.leaning;
         let rotation = UnitQuaternion::from_scaled_axis(turn) * seen.upright;
         Waypoint { pose: Pose::from_parts(to, rotation), grip: 1.0, force: 0.0 }

@@ -178,7 +178,7 @@ mod tests {
         // 0.1 rad: the plane rises by 1 mm over 1 cm.
         let mut markers = at(&[[0.0, -0.02], [0.0, 0.0], [0.0, 0.015], [0.0, 0.02], [0.0, -0.015]]);
         assert_eq!(markers.wipe(&tool(0.0012, 0.1)), 3);
-        // On its long edge the tool would cover three markers.
+        // A tool tilted by 0.9 rad has a marker 3 cm below it 19 mm in front of its face: too far to wipe it.
         assert_eq!(at(&[[0.0, 0.0]]).wipe(&tool(0.03, 0.9)), 0);
     }
 }

@@ -31,7 +31,7 @@ pub(super) struct File {
 }
 
 impl File {
-    /// With what it extends; `readers` are the files that asked for it.
+    /// Reads the file, laid over the one that it extends. `readers` are the files whose `extends` led here.
     pub(super) fn read(path: &Path, readers: &mut Vec<PathBuf>) -> Result<Self> {
         if !path.exists() {
             return Err(bad(format!("{}: there is no such file", path.display())));
@@ -73,7 +73,7 @@ impl File {
         }
     }
 
-    /// Those of the file in its order; one without a name if there are none.
+    /// The file's variants in its order; a single one without a name if it has none.
     pub(super) fn variants(&self) -> Result<Vec<Variant>, String> {
         let Some(variants) = self.variants.as_ref().filter(|variants| !variants.is_empty()) else {
             return Ok(vec![Variant::default()]);

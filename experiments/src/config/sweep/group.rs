@@ -131,7 +131,7 @@ impl Group {
     }
 }
 
-/// Who a run is is no setting; `section` is where the settings stand.
+/// Refuses settings that say which run it is: seed, variant, task or space. `section` is where the settings stand.
 pub(super) fn no_identity(section: &str, settings: &Table) -> Result<(), String> {
     let env = |key| settings.get("env").and_then(|env| env.get(key));
     let found = [

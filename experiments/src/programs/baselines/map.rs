@@ -91,7 +91,7 @@ impl Quarters {
         self.borders.iter().filter(|border| number > **border).count()
     }
 
-    /// Each part as `low to high unit`, of which `factor` make one of ours.
+    /// Each part as `low to high UNIT`; a number is multiplied by `factor` to have that unit.
     fn names(&self, factor: f64, unit: &str) -> [String; 4] {
         let [first, second, third] = self.borders;
         [(self.lowest, first), (first, second), (second, third), (third, self.highest)]

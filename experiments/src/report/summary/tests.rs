@@ -150,7 +150,7 @@ fn forces_are_told_by_quantiles_and_success_by_what_an_arm_allows() {
     assert_eq!(numbers(&row, ["final_success_before_stop", "sampled_success_before_stop"]), [1.0, 0.5]);
 }
 
-/// Of the last policy a run has numbers once it was played on.
+/// A run has numbers of its last policy once that policy was played.
 #[test]
 fn the_last_policy_is_summed_up_apart() {
     let root = tempfile::tempdir().unwrap();

@@ -91,7 +91,7 @@ pub(crate) use robot_or_skip;
 pub fn host(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_franka-host"));
     command.args(["--robot", "127.0.0.1", "--no-realtime", "--no-push-check"]);
-    // Last: a test may go on with values of the last one.
+    // Last, so that a test may append values to the last of these options.
     command.args(arguments);
     command
 }

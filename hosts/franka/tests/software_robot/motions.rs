@@ -32,7 +32,7 @@ fn holds_circles_and_rehearses_a_wipe_without_a_reflex() {
         of(f64::max, -9.0) - of(f64::min, 9.0)
     };
     println!("circle: {:.4} x {:.4} m, height within {:.4} m", width(&x), width(&y), width(&z));
-    // Its joints have friction that nobody compensates, as a Franka's would not: the height gives way by 2 cm.
+    // Unlike a Franka's, its joints have friction that nobody compensates: the height gives way by 2 cm.
     assert!((0.08..0.12).contains(&width(&x)) && (0.08..0.12).contains(&width(&y)) && width(&z) < 0.03);
 
     let table = format!("{:.3}", height - 0.03);
@@ -108,7 +108,7 @@ fn ctrl_c_relaxes_and_after_a_kill_the_robot_can_be_used_again() {
         assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
         let output = child.wait_with_output().unwrap();
         let status = output.status;
-        // A user may not be allowed to.
+        // A user may not be allowed to lock memory.
         assert_ne!(is_locked, text(&output).contains("the memory is not locked"), "{}", text(&output));
         let rows = read(&log);
         println!("{signal}: {status}, {} rows, the last {}", rows["status"].len(), rows["status"].last().unwrap());

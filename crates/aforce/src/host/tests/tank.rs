@@ -28,7 +28,8 @@ fn the_tank_bounds_what_growing_stiffness_pays() {
     assert!(poor <= 0.3 && poor > 0.2, "{poor}");
 }
 
-/// A set-point that leaves a held tool behind gets nothing out of the arm, however hard the damper pulls.
+/// A moving set-point that leaves a held tool behind fills no tank, however hard the damper pulls: the tool does not
+/// move.
 #[test]
 fn a_held_tool_fills_no_tank() {
     let mut setup = setup("high");
@@ -48,7 +49,8 @@ fn a_held_tool_fills_no_tank() {
     assert!(strongest > 20.0, "it pulls: {strongest} N");
 }
 
-/// A hand drags the tool by 10 cm against a cap of 5 N: that takes half a joule out of it, whatever the damper wants.
+/// A hand drags the tool by 10 cm against a cap of 5 N: at most half a joule goes into the tank, whatever the damper
+/// wants.
 #[test]
 fn a_damper_that_is_cut_fills_the_tank_with_what_is_left_of_it() {
     let tank = TankConfig { initial: 0.0, capacity: 100.0, low: 0.0 };
@@ -86,7 +88,8 @@ fn softening_gives_back_no_more_than_growing_took() {
     );
 }
 
-/// A hand drags the tool by 10 cm against F_ff under a cap of 5 N, which gives half a joule, whatever F_ff would be.
+/// A hand drags the tool by 10 cm against F_ff under a cap of 5 N: at most half a joule comes back, whatever F_ff would
+/// be.
 #[test]
 fn a_feedforward_that_is_cut_gives_back_what_acted() {
     let tank = TankConfig { initial: 100.0, capacity: 1000.0, low: 0.0 };

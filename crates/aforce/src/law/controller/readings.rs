@@ -27,7 +27,7 @@ impl Controller {
         self.effective(&self.stiffness)
     }
 
-    /// In N/m and Nm/rad, at the arm's present inertia, what `own` is in the space's unit.
+    /// `own`, a stiffness in the space's unit, in N/m and Nm/rad at the arm's inertia of the latest sample.
     pub(crate) fn effective(&self, own: &Vector6) -> Vector6 {
         self.space.unit.effective(own, &self.inertia)
     }
@@ -85,7 +85,7 @@ impl Controller {
         &self.wrench
     }
 
-    /// Power of that wrench, of its force and of its moment (W).
+    /// Power of [`wrench`](Self::wrench) at the tool's velocity: of its force, and of its moment (W).
     #[must_use]
     pub fn power(&self) -> [f64; 2] {
         self.power

@@ -12,7 +12,7 @@ const DENSITY: f64 = 1000.0;
 const FRICTION: f64 = 1.0;
 const GREY: [u8; 3] = [128; 3];
 
-/// Beside what a class may say of geoms.
+/// Attributes of a geom that no class gives here.
 const ATTRIBUTES: [&str; 9] = ["name", "class", "fromto", "mesh", "pos", "quat", "euler", "axisangle", "mass"];
 
 impl Element<'_> {
@@ -85,7 +85,8 @@ impl Element<'_> {
         }
     }
 
-    /// Against sliding. Friction against turning and rolling acts in contacts of more than three dimensions only.
+    /// Coefficient of sliding friction. Those of turning and rolling act in contacts of more than three dimensions
+    /// only.
     fn friction(self) -> Result<f64, ReadError> {
         if self.value("condim")?.is_some_and(|condim| condim != "3") {
             return Err(self.wrong("condim is read where it is 3"));
@@ -96,7 +97,7 @@ impl Element<'_> {
         }
     }
 
-    /// The mass as it is said, or that of its density.
+    /// Mass properties from the attribute `mass`, or else from the density.
     fn mass(self, shape: &Shape) -> Result<Inertial, ReadError> {
         let size = |name, text| self.file.source.size(self.node, name, text);
         Ok(match (self.node.attribute("mass"), self.value("density")?) {

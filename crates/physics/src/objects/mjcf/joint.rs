@@ -23,7 +23,7 @@ impl Placed {
     }
 }
 
-/// Of a hinge and of a slide, beside what a class may say of joints.
+/// Attributes of a hinge or a slide that no class gives here.
 const ATTRIBUTES: [&str; 3] = ["name", "class", "pos"];
 
 impl Element<'_> {

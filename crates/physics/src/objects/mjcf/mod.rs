@@ -23,7 +23,7 @@ use crate::scene::{Body, Geom, Hull, Inertial, Joint};
 /// What holds for the whole file.
 struct File<'a> {
     source: Source<'a>,
-    /// A unit of angle (rad).
+    /// The file's unit of angle (rad).
     degree: f64,
     /// Axes of Euler angles: small letters turn with the body, capitals do not.
     eulerseq: String,
@@ -110,7 +110,8 @@ impl File<'_> {
         bodies.try_for_each(|node| self.take_body(node, None, &Pose::identity(), None))
     }
 
-    /// Adds a body, and all below it, to `parent`, whose frame as it is here has pose `frame` in that of the file.
+    /// Adds a body, and all below it, to `parent`. `frame` is the pose of the parent's frame here in the parent's frame
+    /// of the file.
     fn take_body(
         &mut self,
         node: Node,

@@ -14,13 +14,14 @@ use crate::scene::{Geom, Inertial, Role, Shape};
 
 /// Range of a joint without end (rad): sixteen turns either way.
 const ENDLESS: [f64; 2] = [-100.0, 100.0];
-/// Ends of a range beyond two turns are degrees (rad).
+/// Largest end of a range (rad): two turns. A larger number is probably in degrees and is refused.
 const LARGEST_ANGLE: f64 = 4.0 * std::f64::consts::PI + 0.01;
-/// A joint that does not move, of an arm of six: what a limit of it is.
+/// Range, limits and rotor inertia of the seventh joint of an arm of six, which does not move.
 const NO_LIMIT: f64 = 1.0;
 const GREY: [u8; 3] = [170, 172, 178];
 
-/// What of a URDF is wanted, and what it does not say. A list has one number for each joint that moves, from the base on.
+/// Which part of a URDF is the arm, and what the URDF does not say. A list has one entry for each joint that moves,
+/// from the base on.
 #[derive(Debug, Clone, Default)]
 pub struct Choices {
     /// The link that stands on the mount; the root, if it is not said.
@@ -52,9 +53,9 @@ pub struct Capsule {
     pub link: String,
     /// One end of its axis (m, in the link's frame).
     pub from: [f64; 3],
-    /// The other end.
+    /// The other end (m, in the link's frame).
     pub to: [f64; 3],
-    /// m
+    /// Radius (m).
     pub radius: f64,
 }
 
@@ -185,7 +186,7 @@ fn hinges<'a>(way: &[&'a Joint], tool: &str) -> Result<Vec<&'a Joint>, UrdfError
     }
 }
 
-/// Range, speed and torque of joint `i`, which an arm of six has not all of.
+/// Sets range, largest speed and largest torque of joint `i`. `joint` is `None` for the seventh joint of an arm of six.
 fn set_limits(robot: &mut Robot, i: usize, joint: Option<&Joint>, choices: &Choices) -> Result<(), UrdfError> {
     let arm = &mut robot.arm;
     let Some(joint) = joint else {

@@ -163,7 +163,8 @@ fn link(node: Node) -> Result<Link, UrdfError> {
     Ok(Link { inertial, collisions: collisions(node, &at), name })
 }
 
-/// Numbers that are none refuse the file. Numbers that no body has are the inner error.
+/// The outer error refuses the file: a number is missing or none, or the mass is below 0. The inner error is for an
+/// inertia that no body has.
 fn inertial(node: Node, at: &str) -> Result<Result<Inertial, UrdfError>, UrdfError> {
     let value = |tag: &str, attribute: &str| {
         let element = child(node, tag);
@@ -234,7 +235,7 @@ impl Joint {
         let (name, [x, y, z]) = (&self.name, self.axis.into());
         let axis =
             axis.ok_or_else(|| UrdfError::new(format!("joint {name:?}: the axis {x} {y} {z} has no direction")))?;
-        // Opposite to z any half turn about an axis across will do.
+        // For an axis opposite to z any half turn about a perpendicular axis will do.
         Ok(UnitQuaternion::rotation_between(&Vector3::z(), &axis)
             .unwrap_or_else(|| UnitQuaternion::from_scaled_axis(Vector3::x() * std::f64::consts::PI)))
     }
