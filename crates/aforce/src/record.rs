@@ -41,7 +41,10 @@ pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, Problem> {
         Problem { place, ..explain(error, key) }
     };
     let document = toml::Deserializer::parse(text).map_err(|error| problem(&error, String::new()))?;
-    deserialize(document).map_err(|(error, key)| problem(&error, key))
+    let _: T = deserialize(document).map_err(|(error, key)| problem(&error, key))?;
+    // The document's reader knows places, but takes the first elements of a list that is too long. The table's refuses it.
+    let table = text.parse().map_err(|error| problem(&error, String::new()))?;
+    read(table).map_err(|problem| Problem { place: place_of(text, &problem.key), ..problem })
 }
 
 /// Reads a table.
@@ -214,6 +217,23 @@ mod tests {
         }
         let message = parse::<Numbers>("count = 1000.0").unwrap_err().message;
         assert_eq!(message, "count: invalid type: floating point `1000.0`, expected a whole number, 0 or above");
+    }
+
+    #[test]
+    fn a_list_of_the_wrong_length_is_refused_in_a_document_too() {
+        #[derive(Debug, serde::Deserialize)]
+        struct Tool {
+            #[expect(dead_code)]
+            position: [f64; 3],
+        }
+        for (text, wanted) in
+            [("position = [1.0, 2.0]", "a list of 3"), ("position = [1.0, 2.0, 3.0, 4.0]", "fewer elements in array")]
+        {
+            let problem = parse::<Tool>(text).unwrap_err();
+            assert!(problem.place.is_some() && problem.key == "position", "{text}: {problem:?}");
+            assert!(problem.message.ends_with(&format!("expected {wanted}")), "{text}: {problem}");
+        }
+        assert!(parse::<Tool>("position = [1.0, 2.0, 3.0]").is_ok());
     }
 
     #[test]
