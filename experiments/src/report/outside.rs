@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use aforce::name;
 use anyhow::{Context, Error, Result, bail, ensure};
 use serde_json::Value;
+use tasks::{TaskKind, TaskName, register_anew};
 
 use crate::config::{RunConfig, RunId};
 use crate::report::npz::{self, Array};
@@ -57,11 +58,18 @@ fn config_of(folder: &Path, evaluation_episodes: u32) -> Result<RunConfig> {
     let RunId { task, space, variant, seed } = id_of(folder)?;
     let at = || folder.display().to_string();
     [&space, &variant].into_iter().try_for_each(|part| name::check_part(part)).map_err(Error::msg).with_context(at)?;
-    let task = task.parse().map_err(Error::msg).with_context(at)?;
+    let task = task_called(task).with_context(at)?;
     let mut config = RunConfig { variant, seed, evaluation_episodes, ..RunConfig::preset(sac::Preset::DESKTOP) };
     config.env.task = task;
     config.env.space.name = space;
     Ok(config)
+}
+
+/// The task of that name. A name that no task has becomes that of a task that is made elsewhere, such as one in Python, so that
+/// files of hypotheses may name it.
+fn task_called(name: String) -> Result<TaskName> {
+    let make = |_| register_anew(TaskKind::made_elsewhere(name.clone().leak(), "do what its owner asks for"));
+    Ok(name.parse().or_else(make)?)
 }
 
 /// Who the run is, by its folder.
@@ -173,6 +181,7 @@ mod tests {
     use super::*;
     use crate::report::record::Record;
     use crate::report::summary::RunSummary;
+    use crate::report::verdicts::judge;
 
     /// Made by `scripts/sb3_curves_reference.py`.
     fn reference() -> &'static Path {
@@ -213,6 +222,28 @@ mod tests {
         assert_eq!((row.task.as_str(), row.label().as_str(), row.seed), ("door", "soft,sb3", 1));
     }
 
+    /// A task in Python is known to no program. Its curves are compared nonetheless, and a hypothesis may name it.
+    #[test]
+    fn a_task_of_ones_own_has_curves_and_hypotheses() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut runs = vec![];
+        for (space, seed) in [("aforce", 1), ("aforce", 2), ("osc", 1), ("osc", 2)] {
+            let run = folder.path().join(format!("peel/{space},sb3/seed_{seed}"));
+            fs_err::create_dir_all(&run).unwrap();
+            fs_err::copy(reference().join("lift/aforce,sb3/seed_3").join(EVALUATIONS), run.join(EVALUATIONS)).unwrap();
+            runs.push(RunSummary::of(&Record::of_outside(&run).unwrap(), folder.path()).unwrap());
+        }
+        let hypotheses = folder.path().join("hypotheses.toml");
+        let text = "[[hypothesis]]\nname = \"aforce ends higher\"\ntasks = [\"peel\"]\nmetric = \"final_return\"\n\
+                    expected = \"above\"\nspace = \"aforce,sb3\"\nagainst = \"osc,sb3\"\n";
+        fs_err::write(&hypotheses, text).unwrap();
+        let rows = judge(&hypotheses, &runs).unwrap();
+        assert_eq!((rows.len(), rows[0].task.as_str(), rows[0].n_space, rows[0].p), (1, "peel", 2, Some(1.0)));
+        fs_err::write(&hypotheses, text.replace("peel", "pel")).unwrap();
+        let told = judge(&hypotheses, &runs).unwrap_err().to_string();
+        assert!(told.contains("no task is called \"pel\"; did you mean \"peel\"?"), "{told}");
+    }
+
     #[test]
     fn episodes_of_several_environments_follow_each_other_by_their_ends() {
         let folder = tempfile::tempdir().unwrap();
@@ -244,7 +275,7 @@ mod tests {
         for name in ["lift/aforce/seed_1", "lift/aforce,sb3/first"] {
             assert!(told(name, &npz).contains("is to be called TASK/SPACE,LEARNER/seed_N"));
         }
-        assert!(told("lif/aforce,sb3/seed_1", &npz).contains("lif/aforce,sb3/seed_1: no task is called \"lif\""));
+        assert!(told("Lift It/aforce,sb3/seed_1", &npz).contains("a name has lower-case letters, digits and -"));
         assert!(told("lift/a force,sb3/seed_1", &npz).contains("\"a force\" is no name"));
         assert!(told("lift/aforce,sb3/seed_1", &npz[..npz.len() / 2]).contains("evaluations.npz"));
     }
