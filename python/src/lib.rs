@@ -11,6 +11,7 @@ mod vector;
 
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use tasks::TaskName;
 
 /// An error of the Rust side as the exception it is in Python: something is wrong with a value.
 fn value_error(error: impl std::fmt::Display) -> PyErr {
@@ -26,6 +27,7 @@ fn type_error(error: impl std::fmt::Display) -> PyErr {
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("TASKS", TaskName::BUILT_IN.map(|name| name.as_str()))?;
     module.add_class::<env::Env>()?;
     module.add_class::<vector::Vector>()?;
     module.add_class::<controller::Controller>()?;

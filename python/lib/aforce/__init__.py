@@ -9,9 +9,9 @@ registered by the import. See `Env`, `VectorEnv`, `Task`, `Controller`, `Measure
 
 from gymnasium import register
 
-from ._native import Controller, Measurement, Place, State, __version__, spaces
+from ._native import TASKS, Controller, Measurement, Place, State, __version__, spaces
 from .env import Env
-from .policy import BUILT_IN, Policy
+from .policy import Policy
 from .recorder import Recorder
 from .sb3 import SB3_SAC
 from .task import Task
@@ -19,7 +19,7 @@ from .vector import VectorEnv
 
 __all__ = ["SB3_SAC", "Controller", "Env", "Measurement", "Place", "Policy", "Recorder", "State", "Task", "VectorEnv", "__version__", "spaces"]
 
-for _task in BUILT_IN:
+for _task in TASKS:
     register(
         id=f"aforce/{_task.capitalize()}-v0",
         entry_point="aforce:Env",

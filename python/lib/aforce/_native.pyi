@@ -7,13 +7,15 @@ from typing import Any, TypeAlias, final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Controller", "Env", "Measurement", "Place", "State", "Vector", "__version__", "spaces"]
+__all__ = ["TASKS", "Controller", "Env", "Measurement", "Place", "State", "Vector", "__version__", "spaces"]
 
 _File: TypeAlias = str | os.PathLike[str]
 _Floats: TypeAlias = NDArray[np.float32]
 _Numbers: TypeAlias = NDArray[np.float64]
 
 __version__: str
+TASKS: list[str]
+"""Names of the built-in tasks."""
 
 def spaces() -> list[str]:
     """Names of the built-in action spaces."""

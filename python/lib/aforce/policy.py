@@ -11,10 +11,10 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
+from ._native import TASKS
 from .env import File, Floats
 
 FORMAT = 1
-BUILT_IN = ("lift", "door", "wipe", "insert")
 
 
 class Policy:
@@ -119,9 +119,9 @@ class Policy:
             keywords.pop("scaled", None)
         elif keywords["scaled"] != self.scaled:
             raise ValueError(f"scaled = {keywords['scaled']!r} is not allowed; allowed: {self.scaled}, as this policy was trained")
-        if self.task not in BUILT_IN:
+        if self.task not in TASKS:
             raise ValueError(
-                f"task {self.task!r} is none of {', '.join(BUILT_IN)}; a task written in Python: aforce.Env(task=YourTask, config={str(self.config)!r}, "
+                f"task {self.task!r} is none of {', '.join(TASKS)}; a task written in Python: aforce.Env(task=YourTask, config={str(self.config)!r}, "
                 f"scaled={self.scaled})"
             )
         own: dict[str, Any] = {"config": str(self.config), "scaled": self.scaled}
