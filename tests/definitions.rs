@@ -3,12 +3,13 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use aforce::{Arm, JointVector, Vector3};
+use aforce::{Arm, JointVector, Vector3, Wrench};
 use approx::assert_abs_diff_eq;
 use nalgebra::{Quaternion, UnitQuaternion};
 use physics::robots::RobotName;
 use physics::robots::panda::HOME;
-use physics::scenes::{door, lift};
+use physics::scenes::{door, lift, wipe};
+use physics::wiping_tool::{RAILS, facing_down};
 use physics::{Deviation, Plant, Simulation, SimulationConfig};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -264,6 +265,49 @@ fn in_wipe_a_forearm_on_the_table_costs_10() {
         touched += usize::from(simulation.contact().arm_touches());
     }
     assert!(free > 10 && touched > 10, "{free} {touched}");
+}
+
+/// The tool is pressed on the table with 30 N, level and then tilted, and torn off. The filtered force outlasts the touch, and pays nothing
+/// then.
+#[test]
+fn wipe_pays_for_pressing_while_the_tool_touches_and_more_for_its_whole_face() {
+    let (mut task, mut simulation) = bare(TaskName::WIPE, &HOME.into());
+    let scene = wipe::scene(&RobotName::Robosuite.robot(), wipe::TABLE_HEIGHT, wipe::TABLE_FRICTION).0;
+    let (table, rails) = (scene.geom("table"), RAILS.map(|rail| scene.geom(rail)));
+    let start = simulation.measure().pose.translation.vector;
+    // Control samples in which the whole face pressed, in which an edge did, and in which a force was felt without a touch.
+    let (mut whole, mut edge, mut torn_off) = (0, 0, 0);
+    for step in 0..3010 {
+        if step == 3000 {
+            simulation.set_push(&Vector3::new(0.0, 0.0, 2000.0));
+        }
+        let y = simulation.measure();
+        let tilt = Vector3::x() * if step < 2000 { 0.0 } else { 0.15 };
+        let goal = UnitQuaternion::from_scaled_axis(tilt) * facing_down();
+        let aside = start - y.pose.translation.vector;
+        let force = Vector3::new(800.0 * aside.x, 800.0 * aside.y, -30.0) - 400.0 * y.twist.fixed_rows::<3>(0);
+        let turn = (goal * y.pose.rotation.inverse()).scaled_axis();
+        let moment = 60.0 * turn - 8.0 * y.twist.fixed_rows::<3>(3);
+        let wrench = Wrench::new(force.x, force.y, force.z, moment.x, moment.y, moment.z);
+        simulation.step(&(y.bias + y.jacobian.tr_mul(&wrench)), 0.0).unwrap();
+
+        let contact = simulation.contact();
+        let (force, feels) = (contact.hand_force(), contact.filtered.fixed_rows::<3>(0).norm() > 1.0);
+        let touches = contact.touching && feels;
+        let flat = rails.iter().all(|&rail| simulation.contact_points(rail, table) >= 4);
+        let presses = touches && force > 0.5;
+        let pressing = if presses { 0.01 + 0.01 * force + if flat { 0.1 } else { 0.0 } } else { 0.0 };
+        let press = pressing + if touches { 0.01 } else { 0.0 };
+        let terms = task.reward(&simulation, &simulation.measure(), None).terms;
+        assert_terms(&terms, [("press", NORMALISATION * press), ("penalty", 0.0)]);
+
+        let leans = simulation.measure().pose.rotation.angle_to(&facing_down()) > 0.05;
+        assert!(!(flat && leans), "a tilted tool stands on an edge");
+        whole += usize::from(presses && flat);
+        edge += usize::from(presses && leans);
+        torn_off += usize::from(feels && !contact.touching);
+    }
+    assert!(whole > 100 && edge > 100 && torn_off > 0, "{whole} {edge} {torn_off}");
 }
 
 /// Mean and standard deviation.

@@ -2,7 +2,8 @@
 
 use aforce::{JointVector, Vector3};
 use physics::robots::{RobotChoice, RobotName};
-use tasks::{Disturbance, Draw, Env, EnvConfig, TaskName};
+use physics::scenes::lift;
+use tasks::{Disturbance, Draw, Env, EnvConfig, SensedWrench, Sensing, TaskName};
 
 fn fixed(value: f64) -> Option<Draw> {
     Some(Draw::Fixed(value))
@@ -52,6 +53,41 @@ fn what_disturbs_nothing_changes_no_byte() {
         assert!(seen(task, neutral.clone()) == seen(task, Disturbance::default()), "{}", task.as_str());
         let heavier = Disturbance { payload_kg: fixed(0.5), ..Disturbance::default() };
         assert!(seen(task, heavier) != seen(task, Disturbance::default()), "{}", task.as_str());
+    }
+}
+
+/// What the scripted expert earns with each of its first actions.
+fn earned(task: TaskName, actions: usize, disturbance: Disturbance) -> Vec<f64> {
+    let mut env = Env::new(EnvConfig { task, disturbance, ..EnvConfig::default() }, 1).unwrap();
+    (0..actions).map(|_| env.step(&env.expert_action()).reward).collect()
+}
+
+/// The script holds the cube and touches the table after 45 actions, and pulls the door open after 160.
+#[test]
+fn every_disturbance_of_a_scene_changes_what_happens_and_each_in_its_own_way() {
+    let none = Disturbance::default;
+    let slippery = Disturbance { friction: fixed(0.5), ..none() };
+    for (task, actions, disturbances) in [
+        (TaskName::LIFT, 60, vec![slippery.clone(), Disturbance { cube_mass: fixed(3.0), ..none() }]),
+        (
+            TaskName::DOOR,
+            200,
+            vec![
+                slippery.clone(),
+                Disturbance { hinge_damping: fixed(3.0), ..none() },
+                Disturbance { hinge_spring: fixed(3.0), ..none() },
+            ],
+        ),
+        (TaskName::WIPE, 80, vec![slippery, Disturbance { table_height_m: fixed(0.01), ..none() }]),
+    ] {
+        let mut traces = vec![(String::from("nothing"), earned(task, actions, none()))];
+        for disturbance in disturbances {
+            let (what, trace) = (disturbance.in_words(), earned(task, actions, disturbance));
+            for (other, known) in &traces {
+                assert!(trace != *known, "{task:?}: {what} is like {other}");
+            }
+            traces.push((what, trace));
+        }
     }
 }
 
@@ -156,6 +192,51 @@ fn noise_is_measured_and_nothing_else() {
     for (deviation, expected) in deviations.into_iter().zip([1e-3, 0.02, 2.0]) {
         assert!((deviation / expected - 1.0).abs() < 0.1, "{deviations:?}");
     }
+}
+
+/// An arm that does not measure the wrench but estimates it has the same bias in what it estimates. The first reading is exact, and the
+/// bias all that it has in the air.
+#[test]
+fn a_bias_is_in_an_estimated_wrench_too() {
+    let readings = |force_bias_n| {
+        let sensing =
+            Sensing { source: SensedWrench::Estimated, bias: [0.0; 2], noise: [0.0; 2], ..Sensing::default() };
+        let disturbance = Disturbance { force_bias_n, ..Disturbance::default() };
+        let space = "mid".parse().unwrap();
+        let mut env = Env::new(EnvConfig { space, sensing, disturbance, ..EnvConfig::default() }, 1).unwrap();
+        env.reset(Some(1));
+        let force = |env: &Env| Vector3::from(env.measurement().wrench.fixed_rows::<3>(0));
+        let (first, still) = (force(&env), vec![0.0; env.action_dim()]);
+        let mut mean = Vector3::zeros();
+        for _ in 0..40 {
+            env.step(&still);
+            mean += force(&env) / 40.0;
+        }
+        (first, mean)
+    };
+    let ((none, without), (bias, with)) = (readings(None), readings(fixed(5.0)));
+    assert!(none.norm() == 0.0 && (bias.norm() - 5.0).abs() < 1e-9, "{none} {bias}");
+    assert!((with - without - bias).norm() < 0.1, "{with} {without} {bias}");
+}
+
+/// Lift pays for nearness, in an arm that knows its joints to a hundredth of a radian.
+#[test]
+fn a_reward_goes_by_what_is_and_not_by_what_is_measured() {
+    let cube = lift::scene(&RobotName::Robosuite.robot(), Vector3::repeat(0.021)).0.body("cube");
+    let noise = Disturbance { position_noise_rad: fixed(0.01), ..Disturbance::default() };
+    let mut env = at_rate(20, TaskName::LIFT, "mid", noise);
+    env.reset(Some(1));
+    let still = vec![0.0; env.action_dim()];
+    let mut off = 0.0f64;
+    for _ in 0..50 {
+        let step = env.step(&still);
+        let place = env.simulation().body_pose(cube).translation.vector;
+        let reach = |tool: Vector3| (1.0 - (10.0 * (tool - place).norm()).tanh()) / 2.25;
+        let (true_reach, measured) = (reach(tool(&env)), reach(env.measurement().pose.translation.vector));
+        assert!((step.reward_terms.value("reach") - true_reach).abs() < 1e-9);
+        off = off.max((measured - true_reach).abs());
+    }
+    assert!(off > 1e-4, "what is measured would earn at most {off} more or less");
 }
 
 /// The tool meets a higher table sooner, by as much; what is seen of the markers stays.

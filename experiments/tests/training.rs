@@ -17,12 +17,23 @@ use experiments::run::rollout::evaluate;
 use experiments::run::seeds::{sub_seed, training_evaluation_seed};
 use experiments::run::source::{Player, SourceArgs};
 use experiments::run::which::Which;
-use tasks::{Env, Outcome};
+use sac::{Act, Actor, Sac, Sizes};
+use tasks::{Component, Env, Outcome};
 
-fn scaled(env: &Env) -> Vec<f32> {
-    let mut observation = env.observation().to_vec();
-    tasks::scale(env.observation_components(), &mut observation);
-    observation
+fn scaled(values: &[f32], components: &[Component]) -> Vec<f32> {
+    let mut values = values.to_vec();
+    tasks::scale(components, &mut values);
+    values
+}
+
+/// What the policy sees, and what only the critics do.
+fn seen(env: &Env) -> [Vec<f32>; 2] {
+    let policy = scaled(env.observation(), env.observation_components());
+    [policy, scaled(env.privileged(), env.privileged_components())]
+}
+
+fn wide(action: &[f32]) -> Vec<f64> {
+    action.iter().map(|&a| f64::from(a)).collect()
 }
 
 /// The stored actions, played anew, lead to the stored rows: seen before, earned, seen after. At a time limit the last
@@ -40,9 +51,9 @@ fn what_is_stored_is_what_happened() {
     for episode in stored(&run).chunks(config.env.horizon as usize) {
         env.reset(None);
         for row in episode {
-            assert_eq!(row.observation, scaled(&env));
-            let step = env.step(&row.action.iter().map(|&a| f64::from(a)).collect::<Vec<_>>());
-            assert_eq!(row.next, scaled(&env));
+            assert_eq!(row.observation, seen(&env).concat());
+            let step = env.step(&wide(&row.action));
+            assert_eq!(row.next, seen(&env).concat());
             assert_eq!((row.reward, row.discount), (step.reward as f32, config.learner.gamma as f32));
         }
         totals.push(episode.iter().map(|row| f64::from(row.reward)).sum::<f64>());
@@ -55,6 +66,44 @@ fn what_is_stored_is_what_happened() {
     assert_eq!(returns.len(), totals.len());
     // Stored with seven digits.
     assert!(returns.iter().zip(&totals).all(|(a, b)| (a - b).abs() < 1e-5 && *a > 0.0), "{returns:?} {totals:?}");
+}
+
+/// The critics' part follows the policy's, each with its own scales. Nothing is learned, so that a learner of the same seed does what was
+/// done as long as it is told what the policy was told.
+#[test]
+fn critics_are_told_more_and_the_policy_is_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut train = train_for(1000, folder.path());
+    train.args(["--task", "insert", "--set", "env.observation.critic=[\"contact\", \"task\"]"]);
+    train.args(["--set", "learner.n_step=1", "--set", "learner.updates_per_step=0.0"]).assert().success();
+    let run = folder.path().join("insert/aforce/seed_7");
+    let config = RunConfig::resolve(Some(&run.join("config.toml")), &[]).unwrap();
+    assert!(config.learner.scaled_observations);
+    let mut env = Env::new(config.env.clone(), sub_seed(config.seed, "train-env", 0)).unwrap();
+    let [observation, privileged] = seen(&env).map(|part| part.len());
+    let sizes = Sizes { observation, privileged, action: env.action_dim() };
+    let mut learner = Sac::new(&config.learner, sizes, sub_seed(config.seed, "learner", 0)).unwrap();
+
+    let mut acts = (0..1000).map(|step| if step < config.learner.random_steps { Act::Random } else { Act::Sample });
+    let mut action = vec![0.0; sizes.action];
+    for episode in stored(&run).chunks(config.env.horizon as usize) {
+        env.reset(None);
+        learner.begin_episode();
+        for row in episode {
+            let [policy, critics] = seen(&env);
+            assert_ne!(env.privileged(), critics, "with scales that matter");
+            learner.act(&policy, &mut action, acts.next().unwrap());
+            let apart = action.iter().zip(&row.action).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            // The last bits of a product are the process's own.
+            assert!(apart < 1e-4, "{action:?} {:?}", row.action);
+            assert_eq!(row.observation, [policy, critics].concat());
+            env.step(&wide(&row.action));
+            assert_eq!(row.next, seen(&env).concat());
+        }
+    }
+    assert!(acts.next().is_none(), "all of them are stored");
+    let (actor, _) = Actor::load(&run.join("checkpoints/last"), observation, sizes.action, 0).unwrap();
+    assert_eq!(actor.observation_dim(), observation);
 }
 
 /// Every number of it, to the last digit of the table.

@@ -122,6 +122,19 @@ def test_a_stop_with_a_price_cuts_the_episode_short_and_costs_it():
         make(stop_price=3)
 
 
+@pytest.mark.parametrize("of, key", [("arm", "force"), ("hand", "hand_force")])
+def test_the_penalty_is_of_the_force_that_counts(of, key):
+    env = make("Wipe", space="osc", force_penalty={"of": of, "limit": 40, "weight": 0.1}).unwrapped
+    env.reset(seed=1)
+    # Pressed down without end, the arm comes to press with what is short of the wrist as well.
+    infos = [env.step([0, 0, -1, 0, 0, 0])[-1] for _ in range(60)]
+    penalties = [info["penalty"] for info in infos]
+    assert penalties == [0.1 * info[key] if info[key] > 40 else 0 for info in infos]
+    assert min(penalties) == 0 and max(penalties) > 10
+    assert all(info["force"] >= info["hand_force"] for info in infos)
+    assert max(info["force"] - info["hand_force"] for info in infos) > 100
+
+
 def test_the_script_lifts_the_cube():
     env = make(setup="small-steps", ends_on_success=True)
     env.reset(seed=1)

@@ -24,7 +24,9 @@ def test_a_thousand_actions_are_the_same(task, space):
         observation, reward, *_, info = env.step(action)
         numbers = line.split(",")
         assert (reward, info["energy"]) == (float(numbers[0]), float(numbers[1]))
-        assert np.array_equal(observation, np.array(numbers[2:], np.float32))
+        assert np.array_equal(observation, np.array(numbers[2:-4], np.float32))
+        cost = [info[name] for name in ("force", "hand_force", "joint_speed", "penalty")]
+        assert cost == [float(number) for number in numbers[-4:]]
 
 
 def measurements():

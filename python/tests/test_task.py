@@ -461,23 +461,65 @@ def test_objects_come_from_files(tmp_path):
         assert np.allclose(at, [0.1 if isinstance(scene, dict) else 0, 0, 0.83])
 
 
+class Press(Plain):
+    """Presses on the table."""
+
+    tool = "wiping-tool"
+    scene = {"table": {"height": 0.9, "friction": 0.03, "centre": [0.15, 0], "size": [0.5, 0.8]}}
+
+    def observe(self, state):
+        assert state.fingers is None
+        return {"force": state.force[2]}
+
+    def script(self, state):
+        return {"position": [0, 0, 0.9], "forward": [0, 1, 0], "force": 20}
+
+
 def test_the_wiping_tool_wipes():
-    class Press(Plain):
-        tool = "wiping-tool"
-        scene = {"table": {"height": 0.9, "friction": 0.03, "centre": [0.15, 0], "size": [0.5, 0.8]}}
-
-        def observe(self, state):
-            assert state.fingers is None
-            return {"force": state.force[2]}
-
-        def script(self, state):
-            return {"position": [0, 0, 0.9], "forward": [0, 1, 0], "force": 20}
-
     env = aforce.Env(task=Press, space="aforce-force")
     env.reset(seed=1)
     for _ in range(100):
         observation, *_ = env.step(env.expert_action())
     assert 10 < observation[0] < 30
+
+
+def test_a_state_tells_velocities_forces_and_the_penalty():
+    class Edge(Press):
+        scene = {"table": {**Press.scene["table"], "centre": [0.15, 0.42]}}  # Below what of the pad is beyond y = 2 cm.
+
+        def reset(self, rng):
+            self.states = []
+
+        def observe(self, state):
+            self.states.append(state)
+            return super().observe(state)
+
+        def reward(self, state):
+            self.paid = state.penalty
+            return 0.5
+
+    env = aforce.Env(task=Edge, space="aforce-force", initial_noise=0.0, observation={"force": True}, force_penalty={"limit": 25})
+    assert [number["unit"] for number in env.describe()["observation"][-6:]] == ["N, tool"] * 3 + ["Nm, tool"] * 3
+    env.reset(seed=1)
+    speeds, levers, penalties = [], [], []
+    for _ in range(120):
+        observation, *_, info = env.step(env.expert_action())
+        before, now = env.own_task.states[-2:]
+        to_tool = now.tool.rotation.T
+        assert np.allclose(observation[-6:], [*to_tool @ now.force, *to_tool @ now.torque], atol=1e-4)
+        if now.force.any():
+            levers.append(now.torque[0] / now.force[2])
+            penalties.append(env.own_task.paid)
+            assert env.own_task.paid == (0.05 * info["force"] if info["force"] > 25 else 0)
+            assert 0 < now.contact_force <= info["force"]
+        else:
+            speeds.append(np.abs(now.qd).max())
+            assert np.allclose((now.q - before.q) / (now.time - before.time), (now.qd + before.qd) / 2, atol=0.01)
+    assert max(speeds) > 0.1
+    # A force upwards at y has the moment y about x, and the pad ends 6 cm from the tool point.
+    assert 0.02 < min(levers) and max(levers) < 0.06
+    assert len(levers) > 10 and max(penalties) > 1 and min(penalties) == 0
+    assert now.contact_force == pytest.approx(np.linalg.norm(now.force), rel=0.02), "at rest both filters have what presses"
 
 
 def test_no_body_is_needed_and_a_critic_may_see_more():

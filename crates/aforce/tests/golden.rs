@@ -126,6 +126,8 @@ fn contact_limits_and_adaptation_are_in_the_record() {
     let most = engagement.iter().copied().fold(0.0, f64::max);
     assert!(engagement[0] == 0.0 && most > 0.5 && engagement[39] < most, "contact begins and ends");
     assert!(column("aforce", 8).windows(2).any(|k| k[0] != k[1]), "K moves");
+    // In `aforce` no error of the record is beyond the tolerance, and K relaxes.
+    assert!(column("aforce-shaped", 8).windows(2).any(|k| k[1] > k[0]), "K grows");
     assert!(column("aforce", 14).iter().any(|&f_ff| f_ff != 0.0));
     let wrist = rows.iter().filter(|row| row.1[6..=7].iter().any(|tau| tau.abs() == 12.0)).count();
     assert!(wrist > 0 && wrist < rows.len(), "a limit is met now and then: {wrist}");

@@ -141,7 +141,7 @@ impl Deviation {
 mod tests {
     use super::*;
     use crate::robots::RobotName;
-    use crate::scenes::door;
+    use crate::scenes::{door, insert, lift, wipe};
 
     /// The added spring alone would rest at zero: the two together rest where their efforts cancel.
     #[test]
@@ -152,5 +152,26 @@ mod tests {
         Change::JointSpring("hinge").apply(10.0, &mut scene);
         let hinge = scene.axis_mut("hinge");
         assert_eq!((hinge.spring, hinge.rest), (20.0, 0.15));
+    }
+
+    /// Of a pair the larger friction counts, so that a shape that was left out would show in some pairs and not in others.
+    #[test]
+    fn friction_is_multiplied_on_every_shape_of_every_scene() {
+        let robot = RobotName::Robosuite.robot();
+        let frictions = |scene: &Scene| -> Vec<f64> {
+            scene.bodies.iter().flat_map(|body| &body.geoms).map(|geom| geom.friction).collect()
+        };
+        for (scene, tool) in [
+            lift::scene(&robot, Vector3::repeat(0.021)),
+            door::scene(&robot, &door::root(door::MIDDLE)),
+            wipe::scene(&robot, wipe::TABLE_HEIGHT, wipe::TABLE_FRICTION),
+            insert::scene(&robot, &insert::FORGE, [0.0; 2]),
+        ] {
+            let multiplied =
+                |friction| frictions(&Deviation { friction, ..Deviation::default() }.of(&scene, tool, [0.0; 3]));
+            let own = frictions(&scene);
+            assert_eq!(multiplied(1.0), own);
+            assert_eq!(multiplied(3.0), own.iter().map(|friction| 3.0 * friction).collect::<Vec<_>>());
+        }
     }
 }

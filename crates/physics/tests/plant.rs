@@ -18,12 +18,14 @@ fn lift(set: RobotName) -> (Simulation, Lift) {
 }
 
 fn hold(simulation: &mut Simulation, steps: usize, grip: f64) {
-    let home = JointVector::from(HOME);
-    for _ in 0..steps {
-        let y = simulation.measure();
-        let tau = y.bias + y.mass * ((home - y.q) * 400.0 - y.qd * 40.0);
-        simulation.step(&tau, grip).unwrap();
-    }
+    (0..steps).for_each(|_| pull(simulation, &HOME.into(), grip));
+}
+
+/// One step in which springs and dampers pull the arm towards `q`.
+fn pull(simulation: &mut Simulation, q: &JointVector, grip: f64) {
+    let y = simulation.measure();
+    let tau = y.bias + y.mass * ((q - y.q) * 400.0 - y.qd * 40.0);
+    simulation.step(&tau, grip).unwrap();
 }
 
 /// Closes the fingers on the cube, which is kept between them until they hold it.
@@ -126,9 +128,8 @@ fn cube_rests_on_the_table() {
 #[test]
 fn what_touches_the_arm_is_told_from_what_touches_the_hand() {
     let (mut simulation, cube) = lift(RobotName::Robosuite);
-    let touches = |simulation: &Simulation| (simulation.contact().arm_touches(), simulation.contact().touching);
     hold(&mut simulation, 500, 0.0);
-    assert_eq!(touches(&simulation), (false, false), "on the table");
+    assert_eq!(touches(&simulation), [false; 4], "on the table");
 
     drop_on_forearm(&mut simulation, &cube);
     let mut steps = 0;
@@ -138,10 +139,52 @@ fn what_touches_the_arm_is_told_from_what_touches_the_hand() {
         steps += 1;
     }
     assert!(steps > 10, "it falls first: {steps}");
-    assert_eq!(touches(&simulation), (true, false), "on the forearm");
+    assert_eq!(touches(&simulation), ON_A_LINK, "on the forearm");
 
     grasp(&mut simulation, &cube);
-    assert_eq!(touches(&simulation), (false, true), "in the gripper");
+    assert_eq!(touches(&simulation), ON_THE_HAND, "in the gripper");
+}
+
+/// Whether anything presses on a link, whether the scene does, whether anything presses on the hand, and whether the arm touches itself.
+fn touches(simulation: &Simulation) -> [bool; 4] {
+    let contact = simulation.contact();
+    [contact.arm_touches(), contact.links.touching, contact.touching, contact.touching_itself]
+}
+
+const ON_A_LINK: [bool; 4] = [true, true, false, false];
+const ON_THE_HAND: [bool; 4] = [false, false, true, false];
+
+/// Pulls the arm to `q` in two seconds, until something touches it.
+fn pull_until_it_touches(simulation: &mut Simulation, q: &JointVector) {
+    let start = simulation.joints().0;
+    for step in 0..1500 {
+        let share = (f64::from(step) / 1000.0).min(1.0);
+        pull(simulation, &(start + (q - start) * share), 0.0);
+        if touches(simulation) != [false; 4] {
+            return;
+        }
+    }
+    panic!("it touches nothing on its way to {q}");
+}
+
+/// What lies on the table first is told: the fingers of an arm that bends down, the forearm of one that stretches over it, hand up.
+#[test]
+fn an_arm_on_the_table_is_told_by_what_of_it_lies_there() {
+    let (mut simulation, _) = lift(RobotName::Robosuite);
+    let mut lower = JointVector::from(HOME);
+    // The fingers would be a centimetre deep in the table, every link 7 cm above it.
+    lower[1] += 0.6;
+    pull_until_it_touches(&mut simulation, &lower);
+    assert_eq!(touches(&simulation), ON_THE_HAND);
+
+    let (robot, deviation) = (RobotName::Robosuite.robot(), Deviation::default());
+    let plant = Plant { robot, dt: 0.002, config: SimulationConfig::default(), deviation };
+    let (mut simulation, _) = Wipe::simulate(&plant, 0.9, 0.03);
+    // 7 cm above the table, and 6 cm deep in it, where the tool's lowest corner would be 2 cm deep.
+    let [above, below] = [1.5, 1.7].map(|shoulder| JointVector::from([0.0, shoulder, 0.0, -0.7, 0.0, 3.5, 0.8]));
+    simulation.reset(&above);
+    pull_until_it_touches(&mut simulation, &below);
+    assert_eq!(touches(&simulation), ON_A_LINK);
 }
 
 /// A cube held in the air pulls the hand down by its weight; the two grip forces cancel.

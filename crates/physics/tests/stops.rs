@@ -74,14 +74,17 @@ fn no_joint_goes_far_beyond_its_range() {
     }
 }
 
-fn simulation() -> Simulation {
-    let plant = Plant {
+fn plant() -> Plant {
+    Plant {
         robot: RobotName::Robosuite.robot(),
         dt: 0.002,
         config: SimulationConfig::default(),
         deviation: Deviation::default(),
-    };
-    Lift::simulate(&plant, Vector3::repeat(0.021)).0
+    }
+}
+
+fn simulation() -> Simulation {
+    Lift::simulate(&plant(), Vector3::repeat(0.021)).0
 }
 
 /// A spring and damper on every joint, within the torque limits, pull the arm towards `target`.
@@ -133,6 +136,31 @@ fn an_arm_whose_last_link_has_no_shape_meets_itself_too() {
         simulation.contact().touching_itself
     });
     assert!(touches);
+}
+
+/// Two links that press on each other are pressed on by no part of the scene, nor is the hand.
+#[test]
+fn links_that_meet_each_other_are_not_touched_by_the_scene() {
+    let plant = plant();
+    let (mut scene, gripper) = lift::scene(&plant.robot, Vector3::repeat(0.021));
+    // Only links are left: the hand would meet the arm before them. A cube without ground is refused.
+    scene.bodies.retain(|body| body.name != "cube");
+    for body in &mut scene.bodies {
+        body.geoms.retain(|geom| matches!(geom.role, Role::Link(_)));
+    }
+    let mut simulation = Simulation::new(&scene, gripper, GRIP_SITE, &plant);
+    simulation.reset(&HOME.into());
+    // The forearm would lie 7 cm deep in the first link.
+    let folded = JointVector::from([0.0, 1.06, -0.17, -2.94, -1.51, 0.78, 1.15]);
+    let mut met = 0;
+    for _ in 0..2000 {
+        drive(&mut simulation, &folded);
+        let contact = simulation.contact();
+        assert!(!contact.links.touching && !contact.touching);
+        assert_eq!(contact.touching_itself, contact.links.raw > 0.0);
+        met += usize::from(contact.touching_itself);
+    }
+    assert!(met > 0);
 }
 
 /// On its way to where nothing is in the way it does not meet itself.

@@ -169,10 +169,14 @@ mod tests {
     use rand::SeedableRng;
 
     use super::*;
+    use crate::replay_file;
+
+    fn config(capacity: usize) -> Config {
+        Config { replay_capacity: capacity, batch_size: 1, n_step: 1, gamma: 0.5, ..Config::default() }
+    }
 
     fn replay(capacity: usize) -> Replay {
-        let config = Config { replay_capacity: capacity, batch_size: 1, n_step: 1, gamma: 0.5, ..Config::default() };
-        Replay::new(&config, (2, 1))
+        Replay::new(&config(capacity), (2, 1))
     }
 
     fn push(replay: &mut Replay, k: f32) {
@@ -185,6 +189,20 @@ mod tests {
             truncated: false,
         };
         replay.push(&step).unwrap();
+    }
+
+    /// Draws so many of what [`push`] pushed, each whole; which ones.
+    fn drawn(replay: &Replay, count: usize) -> Vec<usize> {
+        let mut batch = Batch::zeros(count, 2, 1);
+        replay.sample(0..count, &mut ChaCha8Rng::seed_from_u64(1), &mut batch);
+        let one = |i: usize| {
+            let k = batch.input[3 * i];
+            assert_eq!(batch.input[3 * i..][..3], [k, -k, 0.1 * k]);
+            assert_eq!(batch.next_input[3 * i..][..2], [k + 1.0, -k - 1.0]);
+            assert_eq!((batch.reward[i], batch.discount[i]), (10.0 * k, 0.5));
+            k as usize
+        };
+        (0..count).map(one).collect()
     }
 
     /// A ring of whole rows, as this memory was once.
@@ -271,18 +289,31 @@ mod tests {
     fn a_batch_holds_whole_rows_and_reaches_all_of_them() {
         let mut replay = replay(10);
         (0..10).for_each(|k| push(&mut replay, k as f32));
-        let mut batch = Batch::zeros(500, 2, 1);
-        replay.sample(0..500, &mut ChaCha8Rng::seed_from_u64(1), &mut batch);
         let mut seen = [0; 10];
-        for i in 0..500 {
-            let k = batch.input[3 * i];
-            assert_eq!(batch.input[3 * i..][..3], [k, -k, 0.1 * k]);
-            assert_eq!(batch.next_input[3 * i..][..2], [k + 1.0, -k - 1.0]);
-            assert_eq!((batch.reward[i], batch.discount[i]), (10.0 * k, 0.5));
-            seen[k as usize] += 1;
-        }
+        drawn(&replay, 500).into_iter().for_each(|k| seen[k] += 1);
         // 50 expected, standard deviation 6.7.
         assert!(seen.iter().all(|&n| (20..=80).contains(&n)), "{seen:?}");
+    }
+
+    /// Beyond 2^20 the place of an observation needs the first of its two numbers, however little is remembered.
+    #[test]
+    fn a_long_run_draws_what_was_pushed_after_the_first_million() {
+        const PUSHED: usize = 1_100_000;
+        let [mut short, mut long] = [20_000, 2_000_000].map(replay);
+        for k in 0..PUSHED {
+            push(&mut short, k as f32);
+            push(&mut long, k as f32);
+        }
+        // 4.7 % of the million: 234 expected, standard deviation 15.
+        let late = drawn(&long, 5000).into_iter().filter(|&k| k > RADIX).count();
+        assert!((150..=320).contains(&late), "{late}");
+
+        let folder = tempfile::tempdir().unwrap();
+        replay_file::write(folder.path(), &folder.path().join("none"), &short).unwrap();
+        let loaded = replay_file::read(folder.path(), &config(20_000), (2, 1)).unwrap();
+        for memory in [&short, &loaded] {
+            assert!(drawn(memory, 500).into_iter().all(|k| (PUSHED - 20_000..PUSHED).contains(&k)));
+        }
     }
 
     #[test]

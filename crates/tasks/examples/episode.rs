@@ -1,6 +1,7 @@
 //! Plays given actions: `episode TASK SPACE SEED HORIZON < actions.csv`, with a row per action, prints after each
-//! action the reward, the energy (J) and the observation. A test of the Python package compares its environments with
-//! it.
+//! action the reward, the energy (J), the observation, the largest sustained force of the whole arm and beyond the wrist
+//! (N), the joints' largest share of their speed and the penalty. A test of the Python package compares its environments
+//! with it.
 
 use std::error::Error;
 use std::io::stdin;
@@ -20,7 +21,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         let step = env.step(&action);
         // The shortest decimals that read back as the same numbers.
         let observation: Vec<String> = env.observation().iter().map(f32::to_string).collect();
-        println!("{},{},{}", step.reward, step.interval.energy.absolute, observation.join(","));
+        let interval = step.interval;
+        let cost = [interval.arm.max, interval.hand.max, interval.max_speed_share, step.penalty].map(|n| n.to_string());
+        println!("{},{},{},{}", step.reward, interval.energy.absolute, observation.join(","), cost.join(","));
     }
     Ok(())
 }

@@ -132,3 +132,46 @@ impl Drawn {
         simulation.model().measure(q, qd, simulation.contact().filtered + error)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::disturbance::{Disturbance, Draw};
+
+    /// Every value is another one, so that a place that took its neighbour's would show.
+    #[test]
+    fn every_kind_of_disturbance_comes_where_its_key_says() {
+        let fixed = |value| Some(Draw::Fixed(value));
+        let disturbance = Disturbance {
+            friction: fixed(2.0),
+            payload_kg: fixed(0.3),
+            table_height_m: fixed(0.04),
+            cube_mass: fixed(5.0),
+            hinge_damping: fixed(6.0),
+            hinge_spring: fixed(7.0),
+            push_n: fixed(8.0),
+            push_hz: fixed(9.0),
+            torque_delay_s: fixed(0.1),
+            torque_gain: fixed(1.1),
+            position_noise_rad: fixed(0.012),
+            velocity_noise_rad_per_s: fixed(0.13),
+            force_noise_n: fixed(14.0),
+            force_bias_n: fixed(15.0),
+            own: Default::default(),
+        };
+        let drawn = disturbance.draw(1, &[]);
+        let expected = Deviation {
+            payload: 0.3,
+            friction: 2.0,
+            object_mass: 5.0,
+            hinge_damping: 6.0,
+            hinge_spring: 7.0,
+            table_height: 0.04,
+            own: vec![],
+        };
+        assert_eq!(drawn.deviation, expected);
+        assert_eq!((drawn.push_hz, drawn.delay, drawn.gain), (9.0, 0.1, 1.1));
+        assert_eq!(drawn.noise, [0.012, 0.13, 14.0]);
+        assert!((drawn.push.norm() - 8.0).abs() < 1e-12 && (drawn.bias.norm() - 15.0).abs() < 1e-12);
+    }
+}

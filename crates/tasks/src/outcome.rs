@@ -143,7 +143,8 @@ mod tests {
         assert!(Outcome::of(&steps[3..]).flag("success_without_hand"), "fulfilled before the hand touched anything");
     }
 
-    /// Every number of an action is another one, so that a column that took its neighbour's would show.
+    /// Every number of an action is another one, so that a column that took its neighbour's would show. Three actions alike: the second
+    /// fulfils the task, and in the third a real arm would have stopped.
     #[test]
     fn every_column_holds_what_its_name_says() {
         let group = |n: f64| AxisGroup {
@@ -158,47 +159,78 @@ mod tests {
         };
         let interval = Interval {
             samples: 2,
+            time: 0.5,
             energy: EnergyLedger {
-                absolute: 1.0,
-                positive: 2.0,
-                net: 3.0,
-                squared_torque: 4.0,
-                copper_loss: 5.0,
+                absolute: 5.0,
+                positive: 7.0,
+                net: 11.0,
+                squared_torque: 13.0,
+                copper_loss: 17.0,
                 ..EnergyLedger::default()
             },
-            excess_impulse: 6.0,
-            link_contact_time: 7.0,
-            self_contact_time: 8.0,
-            hand: ForceRecord { max_raw: 9.0, ..ForceRecord::default() },
+            excess_impulse: 19.0,
+            link_contact_time: 23.0,
+            self_contact_time: 29.0,
+            hand: ForceRecord { max: 47.0, impulse: 53.0, max_raw: 59.0, ..ForceRecord::default() },
+            arm: ForceRecord { max: 61.0, impulse: 67.0, ..ForceRecord::default() },
             sum_own_stiffness: 20.0,
             impedance: [group(30.0), group(50.0)],
             sum_saturated: 0.5,
-            max_speed_share: 13.0,
-            contact_time: 0.5,
-            contact_impulse: 14.0,
-            hard_time: 15.0,
-            path: 16.0,
-            moving_time: 0.25,
-            sum_jerk: 17.0,
+            max_speed_share: 79.0,
+            contact_time: 0.25,
+            contact_impulse: 43.0,
+            hard_time: 31.0,
+            path: 37.0,
+            moving_time: 0.125,
+            sum_jerk: 41.0,
             ..Interval::default()
         };
-        let one = Step { penalty: 11.0, over_limit: true, reward: 12.0, ..step(interval, false) };
-        let outcome = Outcome::of(&[one, one]);
+        let one = Step { penalty: 71.0, over_limit: true, reward: 73.0, ..step(interval, false) };
+        let mut steps = [one; 3];
+        (steps[1].success, steps[1].interval.arm.max) = (true, 59.5);
+        let last = &mut steps[2].interval;
+        (last.arm.max, last.max_speed_share) = (89.0, 83.0);
+        last.stop = Some(Stop { time: 0.2, reason: StopReason::HandForce });
+        let outcome = Outcome::of(&steps);
         let expected = [
-            ("return", 24.0),
-            ("energy_j", 2.0),
-            ("energy_per_action_j", 1.0),
-            ("energy_positive_j", 4.0),
-            ("energy_net_j", 6.0),
-            ("squared_torque_nm2s", 8.0),
-            ("copper_loss_j", 10.0),
-            ("penalty", 22.0),
-            ("penalised_steps", 2.0),
-            ("excess_impulse_ns", 12.0),
-            ("max_raw_contact_force_n", 9.0),
-            ("arm_contact_time_s", 14.0),
-            ("self_contact_time_s", 16.0),
-            // Means over the four samples.
+            ("return", 219.0),
+            ("length", 3.0),
+            ("success_any", 1.0),
+            ("success_held", 0.0),
+            ("success_without_hand", 0.0),
+            ("success_before_stop", 1.0),
+            ("energy_j", 15.0),
+            ("energy_per_action_j", 5.0),
+            ("energy_positive_j", 21.0),
+            ("energy_net_j", 33.0),
+            ("squared_torque_nm2s", 39.0),
+            ("copper_loss_j", 51.0),
+            ("penalty", 213.0),
+            ("penalised_steps", 3.0),
+            ("excess_impulse_ns", 57.0),
+            ("max_contact_force_n", 47.0),
+            ("p99_contact_force_n", 47.0),
+            ("max_raw_contact_force_n", 59.0),
+            ("contact_time_s", 0.75),
+            ("mean_contact_force_n", 172.0),
+            ("hard_contact_time_s", 93.0),
+            ("arm_max_contact_force_n", 89.0),
+            ("arm_contact_time_s", 69.0),
+            ("self_contact_time_s", 87.0),
+            ("time_to_success_s", 1.0),
+            ("energy_to_success_j", 10.0),
+            ("energy_positive_to_success_j", 14.0),
+            ("energy_net_to_success_j", 22.0),
+            ("squared_torque_to_success_nm2s", 26.0),
+            ("copper_loss_to_success_j", 34.0),
+            ("max_force_to_success_n", 61.0),
+            ("impulse_to_success_ns", 134.0),
+            ("hand_share_to_success", 53.0 / 67.0),
+            ("fulfilled_time_s", 0.5),
+            ("fulfilled_energy_j", 5.0),
+            ("fulfilled_max_force_n", 59.5),
+            ("fulfilled_impulse_ns", 67.0),
+            // Means over the six samples.
             ("mean_stiffness", 10.0),
             ("saturated_fraction", 0.25),
             ("stiffness_translation_n_per_m", 15.0),
@@ -211,18 +243,37 @@ mod tests {
             ("at_k_max_rotation", 26.5),
             ("feedforward_share_translation", 1.0 / 33.0),
             ("feedforward_share_rotation", 1.0 / 53.0),
-            ("tool_work_translation_j", 68.0),
-            ("tool_work_rotation_j", 108.0),
-            ("max_joint_speed_share", 13.0),
-            ("mean_contact_force_n", 28.0),
-            ("hard_contact_time_s", 30.0),
-            ("path_m", 32.0),
-            ("jerk_mps3", 68.0),
+            ("tool_work_translation_j", 102.0),
+            ("tool_work_rotation_j", 162.0),
+            ("path_m", 111.0),
+            ("jerk_mps3", 328.0),
+            ("max_joint_speed_share", 83.0),
+            ("max_joint_speed_share_to_success", 79.0),
+            ("stop_time_s", 1.2),
+            // 1 that it ran, 75 for success, 12 for being quick; 12 off for pressing hard, 24 for a link that touched.
+            ("aic_score", 52.0),
         ];
         for (column, expected) in expected {
             let value = outcome.number(column).unwrap();
             assert!((value - expected).abs() < 1e-12, "{column}: {value}, not {expected}");
         }
+        assert_eq!(outcome.cell("stop_reason"), Cell::Word("hand-force"));
+        let endings: [(&str, fn(&mut Step)); 4] = [
+            ("success", |last| last.success = true),
+            ("terminated", |last| last.terminated = true),
+            ("truncated", |last| last.truncated = true),
+            ("diverged", |last| last.diverged = true),
+        ];
+        for (ending, end) in endings {
+            let mut steps = [one; 2];
+            end(&mut steps[1]);
+            let outcome = Outcome::of(&steps);
+            assert!(endings.iter().all(|&(column, _)| outcome.flag(column) == (column == ending)), "{ending}");
+        }
+        let mut told: Vec<&str> = expected.iter().map(|(column, _)| *column).collect();
+        told.extend(endings.iter().map(|(column, _)| *column).chain(["stop_reason"]));
+        let untold: Vec<&str> = COLUMNS.iter().map(|column| column.name).filter(|name| !told.contains(name)).collect();
+        assert!(untold.is_empty(), "columns without a value above: {untold:?}");
     }
 
     /// A second action of 16 s fulfils the task: half of the points for duration, of those for a way that is half a metre longer than

@@ -57,3 +57,53 @@ pub(super) fn prior_data(config: &RunConfig, stop: &Stop) -> Result<Replay> {
     }
     Ok(replay)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The script's episodes, played anew from the seed of their stream, fill a memory in which every number is the same.
+    #[test]
+    fn prior_data_is_what_the_script_does_from_starts_of_its_own() {
+        let mut config = RunConfig::preset(sac::Preset::DESKTOP);
+        config.env.horizon = 30;
+        config.learner.prior_episodes = 2;
+        config.learner.scaled_observations = true;
+        // Less than is played: nothing of it is forgotten.
+        config.learner.replay_capacity = 20;
+
+        let env = |stream: &str| Env::new(config.env.clone(), sub_seed(config.seed, stream, 0)).unwrap();
+        let scaled = |env: &Env| {
+            let mut observation = env.observation().to_vec();
+            tasks::scale(env.observation_components(), &mut observation);
+            observation
+        };
+        let mut script = env("prior");
+        let of_a_step = (script.observation().len(), script.action_dim());
+        let mut expected = Replay::new(&Config { replay_capacity: 60, ..config.learner.clone() }, of_a_step);
+        for _ in 0..2 {
+            script.reset(None);
+            for action_number in 1..=30 {
+                let observation = scaled(&script);
+                let action: Vec<f32> = script.expert_action().iter().map(|&a| a as f32).collect();
+                let step = script.step(&action.iter().map(|&a| f64::from(a)).collect::<Vec<_>>());
+                let transition = Transition {
+                    observation: &observation,
+                    action: &action,
+                    reward: step.reward as f32,
+                    next_observation: &scaled(&script),
+                    terminated: false,
+                    truncated: action_number == 30,
+                };
+                expected.push(&transition).unwrap();
+            }
+        }
+        let prior = prior_data(&config, &Stop::default()).unwrap();
+        assert_eq!(prior.len(), 60);
+        // As text, in which a zero has its sign.
+        assert!(format!("{prior:?}") == format!("{expected:?}"), "other numbers than the script's");
+
+        let [own, training] = ["prior", "train-env"].map(|stream| env(stream).reset(None).to_vec());
+        assert_ne!(own, training);
+    }
+}

@@ -1,11 +1,37 @@
 use super::*;
 use crate::{Env, TaskName};
+use rand::SeedableRng;
 use toml::Value;
 
 fn config(space: &str, options: &[(&str, f64)]) -> EnvConfig {
     let mut config = EnvConfig { space: space.parse().unwrap(), ..EnvConfig::of(TaskName::INSERT) };
     config.options.extend(options.iter().map(|(key, value)| (key.to_string(), Value::Float(*value))));
     config
+}
+
+/// The task at the start of the episode of `seed`, with the same draws as those of an environment's own task.
+fn begun(config: &EnvConfig, seed: u64) -> (Insert, Simulation) {
+    let mut task = Insert::new(config).unwrap();
+    let plant = Plant {
+        robot: config.robot.robot(),
+        dt: 0.002,
+        config: physics::SimulationConfig::default(),
+        deviation: physics::Deviation::default(),
+    };
+    let simulation = task.reset(&plant, &mut ChaCha8Rng::seed_from_u64(seed));
+    (task, simulation)
+}
+
+/// The number of this name that a policy or a critic sees.
+fn seen(env: &Env, name: &str) -> f64 {
+    let components = env.observation_components().iter().chain(env.privileged_components());
+    let mut seen = components.zip(env.observation().iter().chain(env.privileged()));
+    let (_, value) = seen.find(|(component, _)| component.name == name).unwrap();
+    f64::from(*value)
+}
+
+fn place(env: &Env, name: &str) -> Vector3 {
+    Vector3::from(["x", "y", "z"].map(|axis| seen(env, &format!("{name}_{axis}"))))
 }
 
 /// The three terms of FORGE's published sizes at distances 0 and 5 cm: 1 / 6 + 1 / 4 + 1 / 2, and by hand.
@@ -74,16 +100,7 @@ fn depth(clearance: f64, aside: f64, heading: f64) -> f64 {
     let config = config("high", &[("clearance_mm", 1e3 * clearance), ("chamfer_mm", 0.0)]);
     let mut env = Env::new(config.clone(), 1).unwrap();
     env.reset(Some(3));
-    let mut task = Insert::new(&config).unwrap();
-    // The same draws as those of the environment's own task.
-    let plant = Plant {
-        robot: env.robot().clone(),
-        dt: 0.002,
-        config: physics::SimulationConfig::default(),
-        deviation: physics::Deviation::default(),
-    };
-    let mut rng = <ChaCha8Rng as rand::SeedableRng>::seed_from_u64(3);
-    task.reset(&plant, &mut rng);
+    let (task, _) = begun(&config, 3);
     let (sin, cos) = libm::sincos(heading);
     let rim = task.running().rim;
     let mut script =
@@ -169,4 +186,94 @@ fn a_blow_costs_the_penalty_if_the_options_say_so() {
         blows += i32::from(force > 10.0);
     }
     assert!(blows > 0);
+}
+
+/// 2.5 mm aside of the axis are too far, 22.5 mm above the base too high for an engaged peg and 1 mm for one that is in.
+#[test]
+fn a_peg_is_engaged_or_in_by_where_its_end_is() {
+    let (mut task, simulation) = begun(&config("mid", &[]), 3);
+    let base = task.running().rim - Vector3::z() * 0.025;
+    for (aside, above, engaged, inserted) in [
+        (0.0, 0.0, 1.0, 1.0),
+        (0.0024, 0.0009, 1.0, 1.0),
+        (0.0026, 0.0009, 0.0, 0.0),
+        (0.0024, 0.0011, 1.0, 0.0),
+        (0.0024, 0.0224, 1.0, 0.0),
+        (0.0024, 0.0226, 0.0, 0.0),
+        (0.02, 0.0, 0.0, 0.0),
+    ] {
+        // The tool point of a hand that looks down is 38.5 mm above the peg's end.
+        let tool = base + Vector3::new(0.6 * aside, -0.8 * aside, above + 0.0385);
+        let pose = Pose::from_parts(Translation3::from(tool), straight_down(&Vector3::x()));
+        let reward = task.reward(&simulation, &Measurement { pose, ..simulation.measure() }, None);
+        let terms = ["engaged", "inserted"].map(|term| reward.terms.value(term));
+        assert_eq!(terms, [engaged, inserted], "{aside} m aside, {above} m above");
+        assert_eq!(reward.success, inserted > 0.0);
+    }
+}
+
+/// The script puts the peg in; then a spring that wants it 5 cm lower presses it on the base with more than is allowed.
+#[test]
+fn the_way_in_earns_its_terms_and_a_force_costs_what_is_beyond_the_allowed() {
+    let mut env = Env::new(config("mid", &[("clearance_mm", 3.0)]), 0).unwrap();
+    env.reset(Some(0));
+    let mut down = vec![0.0; env.action_dim()];
+    down[2] = -1.0;
+    // Actions after which the peg was engaged and not in, in, and pressed too hard.
+    let (mut on_the_way, mut inside, mut pressed) = (0, 0, 0);
+    for _ in 0..200 {
+        let action = if inside > 0 { down.clone() } else { env.expert_action() };
+        let step = env.step(&action);
+        let end = place(&env, "base_to_peg_end_pos");
+        let below = |height: f64| end.xy().norm() < 0.0025 && end.z < height;
+        let (engaged, inserted) = (below(0.0225), below(0.001));
+        let excess = (env.simulation().contact().hand_force() - seen(&env, "allowed_force")).max(0.0);
+        let [is_engaged, is_in, penalty] = ["engaged", "inserted", "penalty"].map(|term| step.reward_terms.value(term));
+        assert_eq!((is_engaged, is_in, step.success), (f64::from(engaged), f64::from(inserted), inserted));
+        assert!((penalty + 0.2 * excess).abs() < 1e-6, "{penalty} for {excess} N");
+        on_the_way += u32::from(engaged && !inserted);
+        inside += u32::from(inserted);
+        pressed += u32::from(excess > 0.0);
+    }
+    assert!(on_the_way > 0 && inside > 0 && pressed > 0, "{on_the_way} {inside} {pressed}");
+}
+
+/// The rim is within 5 cm of the table's middle, believed with 1 mm of error along each axis, and 5 to 10 N are allowed.
+#[test]
+fn each_episode_draws_a_hole_a_belief_and_an_allowed_force() {
+    let mut env = Env::new(config("mid", &[]), 0).unwrap();
+    let mut draws = vec![];
+    for seed in 0..200 {
+        env.reset(Some(seed));
+        let [eef, from_hole, rim, error] =
+            ["eef_pos", "hole_to_eef_pos", "rim_pos", "believed_error"].map(|name| place(&env, name));
+        // A policy counts from the hole as it is believed.
+        assert!((from_hole + rim + error - eef).norm() < 1e-6, "{from_hole} {rim} {error} {eef}");
+        draws.push((rim, error, seen(&env, "allowed_force")));
+    }
+    let ends = |of: &dyn Fn(&(Vector3, Vector3, f64)) -> f64| {
+        let values = || draws.iter().map(of);
+        [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]
+    };
+    for axis in 0..2 {
+        let [low, high] = ends(&|(rim, ..)| rim[axis]);
+        assert!((-0.05..-0.045).contains(&low) && (0.045..0.05).contains(&high), "axis {axis}: {low} to {high} m");
+    }
+    for axis in 0..3 {
+        let squares = draws.iter().map(|(_, error, _)| error[axis].powi(2)).sum::<f64>();
+        // A deviation that is estimated from 200 is itself off by 5 %.
+        let deviation = (squares / 200.0).sqrt();
+        assert!((0.0008..0.0012).contains(&deviation), "axis {axis}: {deviation} m");
+    }
+    let [low, high] = ends(&|(.., allowed)| *allowed);
+    assert!((5.0..5.5).contains(&low) && (9.5..10.0).contains(&high), "{low} to {high} N");
+}
+
+/// It may not look where the hole is.
+#[test]
+fn the_script_sees_the_hole_where_it_is_believed_to_be() {
+    let (task, simulation) = begun(&config("mid", &[]), 3);
+    let Running { rim, believed, .. } = task.running();
+    assert_ne!(believed, rim);
+    assert_eq!(task.seen(&simulation.measure()).rim, *believed);
 }

@@ -1,7 +1,7 @@
 //! The robot in software, the program that drives it, and what the tests read of its log.
 
 use std::collections::HashMap;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -12,6 +12,15 @@ use tempfile::TempDir;
 
 /// Clients know one port: one robot at a time.
 pub static PORT: Mutex<()> = Mutex::new(());
+
+/// Where this variable is set, as `make test-franka` sets it, the robot has to be there.
+const REQUIRE: &str = "REQUIRE_SOFTWARE_ROBOT";
+
+/// Says past the capture of a test's output why the test is skipped.
+fn skip(why: &str) {
+    assert!(std::env::var_os(REQUIRE).is_none(), "{why}, and {REQUIRE} is set");
+    let _ = writeln!(std::io::stderr(), "SKIPPED: {why}");
+}
 
 /// The robot; it ends when its input does, so with this process at the latest.
 pub struct Robot {
@@ -36,7 +45,7 @@ impl Robot {
         let mut child = match started {
             Ok(child) => child,
             Err(error) => {
-                println!("SKIPPED: no Python: {error}");
+                skip(&format!("no Python: {error}"));
                 return None;
             }
         };
@@ -54,7 +63,7 @@ impl Robot {
         }
         let code = child.wait().unwrap().code();
         assert_eq!(code, Some(77), "the software robot did not start: {line}");
-        println!("SKIPPED: franka-sim cannot be installed");
+        skip("franka-sim cannot be installed");
         None
     }
 

@@ -1,6 +1,34 @@
-//! The energy tank pays for what stiffness gains.
+//! The energy tank pays for what stiffness gains and for the work of F_ff and F_cmd.
 
 use super::*;
+use crate::law::action_space::ActionSpace;
+use crate::law::gains::Gains;
+use crate::law::psi::Psi;
+use crate::testing::{adaptive, psi};
+
+/// A tank that never runs dry.
+const LARGE: TankConfig = TankConfig { initial: 100.0, capacity: 1000.0, low: 0.0 };
+
+/// A plant whose tool a hand has held 10 cm aside for two seconds: F_ff = alpha/mu e (1 - exp(-mu t)) = 8.65 N pushes it
+/// back, along -x.
+fn leaning(setup: &HostSetup) -> Plant {
+    let mut plant = Plant::new(setup);
+    plant.y.pose.translation.vector.x += 0.1;
+    for _ in 0..2000 {
+        plant.host.update(&state(&plant.y, &plant.tau), DT);
+    }
+    plant
+}
+
+/// A hand moves the tool along an axis at `speed` (m/s) for half a second. `each` looks on.
+fn drag(plant: &mut Plant, axis: usize, speed: f64, mut each: impl FnMut(&Host)) {
+    (plant.y.qd[axis], plant.y.twist[axis]) = (speed, speed);
+    for _ in 0..500 {
+        plant.y.pose.translation.vector[axis] += speed * DT;
+        plant.host.update(&state(&plant.y, &plant.tau), DT);
+        each(&plant.host);
+    }
+}
 
 /// A hand holds the tool aside. K grows against it, and the tank pays for the growth until it is empty.
 #[test]
@@ -56,12 +84,7 @@ fn a_damper_that_is_cut_fills_the_tank_with_what_is_left_of_it() {
     let tank = TankConfig { initial: 0.0, capacity: 100.0, low: 0.0 };
     let limits = HostLimits { wrench_max: [5.0, f64::INFINITY], tank, ..endless() };
     let mut plant = Plant::new(&HostSetup { limits, ..setup("high") });
-    plant.y.qd[0] = 0.2;
-    plant.y.twist[0] = 0.2;
-    for _ in 0..500 {
-        plant.y.pose.translation.vector.x += 0.2 * DT;
-        plant.host.update(&state(&plant.y, &plant.tau), DT);
-    }
+    drag(&mut plant, 0, 0.2, |_| ());
     let filled = plant.host.tank();
     assert!(filled > 0.1 && filled <= 0.5, "{filled} J");
 }
@@ -92,21 +115,73 @@ fn softening_gives_back_no_more_than_growing_took() {
 /// be.
 #[test]
 fn a_feedforward_that_is_cut_gives_back_what_acted() {
-    let tank = TankConfig { initial: 100.0, capacity: 1000.0, low: 0.0 };
-    let limits = HostLimits { wrench_max: [5.0, f64::INFINITY], tank, ..endless() };
-    let mut plant = Plant::new(&HostSetup { limits, ..setup("aforce") });
-    plant.y.pose.translation.vector.x += 0.1;
-    for _ in 0..2000 {
-        plant.host.update(&state(&plant.y, &plant.tau), DT);
-    }
+    let limits = HostLimits { wrench_max: [5.0, f64::INFINITY], tank: LARGE, ..endless() };
+    let mut plant = leaning(&HostSetup { limits, ..setup("aforce") });
     assert!(plant.host.controller().feedforward()[0] > 8.0, "{}", plant.host.controller().feedforward());
     let before = plant.host.tank();
-    plant.y.qd[0] = 0.2;
-    plant.y.twist[0] = 0.2;
-    for _ in 0..500 {
-        plant.y.pose.translation.vector.x += 0.2 * DT;
-        plant.host.update(&state(&plant.y, &plant.tau), DT);
-    }
+    drag(&mut plant, 0, 0.2, |_| ());
     let gained = plant.host.tank() - before;
     assert!(gained <= 0.5 + 1e-9, "{gained} J");
+}
+
+/// A hand drags the tool against the push of F_ff, and then with it. A twin without F_ff has the same K and the same damper, so their
+/// tanks differ by the work of F_ff alone.
+#[test]
+fn motion_against_feedforward_fills_the_tank_and_motion_with_it_drains_it() {
+    let limits = HostLimits { tank: LARGE, ..endless() };
+    let gained = |alpha: f64, speed: f64| {
+        let space = adaptive(Psi { alpha: Gains::pair(alpha, 0.0), ..psi() });
+        let mut plant = leaning(&HostSetup { limits, space, ..setup("aforce") });
+        let before = plant.host.tank();
+        drag(&mut plant, 0, speed, |_| ());
+        plant.host.tank() - before
+    };
+    // F_ff' = 100 (0.1 + (t + 0.05) v) - F_ff (eqs. 5 and 6) from 8.65 N on, times v, over half a second.
+    for (speed, work) in [(0.1, 0.471), (-0.1, -0.423)] {
+        assert_relative_eq!(gained(100.0, speed) - gained(0.0, speed), work, max_relative = 0.01);
+    }
+}
+
+/// The same for F_cmd: 10 N along the contact axis, beside a twin that is asked for no force.
+#[test]
+fn motion_against_the_force_command_fills_the_tank_and_motion_with_it_drains_it() {
+    let mut setup = HostSetup { limits: HostLimits { tank: LARGE, ..endless() }, ..setup("aforce-force") };
+    // Without gains F_cmd is F_d, whatever is measured.
+    (setup.controller.force.kp, setup.controller.force.ki) = (0.0, 0.0);
+    let gained = |force: f64, speed: f64| {
+        let mut plant = Plant::new(&setup);
+        let action = encode(plant.host.controller().space(), &setup.controller, &Vector6::zeros(), force);
+        plant.host.set_goal(&action).unwrap();
+        plant.y.wrench[2] = 10.0;
+        for _ in 0..200 {
+            plant.host.update(&state(&plant.y, &plant.tau), DT);
+        }
+        assert_eq!(plant.host.controller().engagement(), 1.0);
+        let before = plant.host.tank();
+        drag(&mut plant, 2, speed, |_| ());
+        plant.host.tank() - before
+    };
+    // 10 N over 5 cm.
+    for (speed, work) in [(0.1, 0.5), (-0.1, -0.5)] {
+        assert_relative_eq!(gained(10.0, speed) - gained(0.0, speed), work, max_relative = 0.01);
+    }
+}
+
+/// A hand drags the tool with the push of F_ff, which would do 0.8 J of work. It does what the tank can pay for, and fades.
+#[test]
+fn a_feedforward_that_the_tank_cannot_pay_for_fades() {
+    let tank = TankConfig { initial: 0.3, capacity: 0.3, low: 0.1 };
+    // K neither costs nor gives back, and no damper fills the tank. A hand moves the tool: what is unstable does not show.
+    let frozen = Psi { beta: Gains::all(0.0), gamma: Gains::all(0.0), allow_unstable: true, ..psi() };
+    let space = ActionSpace { damping_ratio: Gains::all(0.0), ..adaptive(frozen) };
+    let mut plant = leaning(&HostSetup { limits: HostLimits { tank, ..endless() }, space, ..setup("aforce") });
+    assert!(plant.host.controller().feedforward()[0] > 8.0, "{}", plant.host.controller().feedforward());
+    let mut given = 0.0;
+    drag(&mut plant, 0, -0.2, |host| {
+        given += host.controller().feedforward()[0] * 0.2 * DT;
+        assert!(host.tank() >= 0.0);
+    });
+    assert!(given > 0.25 && given <= 0.3 + 1e-9, "{given} J");
+    let left = plant.host.controller().feedforward()[0];
+    assert!(left < 0.1, "{left} N");
 }

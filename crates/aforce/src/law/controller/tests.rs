@@ -1,6 +1,7 @@
 //! The whole controller: its formula, its signs, its limits, and a tool that meets a table.
 
 use super::*;
+use crate::law::action_space::RateRule;
 use crate::law::gains::Gains;
 use crate::law::goal::GoalRule;
 use crate::law::interpolator::Interpolation;
@@ -174,6 +175,53 @@ fn the_law_does_not_see_the_contact_axis_once_engaged() {
     // Stiffness has relaxed to its floor there, and no feed-forward pushes.
     assert_eq!(control.stiffness()[2], 50.0);
     assert_relative_eq!(control.feedforward()[2], 0.0, epsilon = 1e-9);
+}
+
+/// Along the contact axis force control says how the tool moves: a damper that ran after the set-point would push against it.
+#[test]
+fn along_an_engaged_axis_the_damper_does_not_follow_the_set_point() {
+    let space = ActionSpace { rate: RateRule::SetPoint, ..space("low-force") };
+    let damper = |push: f64| {
+        let mut y = gantry(INERTIA);
+        y.wrench[2] = push;
+        let mut control = controller(&space, &ControllerConfig::default(), unlimited());
+        control.reset(&y);
+        for _ in 0..100 {
+            control.update(&y);
+        }
+        // Half a step, 2.5 cm, along x and down, in 50 ms.
+        control.set_goal(&action(&space, [0.5, 0.0, -0.5, 0.0, 0.0, 0.0], -1.0), &y);
+        control.update(&y);
+        (control.engagement(), *control.damper_wrench())
+    };
+    // The tool rests: D e_dot = -2 sqrt(K m) x_d_dot, with K = 150 N/m, and 6 kg along x and 12 along z.
+    let along = |x: f64, z: f64| Vector6::new(-2.0 * 900f64.sqrt() * x, 0.0, -2.0 * 1800f64.sqrt() * z, 0.0, 0.0, 0.0);
+    for (push, engagement, expected) in [(0.0, 0.0, along(0.5, -0.5)), (10.0, 1.0, along(0.5, 0.0))] {
+        let (engaged, wrench) = damper(push);
+        assert_eq!(engaged, engagement, "{push} N");
+        assert_relative_eq!(wrench, expected, epsilon = 1e-9);
+    }
+}
+
+/// A spring that a torque limit cuts does not stiffen, whatever the error.
+#[test]
+fn stiffness_does_not_grow_while_its_torque_is_cut() {
+    let weak = Arm { torque_max: [5.0; 7], ..unlimited() };
+    let grown = |anti_windup: bool| {
+        let space = adaptive(Psi { anti_windup, ..*space("aforce").psi().unwrap() });
+        let mut y = gantry(INERTIA);
+        let mut control = controller(&space, &ControllerConfig::default(), weak);
+        control.reset(&y);
+        // 6 cm at 500 N/m ask for 30 N.
+        y.pose.translation.x = 0.06;
+        for _ in 0..200 {
+            control.update(&y);
+        }
+        control.own_stiffness()[0] - 500.0
+    };
+    // dt (beta e - gamma) = 0.002 (72 000 * 0.06 - 2700) = 3.24 N/m a sample. Before the first nothing was cut.
+    assert_relative_eq!(grown(true), 3.24, epsilon = 1e-6);
+    assert_relative_eq!(grown(false), 200.0 * 3.24, epsilon = 1e-6);
 }
 
 #[test]

@@ -62,6 +62,19 @@ fn derivative_opposes_a_rising_force() {
     assert_relative_eq!(control.command(), 9.5, epsilon = 1e-9);
 }
 
+/// The force jumps from 0 to 5 N in the sample in which contact begins: that is no rate.
+#[test]
+fn the_derivative_does_not_kick_at_first_contact() {
+    // Contact in the first sample, and a command that follows at once.
+    let config = ForceConfig { contact_hold: 0.0, command_rate_max: 1e6, ..ForceConfig::default() };
+    let mut control = control(ForceConfig { kp: 0.0, ki: 0.0, kd: 0.01, ..config });
+    control.update(&push(0.0), DT);
+    control.update(&push(5.0), DT);
+    // F_d alone, which begins at 5 N and has gone 2/80 of the way to 10 N; the jump's rate would take 25 N off.
+    assert!(control.in_contact());
+    assert_relative_eq!(control.command(), 5.125, epsilon = 1e-9);
+}
+
 #[test]
 fn the_integral_does_not_wind_up() {
     let mut control = control(ForceConfig::default());
