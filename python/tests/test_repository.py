@@ -55,12 +55,17 @@ def test_another_c_library_is_told_before_the_download(monkeypatch, libc, reason
 
 def test_the_tutorial_of_a_task_runs(tmp_path):
     (tmp_path / "reach.py").symlink_to(ROOT / "python" / "examples" / "reach.py")
-    page, learning = (block.partition("```")[0] for block in TUTORIAL.read_text().split("```python\n")[2:4])
+    page, learning, comparing = (block.partition("```")[0] for block in TUTORIAL.read_text().split("```python\n")[2:5])
     subprocess.run([sys.executable, "-c", page], cwd=tmp_path, check=True)
     assert (tmp_path / "reach.html").stat().st_size > 50_000
     pytest.importorskip("stable_baselines3", reason="the example needs Stable-Baselines3")
     assert "10_000" in learning
     subprocess.run([sys.executable, "-c", learning.replace("10_000", "300")], cwd=tmp_path, check=True)
+    assert "10_000" in comparing and "[11, 12, 13, 14, 15]" in comparing
+    shorter = comparing.replace("10_000", "1000").replace("[11, 12, 13, 14, 15]", "[11]")
+    subprocess.run([sys.executable, "-c", shorter], cwd=tmp_path, check=True)
+    folders = (tmp_path / "exp" / "reach").glob("*/seed_11/evaluations.npz")
+    assert sorted(file.parent.parent.name for file in folders) == ["aforce,sb3", "osc,sb3", "variable,sb3"]
 
 
 @pytest.mark.parametrize("heading", examples())
