@@ -247,7 +247,8 @@ impl Task for Insert {
             ("fine", fine),
             ("engaged", f64::from(engaged)),
             ("inserted", f64::from(success)),
-            ("penalty", -FORCE_PRICE * excess - penalty),
+            ("force", -FORCE_PRICE * excess),
+            ("penalty", -penalty),
         ];
         Reward { terms: terms.into(), success }
     }

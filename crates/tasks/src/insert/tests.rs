@@ -228,9 +228,9 @@ fn the_way_in_earns_its_terms_and_a_force_costs_what_is_beyond_the_allowed() {
         let below = |height: f64| end.xy().norm() < 0.0025 && end.z < height;
         let (engaged, inserted) = (below(0.0225), below(0.001));
         let excess = (env.simulation().contact().hand_force() - seen(&env, "allowed_force")).max(0.0);
-        let [is_engaged, is_in, penalty] = ["engaged", "inserted", "penalty"].map(|term| step.reward_terms.value(term));
+        let [is_engaged, is_in, price] = ["engaged", "inserted", "force"].map(|term| step.reward_terms.value(term));
         assert_eq!((is_engaged, is_in, step.success), (f64::from(engaged), f64::from(inserted), inserted));
-        assert!((penalty + 0.2 * excess).abs() < 1e-6, "{penalty} for {excess} N");
+        assert!((price + 0.2 * excess).abs() < 1e-6, "{price} for {excess} N");
         on_the_way += u32::from(engaged && !inserted);
         inside += u32::from(inserted);
         pressed += u32::from(excess > 0.0);
