@@ -29,7 +29,7 @@ pub struct Config {
     pub n_step: usize,
     /// Fraction by which the target critics move towards the critics, in (0, 1].
     pub tau: f64,
-    /// Updates between two such moves.
+    /// Updates from one move of the target critics to the next.
     pub target_period: u64,
     /// Fraction by which the policy that is evaluated moves towards the actor after each step of the actor, in (0, 1]; 1 is the actor
     /// itself. A mean over the last steps plays more evenly than any of them.
@@ -63,7 +63,7 @@ pub struct Config {
     pub kernels: Kernels,
     /// Actions drawn uniformly at the start of a run, before the first update.
     pub random_steps: u64,
-    /// Updates per environment step after that; 0.5 is one every second step. More learns more from each step until the critics
+    /// Updates per environment step after the random ones; 0.5 is one every second step. More learns more from each step until the critics
     /// overestimate.
     pub updates_per_step: f64,
     /// Transitions kept; the oldest make room. One takes 4 (observation + action + 5) bytes, an

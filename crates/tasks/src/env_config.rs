@@ -27,7 +27,7 @@ pub struct EnvConfig {
     pub robot: RobotChoice,
     /// Actions until an episode is truncated. Door's penalty and all of Wipe's reward are scaled with it.
     pub horizon: u32,
-    /// Standard deviation of the joint angles around the home pose at reset (rad). Angles out of range, and those with which
+    /// Standard deviation of the joint angles around the task's start at reset (rad). Angles out of range, and those with which
     /// the arm would overlap its surroundings by a millimetre, are drawn anew.
     pub initial_noise: f64,
     /// Reward lost per joule of sum |tau qd| dt, in every task; 0: motion is free.
@@ -35,8 +35,8 @@ pub struct EnvConfig {
     /// Whether an episode ends once the task has stood fulfilled for a second. To the learner it is cut short there: its
     /// value goes on.
     pub ends_on_success: bool,
-    /// Whether an episode ends where a real arm would have stopped itself: its last action earns nothing, and to the learner
-    /// the state it ends in is worth nothing. Without it the tables tell when that would have been.
+    /// Whether an episode ends where a real arm would have stopped itself: its last action earns nothing but what motion costs,
+    /// and to the learner the state it ends in is worth nothing. Without it the tables tell when that would have been.
     pub stops: bool,
     /// What a stop costs (reward). With it the episode is cut short where the arm stops, and to the learner its value goes on.
     #[serde(skip_serializing_if = "Option::is_none")]

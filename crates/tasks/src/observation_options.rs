@@ -31,7 +31,7 @@ pub struct ObservationOptions {
 pub enum MarkerView {
     /// Share of the wiped ones; centroid and radius of the others: robosuite's default. Where the line lies is hidden.
     Condensed,
-    /// That, and where the nearest and the farthest of the others lie, seen from the tool: the default here.
+    /// As `condensed`, and where the nearest and the farthest of the others lie, seen from the tool: the default here.
     #[default]
     Ends,
     /// Every marker's place, whether it is wiped, and where it lies seen from the tool: robosuite's form without

@@ -258,7 +258,8 @@ mod tests {
             assert!((value - expected).abs() < 1e-12, "{column}: {value}, not {expected}");
         }
         assert_eq!(outcome.cell("stop_reason"), Cell::Word("hand-force"));
-        let endings: [(&str, fn(&mut Step)); 4] = [
+        type Ending = fn(&mut Step);
+        let endings: [(&str, Ending); 4] = [
             ("success", |last| last.success = true),
             ("terminated", |last| last.terminated = true),
             ("truncated", |last| last.truncated = true),

@@ -39,7 +39,7 @@ pub enum PixelKind {
 pub enum Standpoint {
     /// Where the task is watched from ([`Task::camera`](crate::Task::camera)).
     Task,
-    /// In the hand.
+    /// Beside the hand, looking at a point 2 cm beyond the tool point.
     Hand,
 }
 

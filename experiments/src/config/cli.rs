@@ -31,7 +31,7 @@ pub struct SettingArgs {
     /// Any key of the configuration, for example env.horizon=200 (repeatable)
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_override)]
     pub overrides: Vec<(String, Value)>,
-    /// How far an action may go
+    /// How far an action may go, and whether the arm stops itself
     #[arg(long, value_parser = setup_parser())]
     pub setup: Option<String>,
 }

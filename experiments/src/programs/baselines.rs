@@ -62,7 +62,7 @@ pub struct Arguments {
     /// Joules per action, a dot per row, in FILE.svg, which must not exist
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
-    /// Of the adaptive law: success before a stop and energy by its lowest stiffness, tolerance and sign of delta, in FILE.svg, which must not exist
+    /// For rows of the adaptive law: success before a stop and energy by lowest stiffness, tolerance and sign of delta, in FILE.svg, which must not exist
     #[arg(long, value_name = "FILE")]
     map: Option<PathBuf>,
 }

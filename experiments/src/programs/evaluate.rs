@@ -29,7 +29,7 @@ pub struct Arguments {
     /// Episodes to play
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     episodes: u32,
-    /// The start that a table calls so in its column episode_seed, in place of the evaluation's (repeatable)
+    /// The start with this number in the column episode_seed of a table, in place of the evaluation's (repeatable)
     #[arg(long, value_name = "SEED", value_parser = episode_seed, conflicts_with = "episodes")]
     episode_seed: Vec<u64>,
     /// Play the episodes undisturbed and under every disturbance that this TOML file lists, each in place of env.disturbance

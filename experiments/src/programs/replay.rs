@@ -31,7 +31,7 @@ pub struct Arguments {
     /// Which of the evaluation episodes: its start. What is drawn at random on the way (--random, --sample) is not what `evaluate` drew
     #[arg(long, default_value_t = 0)]
     episode: u32,
-    /// The start that a table calls so in its column episode_seed, in place of one of the evaluation's
+    /// The start with this number in the column episode_seed of a table, in place of one of the evaluation's
     #[arg(long, value_name = "SEED", value_parser = episode_seed, conflicts_with = "episode")]
     episode_seed: Option<u64>,
     /// The episode as a page for a browser: turn it, play it, scrub it, with all curves

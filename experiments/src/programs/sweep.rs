@@ -27,7 +27,7 @@ use output::program::{self, bad};
 /// is 75 then.
 ///
 /// A file with `halving` is a search: after each of those numbers of actions the better half of the candidates of each task
-/// and action space goes on; one whose run fails is the last. Their ranks are written to search.csv. A run that was killed has not failed: the
+/// and action space goes on; a candidate whose run fails is ranked last. Their ranks are written to search.csv. A run that was killed has not failed: the
 /// search stops there, and the same command goes on with it.
 #[derive(Parser)]
 #[command(name = "sweep", version = output::VERSION, after_help = "Example: sweep experiments/configs/study/table-1.toml --list")]

@@ -90,9 +90,9 @@ typedef struct AforceCommand {
   uint32_t reserved;
 } AforceCommand;
 
-// What the controller can tell of its latest sample.
+// What the controller can tell of its latest sample. Vectors of six are along and about the axes of the base.
 typedef struct AforceReadings {
-  // K that acts, in the space's own unit (N/m, Nm/rad; or 1/s^2).
+  // K in the space's own unit (N/m, Nm/rad; or 1/s^2). Along the contact axis the share `engagement` of it does not act.
   double stiffness[6];
   // F_ff as it acts (N, Nm).
   double feedforward[6];
@@ -100,7 +100,7 @@ typedef struct AforceReadings {
   double wrench[6];
   // e = x - x_d (m, rad).
   double error[6];
-  // The set-point x_d: 4 x 4, column-major (m).
+  // The set-point x_d in the base: 4 x 4, column-major (m).
   double set_point[16];
   // What the environment exerts on the tool, as the law reads it (N, Nm).
   double external[6];

@@ -105,11 +105,11 @@ pub struct AforceCommand {
     pub reserved: u32,
 }
 
-/// What the controller can tell of its latest sample.
+/// What the controller can tell of its latest sample. Vectors of six are along and about the axes of the base.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct AforceReadings {
-    /// K that acts, in the space's own unit (N/m, Nm/rad; or 1/s^2).
+    /// K in the space's own unit (N/m, Nm/rad; or 1/s^2). Along the contact axis the share `engagement` of it does not act.
     pub stiffness: [f64; 6],
     /// F_ff as it acts (N, Nm).
     pub feedforward: [f64; 6],
@@ -117,7 +117,7 @@ pub struct AforceReadings {
     pub wrench: [f64; 6],
     /// e = x - x_d (m, rad).
     pub error: [f64; 6],
-    /// The set-point x_d: 4 x 4, column-major (m).
+    /// The set-point x_d in the base: 4 x 4, column-major (m).
     pub set_point: [f64; 16],
     /// What the environment exerts on the tool, as the law reads it (N, Nm).
     pub external: [f64; 6],

@@ -19,11 +19,11 @@ const HOMING: f64 = 0.002;
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GripperSetup {
-    /// Between its fingers when it is open (m).
+    /// Distance between the fingers of the open gripper (m).
     pub open: f64,
-    /// Of its fingers (m/s).
+    /// Speed of the fingers (m/s).
     pub speed: f64,
-    /// With which it grasps (N).
+    /// Force with which the gripper grasps (N).
     pub force: f64,
 }
 

@@ -93,7 +93,7 @@ class Controller:
 
     @property
     def stiffness(self) -> _Numbers:
-        """K as it acts (N/m, Nm/rad); shape (6,)."""
+        """K (N/m, Nm/rad; world axes), of which the share `engagement` does not act along the contact axis; shape (6,)."""
 
     @property
     def own_stiffness(self) -> _Numbers:
