@@ -48,6 +48,8 @@ def check(checker, env):
         if checker == "gymnasium":
             check_env(env.unwrapped, skip_render_check=env.render_mode is None)
         else:
+            # A small picture of depth in metres is none for the default network, which takes bytes and 36 pixels or more.
+            warnings.filterwarnings("ignore", ".*observation (space )?pixels is an image but|The minimal resolution for an image")
             theirs = pytest.importorskip("stable_baselines3.common.env_checker", reason="Stable-Baselines3 is not installed")
             theirs.check_env(env.unwrapped, warn=True)
 
