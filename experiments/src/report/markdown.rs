@@ -35,7 +35,7 @@ pub fn tables(section: Section, groups: &[Group], comparison: &[ComparisonRow], 
     let mut tables = vec![returns(section, &groups), energies(&groups)];
     tables.extend(orders_and_ratios(&groups, &comparison));
     tables.push(safety(&groups));
-    parts.extend(tables.iter().map(MarkdownTable::to_string));
+    parts.extend(tables.into_iter().filter_map(MarkdownTable::told).map(|table| table.to_string()));
     parts.join("\n")
 }
 
@@ -298,6 +298,20 @@ impl MarkdownTable {
     fn new(header: &[&str]) -> Self {
         MarkdownTable { header: header.iter().map(ToString::to_string).collect(), rows: vec![] }
     }
+
+    /// The table without the columns in which no row tells anything; `None` if only the first column is left. Runs of
+    /// other learners tell neither energy nor force, and of most tasks nothing is published.
+    fn told(mut self) -> Option<Self> {
+        let tells = |cell: &String| cell.contains(|c: char| !"-;, ".contains(c));
+        let keeps: Vec<bool> = (0..self.header.len())
+            .map(|column| column == 0 || self.rows.iter().any(|row| tells(&row[column])))
+            .collect();
+        for row in self.rows.iter_mut().chain([&mut self.header]) {
+            let mut keeps = keeps.iter();
+            row.retain(|_| keeps.next() == Some(&true));
+        }
+        (self.header.len() > 1).then_some(self)
+    }
 }
 
 impl Display for MarkdownTable {
@@ -364,7 +378,19 @@ mod tests {
                 && against.ends_with("| 19 |"),
             "{against}"
         );
-        assert!(safety.starts_with("| `variable` | 0.25 +- 0.00 |  | 148.0 +- 0.0 | -; - | 149 | -; - |"), "{safety}");
+        assert!(safety.starts_with("| `variable` | 0.25 +- 0.00 | 148.0 +- 0.0 | 149 |"), "{safety}");
+    }
+
+    #[test]
+    fn what_no_run_tells_is_left_out() {
+        let mut all = runs("soft", 3);
+        all.iter_mut().for_each(|run| set(run, "energy_per_action_j", Cell::Real(5.0)));
+        let whole = text(&all);
+        all.iter_mut().for_each(|run| set(run, "energy_per_action_j", Cell::Real(f64::NAN)));
+        let told = text(&all);
+        assert!(whole.contains("J per action, training") && !whole.contains("published"), "{whole}");
+        assert!(!told.contains("J per action") && !told.contains("| - |"), "{told}");
+        assert!(told.contains("final return") && told.lines().all(|line| !line.contains("|  |")), "{told}");
     }
 
     #[test]
@@ -398,6 +424,6 @@ mod tests {
         assert!(text(&all).contains("450 after, thousand actions"));
         all.iter_mut().for_each(|run| run.task = "insert".into());
         let told = text(&all);
-        assert!(!told.contains("450 after") && told.contains("success at the end"), "{told}");
+        assert!(!told.contains("450 after") && told.contains("mean of the whole curve"), "{told}");
     }
 }
