@@ -232,6 +232,13 @@ fn change_of_insert(group: &str, run: &mut RunConfig) {
         "half-mm" => {
             run.env.options.insert("clearance_mm".into(), 0.5.into());
         }
+        "114-um" => {
+            run.env.options.insert("clearance_mm".into(), 0.114.into());
+        }
+        "2-cm" => {
+            run.env.controller.position_step = 0.02;
+            run.env.controller.rotation_step = 0.097;
+        }
         other => panic!("{other}"),
     }
 }
@@ -263,7 +270,7 @@ fn groups_of_insertion_differ_in_what_they_are_about() {
         assert_eq!(run, like, "{id}");
         groups.entry(format!("{},{}", id.space, run.variant)).or_insert_with(Vec::new).push(run.seed);
     }
-    assert_eq!(groups.len(), 11);
+    assert_eq!(groups.len(), 15);
     for (group, seeds) in groups {
         assert!(seeds.into_iter().eq(21..=if group.ends_with("half-mm") { 30 } else { 25 }), "{group}");
     }

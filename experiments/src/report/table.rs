@@ -1,6 +1,27 @@
 //! Which tables a run may leave.
 
+use tasks::columns::{Over, run_numbers};
+
 use crate::run::csv_writer::DIGITS;
+
+/// Which training episode it was, and how it ended.
+const KEPT_OF_TRAINING: [&str; 15] = [
+    "schema",
+    "step",
+    "episode",
+    "return",
+    "length",
+    "success",
+    "success_any",
+    "success_held",
+    "time_to_success_s",
+    "max_contact_force_n",
+    "terminated",
+    "truncated",
+    "stop_time_s",
+    "stop_reason",
+    "success_before_stop",
+];
 
 /// The tables that a run may leave, each a file of its folder and a file of the archive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,10 +66,10 @@ impl Table {
         }
     }
 
-    /// Whether the archive keeps a column. What an episode took until its success, and while the task stood fulfilled, is read from evaluations alone.
-    /// Of training episodes only the times of both are kept, as the other columns were a fifth of the bytes.
+    /// Whether the archive keeps a column. Of training episodes it keeps those of which a table of runs tells something, and a few that tell an
+    /// episode's end: evaluations have every column, and a training episode has noise in its actions.
     pub fn keeps(self, column: &str) -> bool {
-        let of_a_success = column.contains("_to_success") || column.starts_with("fulfilled_");
-        self != Table::Episodes || !of_a_success || matches!(column, "time_to_success_s" | "fulfilled_time_s")
+        let told = || run_numbers(Over::Training).any(|(known, _)| known.name == column);
+        self != Table::Episodes || KEPT_OF_TRAINING.contains(&column) || told()
     }
 }
