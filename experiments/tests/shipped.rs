@@ -235,6 +235,15 @@ fn change_of_insert(group: &str, run: &mut RunConfig) {
         "114-um" => {
             run.env.options.insert("clearance_mm".into(), 0.114.into());
         }
+        "measured-arm" | "measured-arm-half-mm" | "blows-dear" => {
+            if group != "blows-dear" {
+                run.env.robot = RobotName::Identified.into();
+            }
+            let clearance = if group.ends_with("half-mm") { 0.5 } else { 1.0 };
+            run.env.options.insert("clearance_mm".into(), clearance.into());
+            run.env.options.insert("penalty".into(), true.into());
+            run.env.force_penalty = ForcePenalty { of: CountedForce::Hand, limit: 8.0, weight: 1.0 };
+        }
         "2-cm" => {
             run.env.controller.position_step = 0.02;
             run.env.controller.rotation_step = 0.097;
@@ -270,9 +279,9 @@ fn groups_of_insertion_differ_in_what_they_are_about() {
         assert_eq!(run, like, "{id}");
         groups.entry(format!("{},{}", id.space, run.variant)).or_insert_with(Vec::new).push(run.seed);
     }
-    assert_eq!(groups.len(), 15);
+    assert_eq!(groups.len(), 20);
     for (group, seeds) in groups {
-        assert!(seeds.into_iter().eq(21..=if group.ends_with("half-mm") { 30 } else { 25 }), "{group}");
+        assert!(seeds.into_iter().eq(21..=if group.ends_with(",half-mm") { 30 } else { 25 }), "{group}");
     }
 }
 
