@@ -82,8 +82,8 @@ fn the_readme_tells_what_a_tuned_constant_does_and_who_opens_doors() {
     let stiff = percent(mean(&numbers("study/allowed.csv", &stiff, "allowed")));
     for sentence in [
         format!(
-            "finishes before a stop in {lift} and {wipe} of the episodes, in Door in {door}. \
-             There an untuned, softer one does in {stiff}."
+            "finishes before a stop in {lift} (Lift), {wipe} (Wipe) and {door} (Door) of the episodes. \
+             In Door an untuned, softer one does in {stiff}."
         ),
         format!("AFORCE opens {aforce} of the doors in the last five evaluations,\n  variable {variable}"),
     ] {
@@ -106,8 +106,8 @@ fn the_readme_tells_how_often_the_peg_is_in() {
         format!("{:.0}", 100.0 * numbers("insert/summary.csv", &of_group, "mean")[0])
     });
     let sentence = format!(
-        "insert a peg in {aforce}, {variable} and {constant} % of the starts.\n  \
-         Without felt force AFORCE inserts {unfelt} %, the constant {constant_unfelt} %."
+        "inserts {aforce} % of the pegs, *variable* {variable} %, a constant {constant} %.\n  \
+         If the policy observes no force, AFORCE inserts {unfelt} %, the constant {constant_unfelt} %."
     );
     assert!(page.contains(&sentence), "{sentence}");
 }
