@@ -46,6 +46,7 @@ fn committed_runs_are_those_of_the_shipped_sweeps() {
         "second-study/condensed.toml",
         "second-study/hidden.toml",
         "second-study/psi-learned.toml",
+        "second-study/arm.toml",
         "insert/again.toml",
     ];
     let others = others.map(String::from);
