@@ -19,7 +19,7 @@ import numpy as np
 
 ROBOTS = ["robosuite", "identified", "fr3"]
 # Stiffness of the space (N/m, Nm/rad), and the step of an action (m).
-SET_UPS = [([565.0, 28.0], 0.006), ([565.0, 28.0], 0.02), ([100.0, 30.0], 0.02)]
+SET_UPS = [([565, 28], 0.006), ([565, 28], 0.02), ([100, 30], 0.02)]
 SHARES = [0.3, 0.5, 0.75, 1.0]
 EPISODES = 20
 # A touch that tells of a blow (N): below it the peg may slide along the chamfer.

@@ -83,7 +83,9 @@ def record(episode, name):
         disc = {"lengths": [0.001], "radii": [decal["radius"]], "centers": [decal["centre"]], "fill_mode": "solid"}
         for frame, color in decal["colors"]:
             rr.set_time("time", duration=times[frame])
-            log([SCENE, "decals", str(index)], rr.Cylinders3D(colors=[color], **disc))
+            # Without a colour it is not there from then on.
+            drawn = rr.Clear(recursive=False) if color is None else rr.Cylinders3D(colors=[color], **disc)
+            log([SCENE, "decals", str(index)], drawn)
 
     tool, force = floats(episode["tool"], 3), floats(episode["force"], 3)
     log([SCENE, "force"], rr.Arrows3D.from_fields(colors=[FORCE_COLOR], radii=[0.006]), static=True)

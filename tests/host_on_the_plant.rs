@@ -26,7 +26,7 @@ fn setup(interface: ArmInterface) -> HostSetup {
             position_step: 0.02,
             rotation_step: 0.15,
             interpolation: Interpolation::JerkLimited { dynamics: 0.15 },
-            force: ForceConfig { ki: 16.0, ..ForceConfig::default() },
+            force: ForceConfig { force_max: 30.0, ki: 16.0, ..ForceConfig::default() },
             ..ControllerConfig::default()
         },
         space,

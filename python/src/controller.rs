@@ -1,5 +1,6 @@
 //! The control law alone.
 
+use aforce::host::contact_axis;
 use aforce::{ActionSpace, Arm, Jacobian, JointMatrix, JointVector, Pose, Vector3, Vector6, Wrench};
 use nalgebra::{Matrix3, Quaternion, Translation3, UnitQuaternion, UnitVector3};
 use numpy::{PyArray1, PyUntypedArrayMethods};
@@ -180,9 +181,8 @@ impl Controller {
         if let Some(limits) = torque_rate_limits {
             arm.torque_rate_max = joints(limits, "torque_rate_limits")?;
         }
-        let axis = contact_axis.map_or(Ok(vec![0.0, 0.0, 1.0]), |axis| numbers(axis, "contact_axis", &[3]))?;
-        let controller =
-            aforce::Controller::new(&env.space, &env.controller, &arm, direction(axis)?).map_err(value_error)?;
+        let axis = contact_axis.map_or_else(|| Ok(Vector3::z_axis()), direction)?;
+        let controller = aforce::Controller::new(&env.space, &env.controller, &arm, axis).map_err(value_error)?;
         Ok(Self(Exclusive::new(Law { controller, config: env.controller, ready: false })))
     }
 
@@ -206,7 +206,7 @@ impl Controller {
 
     /// Turns the direction, world axes, in which the environment pushes on the tool.
     fn set_contact_axis(&self, axis: &Bound<'_, PyAny>) -> PyResult<()> {
-        let axis = direction(numbers(axis, "contact_axis", &[3])?)?;
+        let axis = direction(axis)?;
         self.0.with(|law| {
             law.controller.set_contact_axis(axis);
             Ok(())
@@ -314,11 +314,10 @@ impl Controller {
     }
 }
 
-fn direction(axis: Vec<f64>) -> PyResult<UnitVector3<f64>> {
-    UnitVector3::try_new(Vector3::from_vec(axis), 1e-9)
-        // The norm of large entries overflows, and what is divided by it is no unit vector.
-        .filter(|axis| (axis.norm() - 1.0).abs() < 1e-6)
-        .ok_or_else(|| value_error("contact_axis has no direction"))
+/// The unit vector along a contact axis.
+fn direction(axis: &Bound<'_, PyAny>) -> PyResult<UnitVector3<f64>> {
+    let axis = Vector3::from_vec(numbers(axis, "contact_axis", &[3])?);
+    contact_axis(axis.into()).map_err(value_error)
 }
 
 fn seven(pose: &Pose) -> Vec<f64> {

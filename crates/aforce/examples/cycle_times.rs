@@ -13,7 +13,7 @@ mod arm;
 use std::time::Instant;
 
 use aforce::host::{ArmInterface, Host, HostLimits, HostSetup, Status};
-use aforce::{Arm, ControllerConfig, Interpolation};
+use aforce::{Arm, ControllerConfig, ForceConfig, Interpolation};
 use arm::{BallArm, HOME};
 
 const CYCLES: usize = 1_000_000;
@@ -33,6 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             position_step: 0.02,
             rotation_step: 0.15,
             interpolation: Interpolation::JerkLimited { dynamics: 0.15 },
+            force: ForceConfig { force_max: 30.0, ..ForceConfig::default() },
             ..ControllerConfig::default()
         },
         space: "aforce-force".parse()?,

@@ -85,7 +85,7 @@ impl Arm {
     /// # Errors
     /// If a limit is NaN or negative.
     pub(crate) fn torque_limits(&self) -> Result<TorqueLimits, ConfigError> {
-        TorqueLimits::new(self.torque_max.into(), Some(self.torque_rate_max.into()))
+        TorqueLimits::new(self.torque_max.into(), self.torque_rate_max.into())
     }
 
     /// Checks that ranges, speeds, torques, torque rates and tool limits lie within those of `other`. Rotor inertia is

@@ -159,7 +159,7 @@ fn hosts() -> Vec<Host> {
                 interpolation: Interpolation::JerkLimited { dynamics: 0.3 },
                 ..ControllerConfig::default()
             };
-            controller.force.kd = 0.01;
+            (controller.force.kd, controller.force.force_max) = (0.01, 30.0);
             let interface = ArmInterface {
                 wrench: if limits == narrow {
                     WrenchSource::Observed { cutoff_hz: 25.0 }

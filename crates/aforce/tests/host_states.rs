@@ -3,7 +3,7 @@
 mod arm;
 
 use aforce::host::{ArmInterface, ArmState, Fault, Host, HostLimits, HostSetup, Status};
-use aforce::{Arm, ControllerConfig, Interpolation, JointMatrix, JointVector, Vector3, Wrench};
+use aforce::{Arm, ControllerConfig, ForceConfig, Interpolation, JointMatrix, JointVector, Vector3, Wrench};
 use arm::{BallArm, HOME};
 
 const DT: f64 = 0.001;
@@ -21,6 +21,7 @@ fn setup(space: &str, interface: ArmInterface) -> HostSetup {
             position_step: 0.02,
             rotation_step: 0.15,
             interpolation: Interpolation::JerkLimited { dynamics: 0.1 },
+            force: ForceConfig { force_max: 30.0, ..ForceConfig::default() },
             ..ControllerConfig::default()
         },
         space: space.parse().unwrap(),

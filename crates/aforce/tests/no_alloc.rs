@@ -7,8 +7,8 @@ use std::cell::Cell;
 
 use aforce::host::{ArmInterface, Host, HostLimits, HostSetup, Status};
 use aforce::{
-    ActionSpace, Arm, Controller, ControllerConfig, Interpolation, Jacobian, JointMatrix, JointVector, Measurement,
-    Pose, Twist, Vector3, Wrench,
+    ActionSpace, Arm, Controller, ControllerConfig, ForceConfig, Interpolation, Jacobian, JointMatrix, JointVector,
+    Measurement, Pose, Twist, Vector3, Wrench,
 };
 use arm::{BallArm, HOME};
 
@@ -89,6 +89,7 @@ fn a_hosts_cycle_allocates_nothing() {
         controller: ControllerConfig {
             control_hz: 1000,
             interpolation: Interpolation::JerkLimited { dynamics: 0.3 },
+            force: ForceConfig { force_max: 30.0, ..ForceConfig::default() },
             ..ControllerConfig::default()
         },
         space: "aforce-force".parse().unwrap(),

@@ -177,7 +177,8 @@ fn percentile(sorted: &[f64], share: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
     let at = share * last as f64;
     let (below, above) = (sorted[at.floor() as usize], sorted[at.ceil() as usize]);
-    below + (above - below) * at.fract()
+    // The difference of two infinite values is no number.
+    if below == above && below.is_infinite() { below } else { below + (above - below) * at.fract() }
 }
 
 #[cfg(test)]
@@ -251,6 +252,12 @@ mod tests {
     fn too_few_values_are_no_number() {
         assert!(quantile(&[], 0.9).is_nan() && (quantile(&[3.0, 1.0, 2.0], 0.9) - 2.8).abs() < 1e-12);
         assert!(mean(&[]).is_nan() && median(&[]).is_nan());
+        let infinite = [f64::INFINITY, 1.0, f64::INFINITY, f64::INFINITY];
+        assert_eq!(
+            [0.0, 0.5, 0.8, 1.0].map(|share| quantile(&infinite, share)),
+            [1.0, f64::INFINITY, f64::INFINITY, f64::INFINITY]
+        );
+        assert_eq!(median(&[f64::NEG_INFINITY; 2]), f64::NEG_INFINITY);
         assert!(deviation(&[]).is_nan() && deviation(&[1.0]).is_nan());
         assert_eq!((median(&[1.0]), iqm(&[1.0]), interval(&[&[1.0]], |s| iqm(&s[0]))), (1.0, 1.0, [1.0, 1.0]));
         assert_eq!(welch_interval(&[1.0], &[1.0, 2.0]), None);

@@ -52,8 +52,8 @@ impl Drag {
         Drag { centre, axes: Some(axes).filter(|axes| !axes.is_identity(0.0)), ..self }
     }
 
-    /// Force, and moment about the origin of the carrying body's frame, at the velocity of that origin and of rotation;
-    /// all in the frame's axes.
+    /// Force (N), and moment (Nm) about the origin of the carrying body's frame, at the velocity of that origin (m/s) and of
+    /// rotation (rad/s); all in the frame's axes.
     #[inline]
     pub fn load(&self, [v, omega]: [Vector3; 2]) -> [Vector3; 2] {
         let resisted = |velocity: Vector3, part: usize| -> Vector3 {

@@ -3,6 +3,7 @@
 use aforce::{Pose, Vector3};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
+use physics::camera::Decal;
 use physics::{Simulation, Solid};
 use serde::ser::{Serialize, Serializer};
 use serde_json::{Value, json};
@@ -68,13 +69,19 @@ pub struct Recording {
     diverged: Vec<usize>,
 }
 
-/// A decal through time.
+/// A decal through time: one that moves or changes its size is another from then on.
 #[derive(Debug, Clone)]
 struct DecalTrack {
     centre: [f64; 3],
     radius: f64,
-    /// Frame from which on, and colour.
-    colors: Vec<(usize, [u8; 3])>,
+    /// Frame from which on, and colour; without one it is not there.
+    colors: Vec<(usize, Option<[u8; 3]>)>,
+}
+
+impl DecalTrack {
+    fn is_of(&self, decal: &Decal) -> bool {
+        (self.centre, self.radius) == (decal.centre, decal.radius)
+    }
 }
 
 impl Recording {
@@ -90,16 +97,7 @@ impl Recording {
         self.tool.extend(tool(env).iter().copied());
         self.force.extend(contact_force(simulation).iter().copied());
         self.stiffness.extend(acting_stiffness(env));
-        for decal in env.task().decals() {
-            match self.decals.iter_mut().find(|track| track.centre == decal.centre) {
-                Some(track) if track.colors.last().is_some_and(|last| last.1 == decal.color) => {}
-                Some(track) => track.colors.push((self.frames, decal.color)),
-                None => {
-                    let colors = vec![(self.frames, decal.color)];
-                    self.decals.push(DecalTrack { centre: decal.centre, radius: decal.radius, colors });
-                }
-            }
-        }
+        self.add_decals(&env.task().decals());
         self.goal.extend(seven(env.controller().goal()));
         let interval = &step.interval;
         for (list, happened) in [
@@ -115,6 +113,21 @@ impl Recording {
             }
         }
         self.frames += 1;
+    }
+
+    /// Takes in the decals of a frame. Of two at the same place the last one is seen.
+    fn add_decals(&mut self, decals: &[Decal]) {
+        for decal in decals {
+            if !self.decals.iter().any(|track| track.is_of(decal)) {
+                self.decals.push(DecalTrack { centre: decal.centre, radius: decal.radius, colors: vec![] });
+            }
+        }
+        for track in &mut self.decals {
+            let color = decals.iter().rfind(|decal| track.is_of(decal)).map(|decal| decal.color);
+            if track.colors.last().is_none_or(|last| last.1 != color) {
+                track.colors.push((self.frames, color));
+            }
+        }
     }
 
     fn start(&mut self, env: &Env) {
@@ -182,4 +195,43 @@ fn acting_stiffness(env: &Env) -> [f64; 3] {
 fn seven(pose: &Pose) -> [f64; 7] {
     let (p, q) = (pose.translation.vector, pose.rotation);
     [p.x, p.y, p.z, q.w, q.i, q.j, q.k]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A mark that goes and comes back, one that moves, one that grows, and one that comes later.
+    #[test]
+    fn decals_are_where_and_when_they_were() {
+        let at = |x: f64, radius: f64| Decal { centre: [x, 0.0, 0.9], radius, color: [1, 2, 3] };
+        let stays = Decal { color: [9, 9, 9], ..at(9.0, 0.1) };
+        let frames = [
+            vec![stays, at(0.0, 0.1), at(1.0, 0.1), at(3.0, 0.1)],
+            vec![stays, at(1.5, 0.1), at(3.0, 0.2)],
+            vec![stays, at(0.0, 0.1), at(1.5, 0.1), at(3.0, 0.2), at(4.0, 0.1)],
+        ];
+        let mut recording = Recording::default();
+        for decals in &frames {
+            recording.add_decals(decals);
+            recording.frames += 1;
+        }
+        let said = recording.json();
+        let tracks = said["decals"].as_array().unwrap();
+        for (frame, decals) in frames.iter().enumerate() {
+            // As the page draws it: the last colour that has begun, unless that is none.
+            let drawn = tracks.iter().filter_map(|track| {
+                let colors = track["colors"].as_array().unwrap();
+                let color = &colors.iter().rfind(|change| change[0].as_u64().unwrap() <= frame as u64)?[1];
+                let decal = json!([track["centre"], track["radius"], color]);
+                (!color.is_null()).then(|| decal.to_string())
+            });
+            let there = decals.iter().map(|decal| json!([decal.centre, decal.radius, decal.color]).to_string());
+            let [mut drawn, mut there] = [drawn.collect::<Vec<_>>(), there.collect()];
+            drawn.sort();
+            there.sort();
+            assert_eq!(drawn, there, "frame {frame}");
+        }
+        assert_eq!(tracks[0]["colors"], json!([[0, [9, 9, 9]]]), "what stays says so once");
+    }
 }

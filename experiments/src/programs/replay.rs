@@ -77,16 +77,10 @@ pub struct Arguments {
 }
 
 /// The views by name.
-const VIEWS: [(&str, View, &str); 4] = [
-    ("task", View::Task, "The task's own"),
-    ("front", View::Front, "From in front of the robot"),
-    ("side", View::Side, "From the robot's right"),
-    ("top", View::Top, "From above, the robot at the top"),
-];
-
 fn view_parser() -> impl TypedValueParser<Value = View> {
-    PossibleValuesParser::new(VIEWS.map(|(name, _, help)| PossibleValue::new(name).help(help)))
-        .map(|given| VIEWS.into_iter().find(|(name, ..)| *name == given).expect("one of the possible values").1)
+    let values = View::ALL.map(View::option).map(|(name, help)| PossibleValue::new(name).help(help));
+    PossibleValuesParser::new(values)
+        .map(|given| View::ALL.into_iter().find(|view| view.option().0 == given).expect("one of the possible values"))
 }
 
 /// A number above zero.

@@ -42,9 +42,10 @@ pub fn read(folder: &Path) -> Result<(RunConfig, Vec<(Table, CsvTable)>)> {
     Ok((config, tables))
 }
 
-/// Every table of training episodes in a folder.
+/// Every table of training episodes in a folder, sorted by name, which is the order of episodes that ended at the same moment.
 fn monitors(folder: &Path) -> Result<Vec<Monitor>> {
-    let paths: Vec<PathBuf> = fs_err::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<Result<_>>()?;
+    let mut paths: Vec<PathBuf> = fs_err::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<Result<_>>()?;
+    paths.sort();
     let is_monitor = |path: &&PathBuf| {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         path.is_file() && (name == MONITOR || name.ends_with(&format!(".{MONITOR}")))
@@ -257,6 +258,12 @@ mod tests {
         assert_eq!(training.column("return").unwrap(), ["1.5", "3.5", "2.5"]);
         assert_eq!(training.steps().unwrap(), [10, 30, 40]);
         assert_eq!(progress.column("wall_s").unwrap(), ["1", "2.5", "4"]);
+        // At the same moment: by name, whichever was written first.
+        for name in (0..9).rev() {
+            monitor(&format!("{name}.monitor.csv"), 100.0, &format!("{name}.5,10,1.0\n"));
+        }
+        let [training, _] = trained(folder.path(), &monitors(folder.path()).unwrap());
+        assert_eq!(training.column("return").unwrap(), ["0.5", "1.5", "2.5", "3.5", "4.5", "5.5", "6.5", "7.5", "8.5"]);
         monitor("0.monitor.csv", 100.0, "1.5,ten,1.0\n");
         let told = format!("{:#}", monitors(folder.path()).err().unwrap());
         assert!(told.contains("0.monitor.csv: line 3") && told.contains("ten"), "{told}");

@@ -45,7 +45,7 @@ static const char *const SETUP =
     "position_step = 0.05\n"
     "rotation_step = 0.5\n"
     "interpolation.linear.ramp_ratio = 1\n"
-    "force.ki = 4\n";
+    "force = { ki = 4, force_max = 50 }\n";
 
 static AforceHost host; // Zeroed, as aforce_init wants it.
 static char message[256];

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{SyncSender, sync_channel};
 
 use anyhow::{Context, Result, ensure};
-use franka::Gripper;
+use franka::{FrankaResult, Gripper};
 use serde::Deserialize;
 
 use crate::protocol::Fingers;
@@ -106,11 +106,10 @@ impl Hand {
         let moving = Arc::clone(&fingers);
         std::thread::spawn(move || {
             for () in received {
-                // Closes until something stops the fingers. `grasp` answers `false` with nothing between them.
                 let done = if moving.close.load(Ordering::Relaxed) {
-                    gripper.grasp(0.0, setup.speed, setup.force, EMPTY, setup.open)
+                    closed(gripper.grasp(0.0, setup.speed, setup.force, EMPTY, setup.open))
                 } else {
-                    gripper.move_gripper(setup.open, setup.speed)
+                    opened(gripper.move_gripper(setup.open, setup.speed))
                 };
                 if let Err(error) = done {
                     return moving.fail(&error);
@@ -146,8 +145,24 @@ impl Hand {
     }
 }
 
-/// An address of version 6 has more than one colon.
+/// A grasp ends where something stops the fingers. Its tolerances allow every width, so that a hand answers `true` also with nothing
+/// between them: whether it holds something is told by the width ([`Shared::tell`]) and not by the answer.
+fn closed(answer: FrankaResult<bool>) -> Result<()> {
+    answer?;
+    Ok(())
+}
+
+/// A hand answers `false` where its fingers did not come to the width that it was told.
+fn opened(answer: FrankaResult<bool>) -> Result<()> {
+    ensure!(answer?, "the fingers did not open");
+    Ok(())
+}
+
+/// An address of version 6 has more than one colon, and stands in brackets before a port.
 fn without_port(address: &str) -> &str {
+    if let Some((host, _)) = address.strip_prefix('[').and_then(|rest| rest.split_once(']')) {
+        return host;
+    }
     match address.split_once(':') {
         Some((host, port)) if !port.contains(':') => host,
         _ => address,
@@ -162,6 +177,7 @@ mod tests {
     fn the_robots_port_is_not_the_grippers() {
         assert_eq!(without_port("172.16.0.2:1337"), "172.16.0.2");
         assert_eq!((without_port("fr3.local"), without_port("fe80::1")), ("fr3.local", "fe80::1"));
+        assert_eq!((without_port("[::1]:1337"), without_port("[fe80::1]")), ("::1", "fe80::1"));
     }
 
     #[test]
@@ -174,6 +190,14 @@ mod tests {
         ] {
             assert!(setup.validate().unwrap_err().to_string().starts_with(told));
         }
+    }
+
+    #[test]
+    fn fingers_that_do_not_open_are_a_failure_and_an_empty_grasp_is_none() {
+        let broken = || Err(franka::FrankaError::Command("aborted".into()));
+        assert_eq!(opened(Ok(false)).unwrap_err().to_string(), "the fingers did not open");
+        assert!(opened(Ok(true)).is_ok() && closed(Ok(true)).is_ok() && closed(Ok(false)).is_ok());
+        assert!(opened(broken()).is_err() && closed(broken()).is_err());
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use aforce::host::{CompensatedBy, Host, HostSetup, InertiaSide, WrenchAxes, WrenchSource};
+use aforce::host::{CompensatedBy, Host, HostSetup, InertiaSide, WrenchAxes, WrenchSource, contact_axis};
 use aforce::{Arm, Vector3};
 use anyhow::{Context, Result, anyhow, ensure};
 use franka::{FciVersion, RealtimeConfig, Robot, RobotMode, RobotState};
@@ -91,7 +91,7 @@ fn with_robot(
         model: &model,
         read: &read,
         setup,
-        contact_axis: Vector3::from(setup.contact_axis).normalize(),
+        contact_axis: contact_axis(setup.contact_axis)?.into_inner(),
         host,
         source,
         hand,
@@ -127,7 +127,7 @@ fn check_arguments(args: &Args, setup: &HostSetup) -> Result<()> {
         args.rehearse_table.is_none() || reported && interface.wrench_axes == WrenchAxes::Base,
         "--rehearse-table adds to a wrench that the arm reports in base axes: see interface.wrench and wrench_axes"
     );
-    let up = (Vector3::from(setup.contact_axis).normalize() - Vector3::z()).norm() < 1e-6;
+    let up = (contact_axis(setup.contact_axis)?.into_inner() - Vector3::z()).norm() < 1e-6;
     for (option, given) in [("--script wipe", wipes), ("--rehearse-table", args.rehearse_table.is_some())] {
         ensure!(
             !given || up,
@@ -153,6 +153,11 @@ fn read_setup(args: &Args) -> Result<(HostSetup, RobotSetup)> {
         setup.interface.gravity == CompensatedBy::Arm,
         "{name}: interface.gravity is \"law\": a Franka compensates gravity itself, twice would throw it up; \
          interface = \"franka\", or {{ extends = \"franka\", .. }}"
+    );
+    ensure!(
+        setup.interface.coriolis == CompensatedBy::Law,
+        "{name}: interface.coriolis is \"arm\": a Franka leaves Coriolis forces to whoever commands its torques, \"law\" \
+         would be right"
     );
     ensure!(
         setup.interface.inertia == InertiaSide::Link,

@@ -22,7 +22,8 @@ pub struct HostLimits {
     pub wrench_max: [f64; 2],
     /// Largest rate of that wrench (N/s, Nm/s).
     pub wrench_rate_max: [f64; 2],
-    /// Largest wrench that the environment may exert on the tool (N, Nm); a larger one is a fault.
+    /// Largest wrench that the environment may exert on the tool (N, Nm); a larger one is a fault. The force that an action
+    /// may ask for, [`ForceConfig::force_max`](crate::ForceConfig::force_max), must stay at four fifths of it or below.
     pub external_max: [f64; 2],
     /// Goals are moved into this box (m, base frame): its lower and its upper corner.
     pub workspace: [[f64; 3]; 2],

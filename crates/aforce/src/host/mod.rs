@@ -35,7 +35,7 @@ pub use interface::{
 };
 pub use limits::HostLimits;
 pub use running::Host;
-pub use setup::{HostSetup, SetupError};
+pub use setup::{HostSetup, SetupError, contact_axis};
 pub use status::{Command, Fault, Limited, NotTaken, Status};
 pub use tank::TankConfig;
 

@@ -13,6 +13,7 @@ use crate::law::built_in::{RecordError, UnknownActionSpace};
 use crate::law::commanded_psi::PsiParameter;
 use crate::law::config::ControllerConfig;
 use crate::law::controller::Controller;
+use crate::law::force::ForceConfig;
 use crate::law::goal::GoalRule;
 use crate::law::interpolator::Interpolation;
 use crate::record::{self, Problem};
@@ -20,6 +21,8 @@ use crate::spatial::Vector3;
 
 /// Lever (m) at which the largest force must be held by the strongest joint.
 const SHORT_LEVER: f64 = 0.25;
+/// Largest share of the force that is a fault which an action may ask for: while it is held, the force swings about it.
+const PRESS_SHARE: f64 = 0.8;
 /// Largest stiffness of a joint's hold (Nm/rad), and its least damping ratio.
 const HOLD_STIFFNESS_MAX: f64 = 1000.0;
 const HOLD_RATIO: f64 = 0.3;
@@ -78,7 +81,7 @@ impl HostSetup {
     /// changes some (`{ extends = "plain", .. }`). An arm that extends another must stay within its limits.
     ///
     /// `limits` and `contact_axis` (+z) have defaults. What `controller` leaves out is as in `gentle.toml` (1 kHz,
-    /// steps of 2 cm), or else as in [`ControllerConfig`]. A `space` that is left out is that of `gentle.toml` (150 to
+    /// steps of 2 cm, 30 N), or else as in [`ControllerConfig`]. A `space` that is left out is that of `gentle.toml` (150 to
     /// 1500 N/m).
     ///
     /// ```
@@ -145,6 +148,7 @@ impl HostSetup {
         }
         self.rates_fit()?;
         self.limits_fit()?;
+        self.forces_fit()?;
         self.steps_fit()?;
         self.contact_axis().map(|_| ())
     }
@@ -201,6 +205,34 @@ impl HostSetup {
         Ok(())
     }
 
+    /// Refuses a force that an action may ask for and that would end in a fault, and an integral that would swing against
+    /// a stiff wall. Only spaces that command a force press.
+    fn forces_fit(&self) -> Result<(), ConfigError> {
+        if !self.space.force {
+            return Ok(());
+        }
+        let ForceConfig { force_max, kp, ki, damping_rate_min, .. } = self.controller.force;
+        let external_max = self.limits.external_max[0];
+        let contradiction = |field: &str, reason| Err(ConfigError::Contradiction { field: field.into(), reason });
+        if force_max > PRESS_SHARE * external_max {
+            let reason = format!(
+                "{force_max} N is above {PRESS_SHARE} of limits.external_max, {external_max} N, where a push is a \
+                 fault: lower the one or raise the other"
+            );
+            return contradiction("controller.force.force_max", reason);
+        }
+        // Whatever its apparent mass m is, the engaged axis has a damping D of at least m damping_rate_min.
+        let swinging = (1.0 + kp) * damping_rate_min;
+        if ki > 0.0 && ki >= swinging {
+            let reason = format!(
+                "{ki} 1/s would swing against a stiff wall: below (1 + kp) damping_rate_min = {swinging} 1/s would be \
+                 right"
+            );
+            return contradiction("controller.force.ki", reason);
+        }
+        Ok(())
+    }
+
     /// Refuses steps with which a straight ramp, three entries being 1 at once, would be faster than the arm's tool may
     /// be. A jerk-limited set-point keeps the limits by itself.
     fn steps_fit(&self) -> Result<(), ConfigError> {
@@ -229,9 +261,12 @@ impl HostSetup {
     }
 }
 
-/// n as a unit vector.
-pub(crate) fn contact_axis(n: [f64; 3]) -> Result<Unit<Vector3>, ConfigError> {
-    let direction: Option<Unit<Vector3>> = Unit::try_new(n.into(), 1e-6);
+/// n, a contact axis of any length, as a unit vector.
+///
+/// # Errors
+/// If `n` is zero or nearly so, or has an entry that is not finite or so large that the length overflows.
+pub fn contact_axis(n: [f64; 3]) -> Result<Unit<Vector3>, ConfigError> {
+    let direction: Option<Unit<Vector3>> = Unit::try_new(n.into(), 1e-9);
     // The norm of large entries overflows, and what is divided by it is no unit vector.
     direction.filter(|n| (n.norm() - 1.0).abs() < 1e-6).ok_or_else(|| {
         let reason = format!("{n:?} has no direction");
@@ -313,6 +348,7 @@ mod tests {
         let two_lines = HostSetup::from_toml("arm = 'fr3'\ninterface = 'franka'").unwrap();
         let ControllerConfig { control_hz, position_step, interpolation, .. } = two_lines.controller;
         assert_eq!((control_hz, position_step), (1000, 0.02));
+        assert_eq!((two_lines.controller.force.force_max, two_lines.controller.force.ki), (30.0, 16.0));
         assert_eq!(interpolation, Interpolation::JerkLimited { dynamics: 0.1 });
         let psi = two_lines.space.psi().unwrap();
         assert_eq!((psi.k_max.vector().max(), two_lines.space.force), (1500.0, true));
@@ -320,6 +356,43 @@ mod tests {
         let faster = HostSetup::from_toml(&format!("{FILE}position_step = 0.03")).unwrap();
         assert_eq!((faster.controller.position_step, faster.controller.rotation_step), (0.03, 0.15));
         assert_eq!(faster.space, "aforce-force".parse().unwrap());
+    }
+
+    #[test]
+    fn a_force_that_would_be_a_fault_or_would_swing_is_refused() {
+        let told = |lines: &str| error(&format!("{FILE}{lines}"));
+        assert_eq!(
+            told("force.force_max = 41"),
+            "controller.force.force_max: 41 N is above 0.8 of limits.external_max, 50 N, where a push is a fault: \
+             lower the one or raise the other"
+        );
+        assert!(told("[limits]\nexternal_max = [35, 20]").starts_with("controller.force.force_max: 30 N is above"));
+        assert_eq!(
+            told("force.ki = 26"),
+            "controller.force.ki: 26 1/s would swing against a stiff wall: below (1 + kp) damping_rate_min = 26 1/s \
+             would be right"
+        );
+        assert!(told("force.damping_rate_min = 0").starts_with("controller.force.ki: 16 1/s would swing"));
+        let unforced = FILE.replace("aforce-force", "aforce");
+        for allowed in [
+            format!("{FILE}force.force_max = 40\nforce.ki = 25"),
+            format!("{FILE}force.force_max = 60\n[limits]\nexternal_max = [inf, 20]"),
+            format!("{FILE}force.ki = 0\nforce.damping_rate_min = 0"),
+            format!("{unforced}force.force_max = 60\nforce.ki = 30"),
+        ] {
+            HostSetup::from_toml(&allowed).unwrap();
+        }
+    }
+
+    #[test]
+    fn a_contact_axis_has_any_length_and_a_direction() {
+        for short_or_long in [1e-8, 1.0, 1e8] {
+            assert_eq!(contact_axis([0.0, 0.0, short_or_long]).unwrap(), Vector3::z_axis());
+        }
+        for none in [[0.0; 3], [0.0, 0.0, 1e200], [f64::INFINITY, 0.0, 1.0], [f64::NAN, 0.0, 1.0]] {
+            let told = contact_axis(none).unwrap_err().to_string();
+            assert_eq!(told, format!("contact_axis: {none:?} has no direction"));
+        }
     }
 
     #[test]

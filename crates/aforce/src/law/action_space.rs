@@ -294,6 +294,10 @@ mod tests {
             "space.stiffness.adaptive.alpha (axis x) = NaN is not allowed; allowed: 0 or above"
         );
         assert!(error(|s| psi_of(s).k_rate_max = Gains::all(1.0)).contains("gamma = 2700 or above"));
+        assert_eq!(
+            error(|s| psi_of(s).k_rate_max = Gains::all(f64::INFINITY)),
+            "space.stiffness.adaptive.k_rate_max (axis x) = inf is not allowed; allowed: 0 or above, and finite"
+        );
         assert!(
             error(|s| psi_of(s).mu = Gains::all(1e4))
                 .contains("stiffness.adaptive.mu (axis x) = 10000 is not allowed; allowed: 0 to 500")

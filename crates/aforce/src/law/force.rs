@@ -11,7 +11,8 @@ use crate::spatial::{Vector3, Vector6, Wrench, linear, rotational, stack};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ForceConfig {
-    /// Largest commanded force (N): an action entry of -1 to 1 asks for 0 to this.
+    /// Largest force that is asked for, and largest commanded force (N): an action entry of -1 to 1 asks for 0 to this. At
+    /// the top of the range the controller can therefore only press less.
     pub force_max: f64,
     /// Proportional gain (N/N).
     pub kp: f64,

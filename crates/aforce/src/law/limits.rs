@@ -7,17 +7,18 @@ use crate::spatial::{JointVector, all_finite};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct TorqueLimits {
     max: JointVector,
-    rate: Option<JointVector>,
+    rate: JointVector,
 }
 
 impl TorqueLimits {
-    /// The largest torque of each joint (Nm), and the largest rate of each joint's torque (Nm/s) if there is one, either way.
+    /// The largest torque of each joint (Nm), and the largest rate of each joint's torque (Nm/s), either way; infinite where
+    /// there is none.
     ///
     /// # Errors
     /// If one is NaN or negative.
-    pub(crate) fn new(max: JointVector, rate: Option<JointVector>) -> Result<Self, ConfigError> {
-        for (name, limits) in [("max", Some(max)), ("rate", rate)] {
-            for (joint, &limit) in limits.iter().flat_map(|limits| limits.iter()).enumerate() {
+    pub(crate) fn new(max: JointVector, rate: JointVector) -> Result<Self, ConfigError> {
+        for (name, limits) in [("max", max), ("rate", rate)] {
+            for (joint, &limit) in limits.iter().enumerate() {
                 within(&format!("torque_limits.{name} (joint {})", joint + 1), limit, 0.0..=f64::INFINITY)?;
             }
         }
@@ -61,11 +62,9 @@ impl TorqueLimiter {
             if all_finite(fallback) { *fallback } else { JointVector::zeros() }
         };
         let mut torque = self.clamp(&finite);
-        if let Some(rate) = &self.limits.rate {
-            for i in 0..7 {
-                let step = rate[i] * dt;
-                torque[i] = torque[i].clamp(self.previous[i] - step, self.previous[i] + step);
-            }
+        for i in 0..7 {
+            let step = self.limits.rate[i] * dt;
+            torque[i] = torque[i].clamp(self.previous[i] - step, self.previous[i] + step);
         }
         self.excess = finite - torque;
         self.previous = torque;
@@ -102,14 +101,14 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn limits(rate: Option<f64>) -> TorqueLimits {
+    fn limits(rate: f64) -> TorqueLimits {
         let max = JointVector::from([80.0, 80.0, 80.0, 80.0, 80.0, 12.0, 12.0]);
-        TorqueLimits::new(max, rate.map(JointVector::repeat)).unwrap()
+        TorqueLimits::new(max, JointVector::repeat(rate)).unwrap()
     }
 
     #[test]
     fn within_the_limits_nothing_changes() {
-        let mut limiter = TorqueLimiter::new(limits(None));
+        let mut limiter = TorqueLimiter::new(limits(f64::INFINITY));
         let tau = JointVector::from([1.0, -80.0, 3.0, 0.0, 79.0, 12.0, -11.0]);
         assert_eq!(limiter.pass(&tau, &tau, 0.002), tau);
         assert_eq!(limiter.saturated(), [false; 7]);
@@ -120,7 +119,7 @@ mod tests {
         let with = |max: f64, rate: f64| {
             let mut limits = [JointVector::repeat(10.0), JointVector::repeat(10.0)];
             (limits[0][2], limits[1][6]) = (max, rate);
-            TorqueLimits::new(limits[0], Some(limits[1])).map_err(|error| error.to_string())
+            TorqueLimits::new(limits[0], limits[1]).map_err(|error| error.to_string())
         };
         assert!(with(80.0, f64::INFINITY).is_ok());
         assert!(with(f64::NAN, 1.0).unwrap_err().starts_with("torque_limits.max (joint 3) = NaN"));
@@ -129,7 +128,7 @@ mod tests {
 
     #[test]
     fn clipped_joints_are_named() {
-        let mut limiter = TorqueLimiter::new(limits(None));
+        let mut limiter = TorqueLimiter::new(limits(f64::INFINITY));
         let tau = limiter.pass(&JointVector::repeat(13.0), &JointVector::zeros(), 0.002);
         assert_eq!((tau[4], tau[5]), (13.0, 12.0));
         assert_eq!(limiter.saturated(), [false, false, false, false, false, true, true]);
@@ -137,7 +136,7 @@ mod tests {
 
     #[test]
     fn a_step_becomes_a_ramp() {
-        let mut limiter = TorqueLimiter::new(limits(Some(1000.0)));
+        let mut limiter = TorqueLimiter::new(limits(1000.0));
         limiter.reset(&JointVector::repeat(2.0));
         assert_eq!(limiter.pass(&JointVector::repeat(10.0), &JointVector::zeros(), 0.001)[0], 3.0);
         assert_eq!(limiter.pass(&JointVector::repeat(10.0), &JointVector::zeros(), 0.001)[0], 4.0);
@@ -147,7 +146,7 @@ mod tests {
     /// If the torque that held the arm is not finite, the rate counts from zero.
     #[test]
     fn a_start_that_is_not_finite_counts_from_zero() {
-        let mut limiter = TorqueLimiter::new(limits(Some(1000.0)));
+        let mut limiter = TorqueLimiter::new(limits(1000.0));
         limiter.reset(&JointVector::repeat(f64::NAN));
         assert_eq!(limiter.previous(), &JointVector::zeros());
         assert_eq!(limiter.pass(&JointVector::repeat(10.0), &JointVector::zeros(), 0.001), JointVector::repeat(1.0));
@@ -155,7 +154,7 @@ mod tests {
 
     #[test]
     fn faults_fall_back_and_are_counted() {
-        let mut limiter = TorqueLimiter::new(limits(None));
+        let mut limiter = TorqueLimiter::new(limits(f64::INFINITY));
         let mut broken = JointVector::zeros();
         broken[3] = f64::NAN;
         assert_eq!(limiter.pass(&broken, &JointVector::repeat(5.0), 0.002), JointVector::repeat(5.0));
@@ -166,7 +165,7 @@ mod tests {
     proptest! {
         #[test]
         fn limits_and_rates_are_never_broken(torques in prop::collection::vec(prop::array::uniform7(-1e4..1e4f64), 1..40)) {
-            let mut limiter = TorqueLimiter::new(limits(Some(1000.0)));
+            let mut limiter = TorqueLimiter::new(limits(1000.0));
             let mut previous = JointVector::zeros();
             for wanted in torques {
                 let tau = limiter.pass(&JointVector::from(wanted), &JointVector::zeros(), 0.001);

@@ -56,7 +56,7 @@ pub struct Psi {
     pub k_0: Gains,
     /// Bound of each component of F_ff (N, Nm).
     pub f_ff_max: Gains,
-    /// Largest rate of K (N/m/s, Nm/rad/s); not below gamma.
+    /// Largest rate of K (N/m/s, Nm/rad/s); not below gamma, and finite.
     pub k_rate_max: Gains,
     /// Largest rate of F_ff (N/s, Nm/s).
     pub f_ff_rate_max: Gains,
@@ -124,6 +124,8 @@ impl Psi {
         self.f_ff_max.not_negative(&field("f_ff_max"))?;
         // A lower one would make relaxation slower than gamma says.
         self.k_rate_max.at_least(&field("k_rate_max"), &self.gamma, "gamma")?;
+        // Gamma is not negative: this refuses infinity alone.
+        self.k_rate_max.not_negative(&field("k_rate_max"))?;
         self.f_ff_rate_max.positive(&field("f_ff_rate_max"))?;
         self.inertia.positive(&field("inertia"))
     }

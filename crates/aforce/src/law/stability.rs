@@ -9,7 +9,7 @@ use crate::law::psi::Psi;
 pub struct StabilityMargin {
     /// The feed-forward gain of the law, alpha (N/m/s, Nm/rad/s; in 1/s^2: 1/s^3).
     pub alpha: f64,
-    /// The largest stable alpha; infinite if every one is stable.
+    /// The largest stable alpha, in the same units; infinite if every one is stable.
     pub alpha_max: f64,
     /// Damping of the axis at the lowest stiffness (Ns/m, Nms/rad; in 1/s^2: 1/s).
     pub damping: f64,

@@ -86,9 +86,9 @@ impl Quarters {
         Quarters { lowest, borders: [0.25, 0.5, 0.75].map(|share| quantile(numbers, share)), highest }
     }
 
-    /// 0 to 3.
+    /// 0 to 3. An infinite number is in the last part, even where borders are infinite.
     fn place(&self, number: f64) -> usize {
-        self.borders.iter().filter(|border| number > **border).count()
+        self.borders.iter().filter(|border| number > **border || number == f64::INFINITY).count()
     }
 
     /// Each part as `low to high UNIT`; a number is multiplied by `factor` to have that unit.
@@ -96,5 +96,28 @@ impl Quarters {
         let [first, second, third] = self.borders;
         [(self.lowest, first), (first, second), (second, third), (third, self.highest)]
             .map(|(low, high)| format!("{:.0} to {:.0} {unit}", factor * low, factor * high))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Without growth every error is tolerated.
+    #[test]
+    fn infinite_tolerances_are_in_the_last_quarter_and_in_its_name() {
+        for infinite in [1, 3, 5, 8] {
+            let mut numbers: Vec<f64> = (1..=8).map(f64::from).collect();
+            numbers[8 - infinite..].fill(f64::INFINITY);
+            let quarters = Quarters::of(&numbers);
+            assert_eq!(quarters.place(f64::INFINITY), 3, "{infinite} of 8");
+            for (number, next) in numbers.iter().zip(&numbers[1..]) {
+                assert!(quarters.place(*number) <= quarters.place(*next), "{number}, {next}");
+            }
+            let names = quarters.names(1000.0, "mm");
+            assert!(names[3].ends_with("to inf mm") && !names.concat().contains("NaN"), "{names:?}");
+        }
+        let finite = Quarters::of(&[1.0, 2.0, 3.0, 4.0, 5.0]);
+        assert_eq!([1.0, 2.0, 2.5, 3.5, 5.0].map(|number| finite.place(number)), [0, 0, 1, 2, 3]);
     }
 }

@@ -32,21 +32,27 @@ fn a_start_outside_of_the_workspace_and_another_arm_are_refused() {
     assert!(text(&output).contains("the robot is of the kind fr3"));
 }
 
-/// The arm compensates its own gravity: a law that does too would throw it up.
+/// The arm compensates its own gravity, and not its Coriolis forces: a law that compensates the first would throw it up.
 #[test]
 fn an_interface_that_is_no_frankas_is_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let setup = folder.path().join("plain.toml");
+    let setup = folder.path().join("other.toml");
     let fr3 = include_str!("../../configs/fr3.toml");
-    std::fs::write(&setup, fr3.replace("\"franka\"", "{ extends = \"plain\", wrench.observed.cutoff_hz = 25 }"))
-        .unwrap();
-    let output = host(&["--script", "hold", "--setup", setup.to_str().unwrap()]).output().unwrap();
-    assert_eq!(output.status.code(), Some(1));
-    assert!(
-        text(&output).contains("interface.gravity is \"law\": a Franka compensates gravity itself"),
-        "{}",
-        text(&output)
-    );
+    for (interface, told) in [
+        (
+            "{ extends = \"plain\", wrench.observed.cutoff_hz = 25 }",
+            "interface.gravity is \"law\": a Franka compensates gravity itself",
+        ),
+        (
+            "{ extends = \"franka\", coriolis = \"arm\" }",
+            "interface.coriolis is \"arm\": a Franka leaves Coriolis forces",
+        ),
+    ] {
+        std::fs::write(&setup, fr3.replace("\"franka\"", interface)).unwrap();
+        let output = host(&["--script", "hold", "--setup", setup.to_str().unwrap()]).output().unwrap();
+        assert_eq!(output.status.code(), Some(1));
+        assert!(text(&output).contains(told), "{}", text(&output));
+    }
 }
 
 #[test]

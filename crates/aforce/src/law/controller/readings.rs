@@ -61,7 +61,7 @@ impl Controller {
         self.effective(&own)
     }
 
-    /// The pose to which an action that comes now adds its delta.
+    /// The tool point's pose (m; world frame) to which an action that comes now adds its delta.
     #[must_use]
     pub fn origin(&self, y: &Measurement) -> Pose {
         self.space.goal.origin(&self.start, &self.goal, &y.pose)
@@ -121,13 +121,13 @@ impl Controller {
         self.force.axis().engagement
     }
 
-    /// The goal of the latest action.
+    /// The goal of the latest action, a pose of the tool point (m; world frame).
     #[must_use]
     pub fn goal(&self) -> &Pose {
         &self.goal
     }
 
-    /// The set-point x_d of the latest sample.
+    /// The set-point x_d of the latest sample, a pose of the tool point (m; world frame).
     #[must_use]
     pub fn set_point(&self) -> &Pose {
         self.set_point.pose()
