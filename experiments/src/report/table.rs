@@ -4,7 +4,7 @@ use tasks::columns::{Over, run_numbers};
 
 use crate::run::csv_writer::DIGITS;
 
-/// Which training episode it was, and how it ended.
+/// Which training episode it was, how it ended, and its largest force.
 const KEPT_OF_TRAINING: [&str; 15] = [
     "schema",
     "step",
