@@ -1,4 +1,4 @@
-"""The law in robosuite, where that is installed."""
+"""The law in robosuite, if robosuite is installed."""
 
 import numpy as np
 import pytest
@@ -42,7 +42,7 @@ def test_an_action_moves_the_hand_where_it_says():
         env.step(action)
     moved = controller.ee_pos - start
     assert moved[1] > 0.02 and np.abs(moved[[0, 2]]).max() < 0.02
-    # Another episode begins afresh.
+    # The next episode has a new controller.
     env.reset()
     assert env.robots[0].controller is not controller
 
@@ -58,3 +58,5 @@ def test_a_wrong_setting_is_answered():
         make("Lift", "aforce", positon_step=0.1)
     with pytest.raises(ValueError, match="control_hz is not allowed"):
         make("Lift", "aforce", control_hz=1000)
+    with pytest.raises(ValueError, match="policy_hz is not allowed; robosuite"):
+        make("Lift", "aforce", policy_hz=20)

@@ -18,7 +18,7 @@ from robosuite.robots import single_arm
 from ._native import Controller, Measurement
 
 GRAVITY = 9.81
-CUTOFF_HZ = 100.0  # Of the low-pass on the force, as in this package's own tasks.
+CUTOFF_HZ = 100.0  # Cut-off of the low-pass filter on the force, as in this package's own tasks.
 
 
 class LawController(Base):
@@ -34,6 +34,9 @@ class LawController(Base):
         space: Any = "aforce",
         **settings: Any,
     ) -> None:
+        own = sorted({"dt", "torque_limits", "policy_hz"} & settings.keys())
+        if own:
+            raise ValueError(f"controller_configs: {', '.join(own)} is not allowed; robosuite itself sets it")
         super().__init__(sim, eef_name, joint_indexes, actuator_range)
         for key in ("type", "robot_name", "eef_rot_offset", "ndim"):  # What robosuite adds and the law does not need.
             settings.pop(key)
@@ -41,7 +44,7 @@ class LawController(Base):
         sensor = sim.model.sensor_name2id(f"{prefix}force_ee")
         self._sensor = slice(sim.model.sensor_adr[sensor], sim.model.sensor_adr[sensor] + 3)
         self._frame = sim.model.site_name2id(f"{prefix}ft_frame")
-        # What the sensor carries hangs from it (N).
+        # Weight of all that the sensor carries (N).
         self._weight = GRAVITY * sim.model.body_subtreemass[sim.model.site_bodyid[self._frame]]
         self._smoothing = 1.0 - np.exp(-2.0 * np.pi * CUTOFF_HZ * macros.SIMULATION_TIMESTEP)
         self._force = self._contact_force()
@@ -71,7 +74,7 @@ class LawController(Base):
         return self.torques
 
     def _contact_force(self) -> NDArray[np.float64]:
-        """What the environment exerts on the tool (N, world). The sensor reads minus the sum of that and the weight."""
+        """Force of the environment on the tool (N, world). The sensor reads minus the sum of this force and the weight."""
         rotation = self.sim.data.site_xmat[self._frame].reshape(3, 3)
         return np.array([0.0, 0.0, self._weight]) - rotation @ self.sim.data.sensordata[self._sensor]
 
