@@ -1,4 +1,4 @@
-//! Everything that a host is made of, as data: one file.
+//! The whole set-up of a host, as one TOML file.
 
 use nalgebra::Unit;
 use serde::{Deserialize, Serialize};
@@ -19,9 +19,10 @@ use crate::law::interpolator::Interpolation;
 use crate::record::{self, Problem};
 use crate::spatial::Vector3;
 
-/// Lever (m) at which the largest force must be held by the strongest joint.
+/// Lever (m) at which the strongest joint must be able to hold `limits.wrench_max`.
 const SHORT_LEVER: f64 = 0.25;
-/// Largest share of the force that is a fault which an action may ask for: while it is held, the force swings about it.
+/// Largest share of `limits.external_max`, where a force is a fault, that an action may ask for: a controlled force swings about the value
+/// asked for.
 const PRESS_SHARE: f64 = 0.8;
 /// Largest stiffness of a joint's hold (Nm/rad), and its least damping ratio.
 const HOLD_STIFFNESS_MAX: f64 = 1000.0;
@@ -30,7 +31,7 @@ const HOLD_RATIO: f64 = 0.3;
 /// `controller` and `space` of a set-up whose text leaves them out.
 const GENTLE: &str = include_str!("gentle.toml");
 
-/// What a [`Host`](crate::host::Host) is made of.
+/// The set-up of a [`Host`](crate::host::Host).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HostSetup {
@@ -44,17 +45,17 @@ pub struct HostSetup {
     pub limits: HostLimits,
     /// What all action spaces share. `control_hz` is the arm's nominal rate.
     pub controller: ControllerConfig,
-    /// How the policy acts.
+    /// The policy's action space.
     pub space: ActionSpace,
 }
 
-/// Why a text is no set-up.
+/// Why a text is not a set-up.
 #[derive(Debug, thiserror::Error)]
 pub enum SetupError {
-    /// No TOML, or a field that is missing, unknown or of the wrong type.
+    /// The text is not TOML, or a field is missing, unknown or of the wrong type.
     #[error(transparent)]
     Text(#[from] Problem),
-    /// The table of the space is no action space.
+    /// The table of the space is not an action space.
     #[error("space: {0}")]
     Space(#[from] RecordError),
     /// The space's name is unknown.
@@ -65,9 +66,9 @@ pub enum SetupError {
     Name {
         /// The field of the set-up.
         field: &'static str,
-        /// As found.
+        /// The value found.
         value: Value,
-        /// The names.
+        /// The known names.
         known: &'static str,
     },
     /// A value that is not allowed.
@@ -153,7 +154,7 @@ impl HostSetup {
         self.contact_axis().map(|_| ())
     }
 
-    /// Refuses rates that would fault in every cycle or before every action, and a leak that would overshoot in the
+    /// Refuses rates with which every cycle or the time between two actions would be a fault, and a leak mu that would overshoot in the
     /// longest cycle.
     fn rates_fit(&self) -> Result<(), ConfigError> {
         let HostLimits { period_max, silence_max, .. } = self.limits;
@@ -185,7 +186,7 @@ impl HostSetup {
         let narrowest = self.arm.range.iter().map(|[low, high]| high - low).fold(f64::INFINITY, f64::min);
         within("limits.joint_margin", *joint_margin, 0.0..=0.25 * narrowest)?;
         let strongest = self.arm.torque_max.into_iter().fold(0.0, f64::max);
-        // A force at a lever of 25 cm, and a moment, that the strongest joint can hold. Infinity says that there is no bound.
+        // The strongest joint must hold the force at a lever of 25 cm, and the moment. An infinite bound is no bound.
         for (max, allowed) in wrench_max.iter().zip([strongest / SHORT_LEVER, strongest]) {
             if max.is_finite() {
                 within("limits.wrench_max", *max, 0.0..=allowed)?;
@@ -195,8 +196,8 @@ impl HostSetup {
             let (stiffness, inertia) = (hold.stiffness[joint], self.arm.rotor_inertia[joint]);
             let place = |name: &str| format!("limits.hold.{name} (joint {})", joint + 1);
             within(&place("stiffness"), stiffness, 0.0..=HOLD_STIFFNESS_MAX)?;
-            // The rotor alone, on the hold's spring, must be damped to the least ratio. A damping above half of
-            // inertia/dt would overshoot within a cycle.
+            // The rotor alone, on the spring of the hold, must have the least damping ratio. A damping above half of inertia/dt would
+            // overshoot within a cycle.
             let (least, most) = (2.0 * HOLD_RATIO * (stiffness * inertia).sqrt(), 0.5 * inertia / self.controller.dt());
             if inertia > 0.0 {
                 within(&place("damping"), hold.damping[joint], least..=most.max(least))?;
@@ -205,8 +206,8 @@ impl HostSetup {
         Ok(())
     }
 
-    /// Refuses a force that an action may ask for and that would end in a fault, and an integral that would swing against
-    /// a stiff wall. Only spaces that command a force press.
+    /// Refuses a force that an action may ask for and that would be a fault, and an integral gain with which the force would swing against
+    /// a stiff wall. Spaces that command no force are not checked.
     fn forces_fit(&self) -> Result<(), ConfigError> {
         if !self.space.force {
             return Ok(());
@@ -233,8 +234,8 @@ impl HostSetup {
         Ok(())
     }
 
-    /// Refuses steps with which a straight ramp, three entries being 1 at once, would be faster than the arm's tool may
-    /// be. A jerk-limited set-point keeps the limits by itself.
+    /// Refuses steps with which a linear ramp would be faster than the arm's tool may be, if three entries are 1 at once. A jerk-limited
+    /// set-point keeps the limits by itself.
     fn steps_fit(&self) -> Result<(), ConfigError> {
         let ControllerConfig { policy_hz, position_step, rotation_step, interpolation, .. } = self.controller;
         let Interpolation::Linear { ramp_ratio } = interpolation else { return Ok(()) };
@@ -243,7 +244,7 @@ impl HostSetup {
                 "linear: an absolute goal may be the whole reach away, \"jerk-limited\" would be right".to_owned();
             return Err(ConfigError::Contradiction { field: "controller.interpolation".into(), reason });
         }
-        // Rounded down, for the message's sake.
+        // Rounded down to four decimals, for a short message.
         let way = |[speed, ..]: [f64; 3]| (1e4 * speed * ramp_ratio / f64::from(policy_hz) / 3f64.sqrt()).floor() / 1e4;
         let [most, turn] = [self.arm.cartesian.translation, self.arm.cartesian.rotation].map(way);
         within("controller.position_step", position_step, 0.0..=most)?;
@@ -267,7 +268,7 @@ impl HostSetup {
 /// If `n` is zero or nearly so, or has an entry that is not finite or so large that the length overflows.
 pub fn contact_axis(n: [f64; 3]) -> Result<Unit<Vector3>, ConfigError> {
     let direction: Option<Unit<Vector3>> = Unit::try_new(n.into(), 1e-9);
-    // The norm of large entries overflows, and what is divided by it is no unit vector.
+    // The norm of large entries overflows, and a division by it gives no unit vector.
     direction.filter(|n| (n.norm() - 1.0).abs() < 1e-6).ok_or_else(|| {
         let reason = format!("{n:?} has no direction");
         ConfigError::Contradiction { field: "contact_axis".into(), reason }
@@ -291,7 +292,7 @@ fn upwards() -> [f64; 3] {
     [0.0, 0.0, 1.0]
 }
 
-/// Puts the table that a name stands for in the place of the name, or below a table that `extends` it.
+/// Replaces the name in `field` by the table that it stands for. Lays a table that `extends` a name over the table of that name.
 fn named<T: Serialize>(
     file: &mut Table,
     field: &'static str,
@@ -316,170 +317,4 @@ fn named<T: Serialize>(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::host::interface::WrenchSource;
-
-    const FILE: &str = "arm = 'fr3'\ninterface = 'franka'\nspace = 'aforce-force'\n[controller]\ncontrol_hz = 1000\n";
-
-    fn error(text: &str) -> String {
-        HostSetup::from_toml(text).unwrap_err().to_string()
-    }
-
-    #[test]
-    fn a_short_file_and_the_whole_one() {
-        let short = HostSetup::from_toml(FILE).unwrap();
-        assert_eq!((short.arm, short.interface), (Arm::FR3, ArmInterface::FRANKA));
-        assert_eq!((short.limits, short.contact_axis), (HostLimits::default(), [0.0, 0.0, 1.0]));
-        let whole = toml::to_string(&short).unwrap();
-        assert_eq!(HostSetup::from_toml(&whole).unwrap(), short, "{whole}");
-        let own = FILE.replace("'aforce-force'", "{ extends = 'aforce', name = 'soft', stiffness.fixed = 200 }");
-        assert_eq!(HostSetup::from_toml(&own).unwrap().space.name, "soft");
-        let sensorless = FILE.replace("'franka'", "{ extends = 'plain', wrench.observed.cutoff_hz = 25 }");
-        let observed = WrenchSource::Observed { cutoff_hz: 25.0 };
-        assert_eq!(
-            HostSetup::from_toml(&sensorless).unwrap().interface,
-            ArmInterface { wrench: observed, ..ArmInterface::PLAIN }
-        );
-    }
-
-    #[test]
-    fn what_is_not_said_is_gentle() {
-        let two_lines = HostSetup::from_toml("arm = 'fr3'\ninterface = 'franka'").unwrap();
-        let ControllerConfig { control_hz, position_step, interpolation, .. } = two_lines.controller;
-        assert_eq!((control_hz, position_step), (1000, 0.02));
-        assert_eq!((two_lines.controller.force.force_max, two_lines.controller.force.ki), (30.0, 16.0));
-        assert_eq!(interpolation, Interpolation::JerkLimited { dynamics: 0.1 });
-        let psi = two_lines.space.psi().unwrap();
-        assert_eq!((psi.k_max.vector().max(), two_lines.space.force), (1500.0, true));
-        // One key replaces its own value alone.
-        let faster = HostSetup::from_toml(&format!("{FILE}position_step = 0.03")).unwrap();
-        assert_eq!((faster.controller.position_step, faster.controller.rotation_step), (0.03, 0.15));
-        assert_eq!(faster.space, "aforce-force".parse().unwrap());
-    }
-
-    #[test]
-    fn a_force_that_would_be_a_fault_or_would_swing_is_refused() {
-        let told = |lines: &str| error(&format!("{FILE}{lines}"));
-        assert_eq!(
-            told("force.force_max = 41"),
-            "controller.force.force_max: 41 N is above 0.8 of limits.external_max, 50 N, where a push is a fault: \
-             lower the one or raise the other"
-        );
-        assert!(told("[limits]\nexternal_max = [35, 20]").starts_with("controller.force.force_max: 30 N is above"));
-        assert_eq!(
-            told("force.ki = 26"),
-            "controller.force.ki: 26 1/s would swing against a stiff wall: below (1 + kp) damping_rate_min = 26 1/s \
-             would be right"
-        );
-        assert!(told("force.damping_rate_min = 0").starts_with("controller.force.ki: 16 1/s would swing"));
-        let unforced = FILE.replace("aforce-force", "aforce");
-        for allowed in [
-            format!("{FILE}force.force_max = 40\nforce.ki = 25"),
-            format!("{FILE}force.force_max = 60\n[limits]\nexternal_max = [inf, 20]"),
-            format!("{FILE}force.ki = 0\nforce.damping_rate_min = 0"),
-            format!("{unforced}force.force_max = 60\nforce.ki = 30"),
-        ] {
-            HostSetup::from_toml(&allowed).unwrap();
-        }
-    }
-
-    #[test]
-    fn a_contact_axis_has_any_length_and_a_direction() {
-        for short_or_long in [1e-8, 1.0, 1e8] {
-            assert_eq!(contact_axis([0.0, 0.0, short_or_long]).unwrap(), Vector3::z_axis());
-        }
-        for none in [[0.0; 3], [0.0, 0.0, 1e200], [f64::INFINITY, 0.0, 1.0], [f64::NAN, 0.0, 1.0]] {
-            let told = contact_axis(none).unwrap_err().to_string();
-            assert_eq!(told, format!("contact_axis: {none:?} has no direction"));
-        }
-    }
-
-    #[test]
-    fn what_is_wrong_is_told() {
-        assert!(error("x").starts_with("line 1, column 2: key with no value"), "{}", error("x"));
-        let text = error(&format!("{FILE}[limits]\nsilence_max = 'long'"));
-        assert!(text.starts_with("line 7, column 1: limits.silence_max: invalid type: string \"long\""), "{text}");
-        assert_eq!(
-            error(&FILE.replace("'fr3'", "'fr4'")),
-            "arm = \"fr4\": known are panda, fr3, or a table that extends one"
-        );
-        assert!(
-            error(&FILE.replace("'franka'", "{ extends = 'frank' }")).starts_with("interface = \"frank\": known are")
-        );
-        assert!(error(&FILE.replace("aforce-force", "aforse")).starts_with("space: unknown action space `aforse`"));
-        assert_eq!(
-            error(&FILE.replace("control_hz", "control_khz")),
-            "line 5, column 1: unknown key \"controller.control_khz\"; did you mean \"controller.control_hz\"?"
-        );
-        assert!(
-            error(&format!("{FILE}[limits]\nwrench_max = [0.0, 1.0]"))
-                .starts_with("limits.wrench_max = 0 is not allowed; allowed: above 0, at most inf")
-        );
-        let workspace = format!("{FILE}[limits]\nworkspace = [[0.5, 0.0, 0.0], [0.4, 1.0, 1.0]]");
-        assert!(error(&workspace).starts_with("limits.workspace (upper corner) = 0.4"), "{}", error(&workspace));
-        assert_eq!(
-            error(&format!("contact_axis = [0.0, 0.0, 0.0]\n{FILE}")),
-            "contact_axis: [0.0, 0.0, 0.0] has no direction"
-        );
-        let winding = FILE.replace("'aforce-force'", "{ extends = 'aforce', stiffness.adaptive.anti_windup = false }");
-        assert!(error(&winding).starts_with("space.stiffness.adaptive.anti_windup: false"), "{}", error(&winding));
-        // Beyond the arm, or a hold that swings.
-        let limits = |line: &str| error(&format!("{FILE}[limits]\n{line}"));
-        assert_eq!(limits("joint_margin = 5"), "limits.joint_margin = 5 is not allowed; allowed: 0 to 0.722575");
-        assert_eq!(
-            limits("wrench_max = [1e9, 50]"),
-            "limits.wrench_max = 1000000000 is not allowed; allowed: 0 to 348"
-        );
-        assert_eq!(limits("wrench_max = [100, 88]"), "limits.wrench_max = 88 is not allowed; allowed: 0 to 87");
-        let undamped = limits("hold.damping = [10, 0, 10, 10, 3, 2.5, 2]");
-        assert!(undamped.starts_with("limits.hold.damping (joint 2) = 0 is not allowed; allowed: 3.6"), "{undamped}");
-        let stiff = limits("hold.stiffness = [1e4, 60, 60, 60, 20, 15, 10]");
-        assert!(
-            stiff.starts_with("limits.hold.stiffness (joint 1) = 10000 is not allowed; allowed: 0 to 1000"),
-            "{stiff}"
-        );
-        for (key, told) in [
-            (
-                "torque_max = [500, 87, 87, 87, 12, 12, 12]",
-                "arm.torque_max (joint 1) = 500 is not allowed; allowed: 0 to 87",
-            ),
-            (
-                "torque_rate_max = [1000, 1e5, 1000, 1000, 1000, 1000, 1000]",
-                "arm.torque_rate_max (joint 2) = 100000 is not",
-            ),
-            ("speed_max = [2, 2, 2, 2, 2, 2, 9]", "arm.speed_max (joint 7) = 9 is not allowed; allowed: 0 to 5.26"),
-        ] {
-            let text = error(&FILE.replace("'fr3'", &format!("{{ extends = 'fr3', {key} }}")));
-            assert!(text.starts_with(told), "{text}");
-        }
-        let jumps = error(&FILE.replace("aforce-force", "robosuite-osc"));
-        assert_eq!(jumps, "space.set_point: \"jump\": on an arm a set-point moves, \"interpolated\" would be right");
-        // A set-point that is faster than the tool may be.
-        let ramp = |lines: &str| error(&format!("{FILE}interpolation.linear.ramp_ratio = 0.5\n{lines}"));
-        assert_eq!(ramp("position_step = 0.1"), "controller.position_step = 0.1 is not allowed; allowed: 0 to 0.0433");
-        assert_eq!(ramp(""), "controller.rotation_step = 0.15 is not allowed; allowed: 0 to 0.036");
-        let far = FILE.replace("'aforce-force'", "{ extends = 'aforce', name = 'far', goal.absolute = { reach_position = 0.5, reach_rotation = 0.5, leash_position = 0.05, leash_rotation = 0.2 } }");
-        let told =
-            error(&format!("{far}interpolation.linear.ramp_ratio = 0.5\nposition_step = 0.01\nrotation_step = 0.01"));
-        assert!(told.starts_with("controller.interpolation: linear: an absolute goal"), "{told}");
-        // What would fault in every cycle, before every action, or overshoot.
-        let slow = error(&FILE.replace("1000", "40"));
-        assert!(
-            slow.starts_with("controller.control_hz: a cycle of 0.025 s is longer than limits.period_max"),
-            "{slow}"
-        );
-        let mut jumps = HostSetup::from_toml(FILE).unwrap();
-        jumps.arm.torque_rate_max[1] = f64::INFINITY;
-        let told = jumps.validate().unwrap_err().to_string();
-        assert!(told.starts_with("arm.torque_rate_max (joint 2) = inf is not allowed"), "{told}");
-        let silent = error(&format!("{FILE}policy_hz = 2\n"));
-        assert!(silent.starts_with("controller.policy_hz: an action in 0.5 s is silence"), "{silent}");
-        let leaky = error(&FILE.replace("'aforce-force'", "{ extends = 'aforce', stiffness.adaptive.mu = 60 }"));
-        assert!(leaky.starts_with("space.stiffness.adaptive.mu: 60 1/s would overshoot"), "{leaky}");
-        let ranges = "{ hold = 1, ranges = [{ parameter = 'mu', low = 0.5, high = 60 }] }";
-        let space = format!("{{ extends = 'aforce', name = 'leaky', commanded_psi = {ranges} }}");
-        let leaky = error(&FILE.replace("'aforce-force'", &space));
-        assert!(leaky.starts_with("space.commanded_psi.ranges[0].high: 60 1/s would overshoot"), "{leaky}");
-    }
-}
+mod tests;
