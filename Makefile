@@ -5,21 +5,21 @@ CARGO ?= cargo
 RUN = $(CARGO) run --quiet --release --bin
 DEMO = runs/demo/lift/aforce/seed_1
 
-# What needs no learning.
+# Tables of scripted and random episodes, which need no training.
 BASELINES = $(patsubst %,runs/%.csv,experts_paper_steps random_paper_steps random_1000 arms noise/random noise/expert)
 
-# Where `make gallery` puts what results/gallery has.
+# Output folder of `make gallery`.
 GALLERY ?= runs/gallery
 
-# Python's wheel, and where it is built and tried.
+# Virtual environment in which the Python wheel is built and tested.
 VENV = target/venv
-# With zig's linker (`pip install ziglang` in $(VENV), or zig on the path) the wheel is one for glibc 2.17.
+# If zig is installed (`pip install ziglang` in $(VENV), or zig on the path), its linker makes a wheel for glibc 2.17.
 ZIG = $(shell { $(VENV)/bin/python -c 'import ziglang' || command -v zig; } >/dev/null 2>&1 && echo --zig --compatibility manylinux2014)
 
-# The study, its runs and what they are reported with.
+# Sweeps of the study, and the hypotheses that its report tests.
 STUDY = experiments/configs/study
 HYPOTHESES = $(wildcard results/study/hypotheses*.toml)
-# Whose policies are disturbed: seeds 11 to 15 of a sweep, each with the folder of its runs.
+# Shell command that prints the run folders whose policies are played under disturbances: seeds 11 to 15 of each SWEEP:FOLDER.
 STUDIED = { for sweep in table-1:table-1 prior:prior prior-parts:prior parts:table-1 hidden:hidden tuned:tuned same-steps:same-steps nudges:nudges; do \
 	$(RUN) sweep -- $(STUDY)/$${sweep%:*}.toml --out runs/study/$${sweep\#*:} --list; done; } \
 	| awk '$$1 ~ /^[0-9]+$$/ && $$4 <= 15 { print $$6 }'
@@ -30,8 +30,8 @@ STUDIED = { for sweep in table-1:table-1 prior:prior prior-parts:prior parts:tab
 setup:
 	$(PYTHON) scripts/setup-libtorch.py
 
-# A package of one's own with a task to be changed, anywhere: `make own-task AT=../drawer`. It takes this folder's crates, versions of
-# dependencies, compiled dependencies and libtorch.
+# Copies templates/own-task, a package with an example task to edit, to the folder AT: `make own-task AT=../drawer`. The package uses this
+# repository's crates, Cargo.lock, build folder and libtorch.
 own-task:
 	@test -n "$(AT)" || { echo "where to? make own-task AT=FOLDER"; exit 1; }
 	@test ! -e "$(AT)" || { echo "$(AT): exists; nothing was overwritten"; exit 1; }
@@ -49,12 +49,12 @@ demo: setup
 	$(RUN) replay -- --run $(DEMO) --episode 1 --html $(DEMO)/replay.html --gif $(DEMO)/replay.gif --every 4 --png $(DEMO)/replay.png --plot $(DEMO)/replay_traces
 	@echo "the learned episode, in a browser: file://$(abspath $(DEMO))/replay.html"
 
-# Not --workspace: it would compile the build scripts' helper crates/sac/libtorch, which has no tests, and what it needs once more.
+# Without --workspace, which would also compile crates/sac/libtorch, a helper of the build scripts without tests, and its dependencies again.
 test: setup
 	$(CARGO) test --release
 
-# The Franka host, a workspace of its own, over the real protocol against a robot in software: four minutes. The first test installs that
-# robot, for which pip needs a package index. Where it cannot, the tests fail here instead of skipping.
+# Tests of the Franka host, a separate workspace, against a robot in software that speaks Franka's protocol: four minutes. The first test
+# installs that robot with pip, which needs a package index. If it cannot be installed, the tests fail here instead of being skipped.
 test-franka:
 	REQUIRE_SOFTWARE_ROBOT=1 $(CARGO) test --release --manifest-path hosts/franka/Cargo.toml
 
@@ -70,7 +70,7 @@ wheel: $(VENV)/installed
 	rm -f target/wheels/aforce-*.whl
 	PATH="$(CURDIR)/$(VENV)/bin:$$PATH" maturin build --release --quiet $(ZIG) --manifest-path python/Cargo.toml --target-dir target/python --out target/wheels
 
-# Tests of the wheel, in an environment of their own. Those of other packages run where these are there: `pip install` them in $(VENV).
+# Tests of the wheel in $(VENV). Tests that need other packages (Stable-Baselines3, robosuite) are skipped unless $(VENV) has these.
 test-python: wheel
 	$(VENV)/bin/pip install --quiet --force-reinstall --no-deps target/wheels/aforce-*.whl
 	$(VENV)/bin/python -m pytest -q -rs python/tests
@@ -82,12 +82,12 @@ web:
 	cd web && $(CARGO) build --release --lib --target wasm32-unknown-unknown --target-dir ../target/web
 	$(PYTHON) web/assemble.py $(MODULE) target/live
 
-# Its program, then the page in a headless Chromium (pip install playwright pillow).
+# Tests the live page's Rust code, then the page itself in a headless Chromium (pip install playwright pillow).
 test-web: web
 	cd web && $(CARGO) test --release --target-dir ../target/web
 	$(PYTHON) scripts/check_live.py target/live
 
-# The same bits on this machine, under node and under qemu: of what is installed.
+# Tests that episodes have the same bits on this machine, under node and for aarch64 under qemu. What is not installed is skipped.
 test-bits:
 	$(PYTHON) web/test_bits.py
 
@@ -105,14 +105,14 @@ check: setup
 		$(CARGO) deny --manifest-path $$workspace/Cargo.toml --offline check licenses bans sources || exit 1; done; \
 		else echo "skipped: licences of dependencies (cargo install cargo-deny)"; fi
 
-# The pages of docs/SUMMARY.md as a book in book/, with search and without a network. mdbook is installed once.
+# Builds the pages of docs/SUMMARY.md as a book in book/. It has search and needs no network.
 book:
 	@command -v mdbook > /dev/null || { echo "mdbook is missing: cargo install mdbook --version 0.5.4 --no-default-features --features search --locked"; exit 1; }
 	$(PYTHON) scripts/book.py stage
 	mdbook build
 	$(PYTHON) scripts/book.py check
 
-# What a tag carries, of the commit that is checked out: wheel, source archive, the crate `aforce`, checksums. Nothing is uploaded.
+# Files of a release, made from the commit that is checked out: wheel, source archive, the crate `aforce`, checksums. Nothing is uploaded.
 VERSION = $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -1)
 DIST = target/dist
 release: $(VENV)/installed
@@ -129,15 +129,15 @@ release: $(VENV)/installed
 bench: setup
 	$(CARGO) bench --workspace
 
-# What is in results/, once more below runs/: experts and random actions (half a second of one core per episode, and random_1000 has
-# 18 000 of them), the wiping experiment (seven minutes), then the study.
+# Makes part of results/ again below runs/: the tables of scripts and random actions (half a second of one core per episode; random_1000
+# has 18 000 episodes), the wiping experiment (seven minutes), then the study.
 reproduce: setup $(BASELINES)
 	$(RUN) wiping -- --out runs/wiping
 	$(MAKE) study
 
-# The study of results/study, once more below runs/study: its learner's tournament (113 runs), its stages in the order of what they decide
-# (422 runs, of which a search stops half early), the policies of all but the search under every
-# disturbance. About 60 core-hours on an AMD EPYC, a fourth of it the tournament; what is done is not done again.
+# Makes the study of results/study again below runs/: the tournament that chose the learner (113 runs), the stages of the study (422 runs, of
+# which the search stops its weaker candidates early), and the policies of all stages but the search under every disturbance. It takes about
+# 60 core-hours on an AMD EPYC, a quarter of them for the tournament. Finished runs are not repeated.
 study: setup
 	$(RUN) sweep -- experiments/configs/tournament.toml
 	$(RUN) sweep -- experiments/configs/tournament-confirm.toml
@@ -158,7 +158,7 @@ study: setup
 	cp results/study/energy_ratio.toml runs/study/
 	$(RUN) report -- runs/study $(HYPOTHESES:%=--hypotheses %)
 
-# Tables, figures and pages of results, made of the runs that are kept there.
+# Makes the tables, figures and pages of results/ from the runs that are stored there.
 pages: setup
 	for study in results/study results/second-study results/insert; do \
 		$(RUN) report -- $$study $$(for file in $$study/hypotheses*.toml; do echo --hypotheses $$file; done) || exit 1; done
@@ -173,14 +173,14 @@ runs/experts_paper_steps.csv: | setup
 runs/arms.csv: | setup
 	$(RUN) baselines -- expert --sweep experiments/configs/arms.toml --episodes 40 --out $@
 
-# What noise costs, factor by factor; with the script beside random actions.
+# Energy that a space spends under random actions or the script, with one factor of the space changed at a time.
 runs/noise/%.csv: | setup
 	$(RUN) baselines -- $* --sweep experiments/configs/noise.toml --episodes 30 --out $@ --plot runs/noise/$*
 
 runs/random_1000.csv: | setup
 	$(RUN) baselines -- random --tasks lift,door,wipe --spaces aforce,low,variable,osc,robosuite-variable,robosuite-osc --episodes 1000 --out $@
 
-# Pages, animations and README of results/gallery: typical runs, chosen by the script.
+# Pages, animations and README of results/gallery. scripts/gallery.py chooses typical runs.
 gallery: setup
 	$(CARGO) build --release --bin replay --bin evaluate
 	$(PYTHON) scripts/gallery.py target/release results $(GALLERY)

@@ -27,15 +27,15 @@ def linked():
         for dependency in nodes[package["id"]]["deps"]:
             if any(kind["kind"] is None for kind in dependency["dep_kinds"]):
                 to_see.append(dependency["pkg"])
-    # Those of this repository have its own licence, which lies beside this text.
+    # Packages of this repository, which have no source, are left out: their licence lies beside this text.
     return sorted((package for package in found.values() if package["source"]), key=lambda package: package["name"])
 
 
 def texts(package):
-    """What lies beside the package, or else, as some leave it out, the licence's own text with the package's authors."""
+    """The licence files in the package's folder. Some packages have none: then the licence's standard text with the package's authors."""
     folder = Path(package["manifest_path"]).parent
     files = sorted(file for file in folder.iterdir() if file.is_file() and file.name.upper().startswith(NAMES))
-    # Where MIT's may be chosen, it is.
+    # MIT's licence is chosen where a package offers it.
     chosen = [file for file in files if "MIT" in file.name.upper()] or files
     if not chosen:
         return [standard(package)]

@@ -1,4 +1,4 @@
-"""What the scripts that ask MuJoCo about the air share: the torque that it puts on each joint in random states."""
+"""Shared by the scripts that ask MuJoCo about the drag of the air: its torque on each joint in random states."""
 
 import mujoco
 import numpy as np

@@ -5,16 +5,16 @@
     python3 scripts/allowed_success.py results/study --episodes 30 --episodes-in runs/allowed --out results/study/allowed.csv
 
 Every policy below the folder, in a run folder or kept as seed_N.zip, is played by `evaluate` with mean actions, from the same 30 starts. An
-episode ends once the task has stood fulfilled for a second (`env.ends_on_success`), as what the arm does afterwards is not asked. The table of every
-run's episodes stays below --episodes-in, and a run that has one is not played again. Two runs are played at a time.
+episode ends once the task has stood fulfilled for a second (`env.ends_on_success`), as what the arm does afterwards does not matter here. The
+table of every run's episodes stays below --episodes-in, and a run that has one is not played again. Two runs are played at a time.
 
-The first columns say which run it is (`experiment`, `task`, `group`, `seed`), after how many actions its policy was saved (`policy_of_action`) and how many
-`episodes` were played. The last column has the commit of the training program (`trained_at`).
-The others are shares of the episodes: `success`, the task stood fulfilled after some action; `success_by_hand`, and the hand had touched something by then;
-`allowed`, it stood fulfilled before a real arm would have stopped (`success_before_stop`, whose thresholds are those of
+The first columns say which run it is (`experiment`, `task`, `group`, `seed`), after how many actions its policy was saved
+(`policy_of_action`) and how many `episodes` were played. The last column has the commit of the training program (`trained_at`). The others
+are shares of the episodes: `success`, the task stood fulfilled after some action; `success_by_hand`, and the hand had touched something by
+then; `allowed`, it stood fulfilled before a real arm would have stopped (`success_before_stop`, whose thresholds are those of
 `env.protection`); `allowed_speed`, before any joint was faster than its limit, whatever the forces; `allowed_60n`, `allowed_100n`,
-`allowed_200n`, with that and no larger sustained force on the whole arm. `stopped_by_...`: why the arm would have stopped in the episodes
-that are not allowed though the task was done, or was never done.
+`allowed_200n`, the same with at most this sustained force on the whole arm. `stopped_by_...`: why the arm would have stopped in the
+episodes that are not `allowed`.
 """
 
 import argparse

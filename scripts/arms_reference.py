@@ -27,7 +27,7 @@ STATES = 70
 
 
 def principal(xml):
-    """Principal moments and their axes are numpy's: MuJoCo 3.2.7 finds those of a `fullinertia` to 1e-8 kg m2 only."""
+    """Replaces each `fullinertia` by principal moments and axes from numpy: MuJoCo 3.2.7 finds them to 1e-8 kg m2 only."""
     root = ET.fromstring(xml)
     for inertial in root.iter("inertial"):
         full = inertial.attrib.pop("fullinertia", None)
@@ -35,12 +35,12 @@ def principal(xml):
             continue
         xx, yy, zz, xy, xz, yz = map(float, full.split())
         moments, axes = np.linalg.eigh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        axes[:, 0] *= np.linalg.det(axes)  # No mirror image.
+        axes[:, 0] *= np.linalg.det(axes)  # A right-handed frame.
         quaternion = np.zeros(4)
         mujoco.mju_mat2Quat(quaternion, axes.flatten())
         inertial.set("diaginertia", " ".join(repr(float(moment)) for moment in moments))
         inertial.set("quat", " ".join(repr(float(part)) for part in quaternion))
-    # An inertia that no body has is an arm's as good as any: the identified Panda has one.
+    # Keeps an inertia that no rigid body can have, as the identified Panda has one.
     root.find("compiler").set("balanceinertia", "false")
     return ET.tostring(root, encoding="unicode")
 

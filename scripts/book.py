@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""The pages of docs/SUMMARY.md as a folder that mdbook can build, and a look at what it built. `make book` calls both.
+"""The pages of docs/SUMMARY.md as a folder that mdbook can build, and a check of what it built. `make book` calls both.
 
     python3 scripts/book.py stage     # target/book: the pages, with links as the book needs them and formulas as MathML
     python3 scripts/book.py check     # every link of book/ leads to a file, and to a place in it
 
-A formula stands between dollars, in the part of LaTeX that `Formula` reads. Code hosts set it, and a browser sets the MathML, without a
-network. A link to a file that is no page leads to a copy of the file; a link to a folder that has no page is only its text.
+A formula stands between dollars, in the part of LaTeX that `Formula` reads. Code hosts render it, and a browser renders the MathML without a
+network. A link to a file that is not a page leads to a copy of the file; a link to a folder without a page becomes its text alone.
 """
 
 import html
@@ -65,7 +65,7 @@ class Formula:
         return f"<mrow>{''.join(parts)}</mrow>"
 
     def argument(self):
-        """What one sign or a pair of braces holds; a word in braces is one name."""
+        """MathML of one sign or of a pair of braces. A word in braces is one identifier."""
         if self.peek() != "{":
             return self.atom()
         self.take()
@@ -119,7 +119,7 @@ def relative(path, folder):
 
 
 def stage():
-    """Writes every page of the summary, then those that they lead to, which stand at the end."""
+    """Writes every page of the summary, then the pages that they link to, which are listed at the end."""
     summary = ROOT / "docs" / "SUMMARY.md"
     listed = [Path(os.path.normpath(Path("docs") / match[3])) for match in LINK.finditer(summary.read_text())]
     chapters, waiting = list(listed), list(listed)
@@ -144,7 +144,7 @@ def write(page, text):
 
 
 def convert(page, text, chapters, found, folder=None):
-    """The text of a page as it stands in `folder`. Pages that it leads to and that are no chapters go to `found`."""
+    """The text of a page as it stands in `folder`. Pages that it links to are added to `found`; files that are not pages are copied."""
     folder = page.parent if folder is None else folder
 
     def link(match):
@@ -171,7 +171,7 @@ def convert(page, text, chapters, found, folder=None):
     parts = CODE.split(text)
     for at in range(0, len(parts), 2):
         parts[at] = math(parts[at]) if page.parent == Path("docs") else parts[at]
-    # Links may have code in their words, so they are put right in the whole text but for the blocks of code.
+    # Links may have code in their words, so they are converted in the whole text except in blocks of code.
     blocks = re.split(r"(^```.*?^```)", "".join(parts), flags=re.M | re.S)
     blocks[::2] = [LINK.sub(link, block) for block in blocks[::2]]
     return "".join(blocks)

@@ -9,7 +9,7 @@ page is served from here; software rendering will do. Checked on a desk (1280 x 
 - each task is played, the scene is not empty, and the console stays silent;
 - a force on the held arm moves it by what the stiffness says, within 10 %, and a drag of the mouse pulls it;
 - sliders, step, pause, reset and an address do what they say;
-- what an address cannot ask for, a browser without WebGL 2 or without WebAssembly: one sentence, and nothing frozen.
+- a wrong address, a browser without WebGL 2 or without WebAssembly: one sentence each, and the page does not freeze.
 
 `--speed` measures each task at 1280 x 800 and writes a table: simulated seconds and pictures per second on this machine as busy as it
 is; then simulated seconds and pictures per second of processor time, all of the browser's processes taken together, and the share of
@@ -35,7 +35,7 @@ SIZES = [(1280, 800), (390, 844)]
 # Each task, and a space in which its script does it.
 TASKS = {"lift": "aforce", "door": "aforce", "wipe": "aforce-force", "insert": "mid"}
 FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-# Time that a page may take to be there (ms).
+# Time limit of every wait for the page (ms).
 PATIENCE = 60_000
 
 
@@ -99,7 +99,7 @@ def look(live):
 
 
 def is_a_picture(image):
-    """Many colours, none of them on most of it."""
+    """Whether the image has many colours, none of which covers most of it."""
     colors = sorted(image.getcolors(image.width * image.height), reverse=True)
     return len(colors) > 500 and colors[0][0] < 0.8 * image.width * image.height
 
@@ -114,7 +114,7 @@ def check_tasks(browser, address, size, shots):
         assert is_a_picture(look(live)), f"{task}: nothing to be seen"
         if shots:
             live.page.screenshot(path=shots / f"{task}_{size[0]}.png")
-        # The script, not in real time, until the task is done.
+        # The script runs as fast as it can until the task is done.
         done = live.ask(
             "() => { play(false); ask({ do: 'open', setup }); let now; for (let k = 0; k < 500; k++) {"
             " now = ask({ do: 'run', samples: 25 }); if (now.fulfilled) break } return now.fulfilled }"
@@ -136,7 +136,7 @@ def check_push(browser, address, size, shots):
         )
         assert abs(moved * stiffness / 12 - 1) < 0.1, (space, moved)
         print(f"{space} at {size[0]} x {size[1]}: 12 N move the tool by {1000 * moved:.2f} mm, {12000 / stiffness:.2f} mm is what {stiffness} N/m say")
-    # With the mouse, at the hand.
+    # The mouse pulls at the hand.
     live.open("{ space: 'low', player: 'hold' }")
     live.ask("() => play(true)")
     live.wait("() => state.time > .3")
@@ -180,7 +180,7 @@ def check_controls(browser, address):
     # The same seed is the same episode.
     run = "() => { ask({ do: 'open', setup }); return JSON.stringify(ask({ do: 'run', samples: 200 }).poses) }"
     assert live.ask(run) == live.ask(run)
-    # Payload begins the episode again; the space's numbers and the delay change in it, and the address holds all of them.
+    # A new payload begins the episode again; the space's numbers and the delay change while it runs. The address holds all of them.
     live.ask("() => { for (let k = 0; k < 10; k++) advance(25) }")
     turn = "([name, value]) => { const s = byId('slider-' + name); s.value = value; s.oninput(); s.onchange(); return state.time }"
     assert live.page.evaluate(turn, ["delay", 10]) > 0.4 and live.page.evaluate(turn, ["k_min", 0.5]) > 0.4
@@ -226,7 +226,7 @@ def check_bad_input(browser, address):
     live = Live(browser, address, before=without)
     assert "no WebGL 2" in live.page.inner_text(".view") and live.ask("() => state.time > 0")
     live.close()
-    # A trap leaves a sentence, and Reset makes the simulation anew.
+    # After a trap the page shows a sentence, and Reset makes the simulation anew.
     live = Live(browser, address)
     live.ask("() => { engine.wasm = { ...engine.wasm, ask() { throw new WebAssembly.RuntimeError('unreachable') } } }")
     live.wait("() => byId('problem').textContent")

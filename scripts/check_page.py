@@ -27,7 +27,7 @@ from playwright.sync_api import sync_playwright
 ACTIONS = {"lift": 45, "door": 150, "wipe": 80, "insert": 60}
 WIDTH, HEIGHT = 800, 600
 GALLERY = Path(__file__).parent.parent / "results/gallery"
-# Pixels that differ by more than LEVELS of 255 in a channel, at most (share).
+# Largest share of pixels (DIFFERENT) that may differ by more than LEVELS of 255 in a channel.
 LEVELS, DIFFERENT = 24, 0.01
 
 
@@ -50,7 +50,7 @@ class Page:
         self.page.on("pageerror", lambda error: self.messages.append(str(error)))
         self.page.on("request", lambda r: r.url == path.as_uri() or self.messages.append(r.url))
         self.page.goto(path.as_uri())
-        # The whole episode, from where the PNG is taken.
+        # Without `loop` the whole episode can be shown; without `follow` the camera stays where the PNG is taken.
         for switch in ["follow", "loop"]:
             self.page.uncheck(f"#{switch}")
         # The scene alone, as large as the PNG.
@@ -124,7 +124,7 @@ def check_controls(program, browser, folder):
     page.page.mouse.wheel(0, -300)
     page.page.keyboard.up("Control")
     changes("the wheel with Ctrl")
-    # Slowly, so that a slow machine finds it still playing.
+    # In slow motion, so that a slow machine does not miss the playing.
     page.page.select_option("#speed", "0.1")
     page.page.click("#play")
     page.page.wait_for_function("() => present > 0 && present < 79")

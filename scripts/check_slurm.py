@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Works a small sweep off under a real SLURM of one node, with a preemption and a time limit on the way.
+"""Runs a small sweep under a real SLURM of one node, with a preemption and a time limit on the way.
 
     cargo build --release --bins && sudo python3 scripts/check_slurm.py
 
-Needs root, and Debian's `slurm-wlm` and `munge`; says so and ends well where they are not. The cluster lives in a
-temporary folder, listens on this machine only, and is gone afterwards. Checked for scripts/slurm:
+Needs root, and Debian's `slurm-wlm` and `munge`; if one of them is missing it says so and exits with 0. The cluster lives
+in a temporary folder, listens on this machine only, and is removed afterwards. Checked for scripts/slurm:
 
 - the array trains every run of the sweep, and the report follows it;
 - a run that is cancelled saves itself and is not queued again;
@@ -93,7 +93,7 @@ class Cluster:
 
     def begin(self):
         folder = self.folder
-        # Munge wants to be reachable by every user.
+        # Munge requires a folder that every user can reach.
         folder.chmod(0o755)
         (folder / "slurm.conf").write_text(CONFIGURATION.format(host=socket.gethostname().split(".")[0], folder=folder))
         (folder / "cgroup.conf").write_text("CgroupAutomount=no\n")
@@ -139,13 +139,13 @@ def check(cluster, folder):
     learning = lambda path: (out / path / "progress.csv").exists()
     wait("two runs at once are learning", lambda: learning("lift/aforce/seed_1") and learning("lift/osc/seed_1"))
 
-    # Both slots are taken: the job of higher priority drives one run out. The other is told that its time is up.
+    # Both slots are taken: the job of higher priority preempts one run. The other run is told that its time is up.
     high = run("sbatch", "--parsable", "--partition=high", "--output=/dev/null", "--wrap", "sleep 2")
     restarted = lambda: [i for i in (0, 1) if cluster.job(task(array, i)).get("Restarts") == "1"]
     wait("one run is preempted and queued again", lambda: len(restarted()) == 1)
     wait("the job of higher priority is done", lambda: cluster.job(high).get("JobState") == "COMPLETED")
     other = 1 - restarted()[0]
-    # It repeats a signal that the controller says it could not send, though it has: not once the run is queued again.
+    # scancel repeats a signal that the controller wrongly reports as not sent, so it is ended once the run is queued again.
     timer = subprocess.Popen(["scancel", "--batch", "--signal=TERM", task(array, other)])
     wait("the other is queued again when its time is up", lambda: len(restarted()) == 2)
     timer.kill()
@@ -175,7 +175,7 @@ def check(cluster, folder):
     run("scancel", array)
     saved = lambda: all("stopped; continue" in log.read_text() for log in other.glob("slurm-*_*.log"))
     wait("what is cancelled saves itself", saved)
-    time.sleep(5)  # Time enough to be queued again.
+    time.sleep(5)  # By then a run would have been queued again.
     states = {cluster.job(task(array, i)).get("JobState") for i in (0, 1)}
     assert states == {"CANCELLED"}, states
     print("ok: what is cancelled is not queued again")

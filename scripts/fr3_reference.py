@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Regenerate crates/physics/reference/states_fr3.csv: what MuJoCo says about an FR3 made of its maker's own files.
+"""Regenerate crates/physics/reference/states_fr3.csv: what MuJoCo says about an FR3 made from its maker's own files.
 
     git clone https://github.com/frankaemika/franka_description
     python3 -m venv VENV && VENV/bin/pip install mujoco==3.2.7 numpy pyyaml
     VENV/bin/python scripts/fr3_reference.py franka_description
 
-crates/physics/tests/model.rs holds the FR3 of crates/physics/src/robots/fr3.rs against the file: its numbers and its dynamics. Nothing of that
-robot enters here but the opening of the fingers. A row is a random state: joint angles and velocities (rad, rad/s), the lower triangle of the
+crates/physics/tests/model.rs compares the FR3 of crates/physics/src/robots/fr3.rs with the file: its numbers and its dynamics. This script takes
+nothing from fr3.rs but the opening of the fingers. A row is a random state: joint angles and velocities (rad, rad/s), the lower triangle of the
 mass matrix by rows without rotors (kg m2), the bias torques (Nm), place and quaternion (w, x, y, z) of the hand's frame in that of the base (m).
 """
 
@@ -30,12 +30,12 @@ def read(folder, name):
 
 
 def inertial(values):
-    """Principal moments and their axes are numpy's: MuJoCo 3.2.7 finds those of a `fullinertia` to 1e-8 kg m2 only."""
+    """The MJCF element, with principal moments and axes from numpy: MuJoCo 3.2.7 finds those of a `fullinertia` to 1e-8 kg m2 only."""
     i, (origin, turn) = values["inertia"], (values["origin"][key] for key in ("xyz", "rpy"))
     if turn.split() != ["0", "0", "0"]:
         sys.exit(f"an inertia that is turned: {turn}")
     moments, axes = np.linalg.eigh([[i["xx"], i["xy"], i["xz"]], [i["xy"], i["yy"], i["yz"]], [i["xz"], i["yz"], i["zz"]]])
-    axes[:, 0] *= np.linalg.det(axes)  # No mirror image.
+    axes[:, 0] *= np.linalg.det(axes)  # A right-handed frame.
     quaternion = np.zeros(4)
     mujoco.mju_mat2Quat(quaternion, axes.flatten())
     principal = " ".join(repr(float(moment)) for moment in moments)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes the gallery: a page and an animation of each task, and what leads to them in README.md.
+"""Makes the gallery: a page and an animation of each task, and the README.md that links to them.
 
     python3 scripts/gallery.py target/release results results/gallery
 
@@ -7,7 +7,7 @@ Needs the programs `replay` and `evaluate` in the first folder, and in the secon
 Shown are two runs of a task, AFORCE's and `variable`'s: of ten seeds each the one whose energy with
 mean actions is the median (of an even number the lower of the two in the middle). They play the
 first start of the evaluation in which both do the task. Every number is computed here from the
-study's table or from what these two runs do. Insert has an animation alone: a policy that feels force beside one that does not.
+study's table or from what these two runs do. Insert has only an animation: a policy that feels force beside one that does not.
 """
 
 import csv
@@ -21,7 +21,7 @@ ENERGY = "final_energy_per_action_j"
 STARTS = 10
 # Length of an animation (s), and how many times faster than real time it may run.
 LENGTH, SPEEDS = 3, [1, 1.5, 2, 3, 4]
-# How long the end of the task is seen at least, in the task's time (seconds).
+# Shortest simulated time for which an animation goes on after the task is done (s).
 REST = 0.25
 FRAMES_PER_SECOND, ACTIONS_PER_SECOND = 10, 20
 SECONDS_OF_INSERT = 6
@@ -54,7 +54,7 @@ ALSO = {
 
 
 class Runs:
-    """The seeds of a space in a task."""
+    """The runs of a space in a task, one for each seed, and the typical one of them."""
 
     def __init__(self, study, stage, task, space):
         self.space = space
@@ -86,7 +86,7 @@ def call(program, *words):
 
 
 def show(programs, study, out, task):
-    """Writes page and animation of a task; what the README says about it."""
+    """Writes page and animation of a task. Returns what the README says about it."""
     title, stage, suffix, look = TASKS[task]
     pair = [Runs(study, stage, task, space + suffix) for space in ("aforce", "variable")]
     tables = [evaluate(programs, run.policy) for run in pair]
@@ -130,7 +130,7 @@ def show(programs, study, out, task):
 
 
 def insert(programs, again, out):
-    """Writes the animation of Insert; what the README says about it."""
+    """Writes the animation of Insert. Returns what the README says about it."""
     pair = []
     for group in ("1-mm", "unfelt"):
         pair += sorted((again / "insert" / f"fixed-565,{group}").glob("seed_*.zip"))

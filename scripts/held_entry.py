@@ -3,9 +3,9 @@
 
     scripts/held_entry.py RUN [RUN ...]
 
-RUN: a run folder of Door, or the .zip of a kept policy. After five seconds of mean actions one entry is held, for four seconds at most;
-printed are the actions until the door was open, from four starts; `-`: it stayed shut, `before`: it was open before. Entries that open nothing are left out. Needs
-the wheel (`make wheel`).
+RUN: a run folder of Door, or the .zip of a kept policy. After five seconds of mean actions one entry is held, for four seconds at most.
+Printed are the actions until the door was open, from four starts. `-`: the door stayed shut, `before`: it was open before. Entries that
+open no door are left out. Needs the wheel (`make wheel`).
 """
 
 import sys

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 """How hard the peg of Insert strikes what is below it, by the hand's speed. Nothing is learned.
 
-Every action lowers the goal by the same share of the step, so the hand comes down at a steady speed. The peg's end meets the block around the hole in
-about nine of ten starts, in the others the table beside the block. An episode in which no force exceeds the threshold is left out.
+Every action lowers the goal by the same share of the step, so the hand comes down at a steady speed. The peg's end meets the block around the
+hole in about nine of ten starts, in the others the table beside the block. An episode in which no force exceeds the threshold is left out.
 
     python3 scripts/insert_blows.py results/insert/blows.csv
 
-needs the wheel (docs/python.md).
+Needs the wheel (docs/python.md).
 """
 
 import csv

@@ -63,7 +63,7 @@ class Bench:
         mujoco.mj_step2(model, data)
 
     def force(self):
-        """Contact force beyond the wrist (N, world), and the sum of its sizes over pairs of shapes of the links (N)."""
+        """Contact force on what is beyond the wrist (N, world); sum over the links' contact pairs of the size of their force (N)."""
         hand, links, six = np.zeros(3), {}, np.zeros(6)
         for i in range(self.data.ncon):
             contact = self.data.contact[i]

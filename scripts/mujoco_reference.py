@@ -16,7 +16,8 @@ seven kinds of files, read by crates/physics/tests/{mujoco,contact_forces}.rs an
     air.csv             torque of the air on each joint in 10 random states of each scene
 
 The fingers are welded at their opening at the start of an episode, as in the model of the arm: MuJoCo's two finger joints are deleted and
-the bodies moved. Where they stay (arm block of the full mass matrix, bias at zero finger velocity) both must agree; that is checked too.
+the bodies moved. The script also checks that this model agrees with the one that has finger joints, in the arm's block of the mass matrix
+and in the bias at zero finger velocity.
 """
 
 import csv
@@ -46,19 +47,19 @@ GRIP_SITE = [0.0, 0.0, 0.097]
 INITIAL_OPENING = 0.020833
 HOME = np.array([0.0, np.pi / 16, 0.0, -5 * np.pi / 6, 0.0, np.pi - 0.2, np.pi / 4])
 
-# Nm and Hz. The push keeps the arm slow; the sinusoids make it fast.
+# Torques (Nm) and frequencies (Hz) of the motions. The push keeps the arm slow; the sinusoids make it fast.
 PUSH = np.array([4.0, -3.0, 3.0, 2.0, -1.5, 1.0, 0.5])
 AMPLITUDE = np.array([20.0, 25.0, 15.0, 15.0, 5.0, 4.0, 2.0])
 FREQUENCY = np.array([0.5, 0.7, 0.9, 1.1, 1.3, 1.5, 1.7])
 
-# A block lower than wide: a cube with friction coefficient 1 that slides is about to tip over.
+# The block is lower than wide, because a sliding cube with friction coefficient 1 is about to tip over.
 BLOCK_HALF = np.array([0.03, 0.03, 0.01])
 BLOCK_MASS = 8 * BLOCK_HALF.prod() * 1000.0
 PRESS = 20.0
 PULL = 2.0
 
-# Loads on hinge and handle (Nm) that are reached linearly in so many seconds. The slow ones keep the handle, which has no damping, from
-# swinging; the sudden ones are the experiment.
+# Each tuple has the loads on hinge and handle (Nm) and the time in which they are reached linearly (s). Slow changes keep the handle, which
+# has no damping, from swinging; sudden changes are the experiment.
 TURNED = (0.0, 1.45, 3.0)
 DOOR_CASES = {
     "latched": [(20.0, 0.0, 1.0), (20.0, 0.0, 1.0)],

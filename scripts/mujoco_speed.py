@@ -8,8 +8,8 @@ reward and resets) beside MuJoCo's bare physics (25 `mj_step` of 2 ms and nothin
 MuJoCo gets our scene (`export_mjcf` of crates/physics) and our actions (`random_torques` of crates/tasks): each starts in the state in
 which it started here, and its mean torques act for its 50 ms. `mujoco.rollout` runs the steps in one thread without Python in
 between. The fingers' motors, whose forces are not recorded, do nothing; door, cube and table are those of the middle of their
-ranges. The joint angles at the ends of the actions are held against ours, so that both did the same work. Times mean something only if
-nothing else runs.
+ranges. The joint angles at the ends of the actions are compared with ours, to check that both did the same work. Times mean something
+only if nothing else runs.
 """
 
 import argparse

@@ -4,8 +4,8 @@
     python3 -m venv VENV && VENV/bin/pip install mujoco==3.17.0 numpy==2.4.6
     VENV/bin/python scripts/objects_reference.py
 
-Needs cargo. MuJoCo loads the file itself. It also loads what the physics crate reads of the file and exports again (example `objects_to_mjcf`), which has to be the same
-bodies in the same motion; the script exits non-zero if not. tests/objects.rs reads
+Needs cargo. MuJoCo loads the file itself. It also loads what the physics crate reads from the file and exports again (example
+`objects_to_mjcf`). Both must be the same bodies in the same motion; the script exits non-zero if not. tests/objects.rs reads
 
     objects_inertia.csv  mass, centre of mass and inertia of each body that moves, in the body's frame (the joint's place for `flap`)
     objects.csv          1 s of motion at 20 Hz, in steps of 0.1 ms
@@ -37,7 +37,7 @@ def load(path):
     spec.option.timestep, spec.option.gravity = DT, [0, 0, -9.81]
     spec.option.cone, spec.option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 20
     model = spec.compile()
-    # As hard as the step allows: with MuJoCo's 20 ms dry friction lets slow joints creep.
+    # Constraints as stiff as the step allows: with MuJoCo's default time constant of 20 ms dry friction lets slow joints creep.
     model.dof_solref[:], model.dof_solimp[:, :2] = [2 * DT, 1], 0.9999
     model.geom_solref[:] = [20 * DT, 1]
     return model
@@ -49,7 +49,7 @@ def export():
 
 
 def inertia(model, name):
-    """Mass, centre of mass, and inertia about it (xx, yy, zz, xy, xz, yz) along the axes of the body; where a hinge is, from there."""
+    """Mass, centre of mass (of a body with a hinge counted from the hinge), and inertia about it (xx, yy, zz, xy, xz, yz); body axes."""
     body = model.body(name)
     turn = np.zeros(9)
     mujoco.mju_quat2Mat(turn, body.iquat)
@@ -96,7 +96,7 @@ def main():
             require(np.allclose(getattr(original, field)[at], getattr(exported, field)[at]), f"{field} of {name}")
     rows = list(motion(original))
     apart = np.abs(np.array(rows) - np.array(list(motion(exported))))
-    # How the roof tumbles as it lands, rounding decides; before and after it is the same.
+    # Rounding decides how the roof tumbles as it lands, so it is compared only before and after that.
     falling, landed, roof = 2, -1, slice(4, 11)
     for what, difference, allowed in [
         ("ball, flap and drawer", np.delete(apart, roof, axis=1), 1e-6),

@@ -9,7 +9,7 @@ Read by tests/robosuite_osc.rs.
 
 Torques are those before the limits. Two things differ from robosuite on purpose. The orientation error is the rotation vector (angle times
 axis), where robosuite's sum of cross products is sine of the angle times axis: the script computes robosuite's and rescales it. And states
-close to a singularity are left out (one of the 50): there the workbench gives a direction up, robosuite in practice none.
+close to a singularity are left out (one of the 50): there the workbench damps J M^-1 J^T, robosuite in practice does not.
 """
 
 import csv
@@ -25,7 +25,7 @@ OUT = ROOT / "tests" / "reference" / "osc.csv"
 SEED = 20261121
 POSITION_STEP, ROTATION_STEP = 0.05, 0.5  # m, rad per action entry
 NULL_SPACE = 10.0  # 1/s^2
-SMALLEST_PIVOT = 2.5e-4  # 1/kg: below it the workbench gives a direction up
+SMALLEST_PIVOT = 2.5e-4  # 1/kg, of J M^-1 J^T: below it the workbench damps the matrix
 
 
 def rotation(axis_angle):

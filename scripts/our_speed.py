@@ -1,4 +1,4 @@
-"""Environment steps per second of ours, beside something else's: what the scripts that compare speeds share.
+"""Shared by the scripts that compare speeds: environment steps per second of this project beside those of another simulator.
 
 Ours are the criterion benches `step/TASK/WHAT` of crates/tasks. Both sides get one core and take turns. Needs cargo.
 """
@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parent.parent
 def ours(task, what):
     name = f"step/{task}/{what}"
     subprocess.run(["cargo", "bench", "--quiet", "-p", "tasks", "--bench", "step", "--", f"^{name}$"], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
-    # Criterion makes one folder name of an id's slashes after the group's.
+    # Criterion replaces the slashes of an id, after that behind the group, by underscores in the folder's name.
     estimates = ROOT / "target" / "criterion" / "step" / f"{task}_{what}" / "new" / "estimates.json"
     return 1e9 / json.loads(estimates.read_text())["mean"]["point_estimate"]
 

@@ -83,7 +83,7 @@ def record(episode, name):
         disc = {"lengths": [0.001], "radii": [decal["radius"]], "centers": [decal["centre"]], "fill_mode": "solid"}
         for frame, color in decal["colors"]:
             rr.set_time("time", duration=times[frame])
-            # Without a colour it is not there from then on.
+            # A decal without a colour is hidden from then on.
             drawn = rr.Clear(recursive=False) if color is None else rr.Cylinders3D(colors=[color], **disc)
             log([SCENE, "decals", str(index)], drawn)
 

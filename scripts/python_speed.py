@@ -30,7 +30,7 @@ def per_step(step, count, clock):
 
 
 def interleaved(ways, rounds, count, clock):
-    """Of each way by name, the least time of a step (us)."""
+    """The least time of a step (us) of each way, by name."""
     least = dict.fromkeys(ways, np.inf)
     for _ in range(rounds):
         for name, (reset, step) in ways.items():

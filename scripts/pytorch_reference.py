@@ -6,11 +6,11 @@
 
 Needs `pip install torch==2.11.0 numpy safetensors` in a virtual environment; without a GPU. Times mean something only if nothing else runs.
 
-There are two records: in one the critics see what the actor sees, in the other they see PRIVILEGED numbers more, which stand behind the
-actor's in an observation. A record holds three updates of a small learner on fixed weights, batches and noise: inputs under `NAME@0` (weights) and `batch.NAME@T`,
-all that update T leaves under `NAME@T` (T = 1, 2, 3). It is computed in f64 and rounded to f32: what the Rust learner is off by is its own
-rounding. The script prints how far PyTorch in f32 is off. The first record also holds the mean actions that PyTorch gives for the checkpoint in
-crates/sac/reference/checkpoint, which Rust wrote (see crates/sac/src/pytorch.rs). A second run writes the same bytes.
+There are two records: in one the critics see what the actor sees, in the other they see PRIVILEGED numbers more, which stand behind the actor's in
+an observation. A record holds three updates of a small learner on fixed weights, batches and noise: inputs under `NAME@0` (weights) and
+`batch.NAME@T`, all that update T leaves under `NAME@T` (T = 1, 2, 3). It is computed in f64 and rounded to f32, so that the Rust learner differs
+from it by its own rounding. The script prints how much PyTorch in f32 differs. The first record also holds the mean actions that PyTorch gives for
+the checkpoint in crates/sac/reference/checkpoint, which Rust wrote (see crates/sac/src/pytorch.rs). A second run writes the same bytes.
 """
 
 import argparse
@@ -62,7 +62,8 @@ def mlp(*sizes):
 
 class Learner:
     """SAC. One update moves the critics, the actor, the temperature and the targets, in this order. It weighs entropy by the temperature
-    from before the update, samples next and present actions from the actor from before the update, and lets the updated critics judge."""
+    from before the update, samples next and present actions from the actor from before the update, and takes the actor's loss from the updated
+    critics."""
 
     def __init__(self, config, observations, actions, privileged=0, **adam):
         self.config, self.observations = config, observations
@@ -80,8 +81,8 @@ class Learner:
         self.temperature_adam = optimizer("temperature", [self.log_temperature])
 
     def policy(self, observation, noise):
-        """A tanh-squashed Gaussian: the action that `noise` stands for, and its log-probability. Of an observation the actor sees the
-        first part."""
+        """A tanh-squashed Gaussian: the action that the standard normal `noise` leads to, and its log-probability. The actor sees the first
+        part of an observation."""
         mean, raw = self.actor(observation[:, : self.observations]).chunk(2, dim=-1)
         low, high = self.config["log_std_min"], self.config["log_std_max"]
         log_std = low + 0.5 * (high - low) * (torch.tanh(raw) + 1)
@@ -210,7 +211,7 @@ def checkpoint_actions():
 def write_record(file, privileged=0):
     torch.manual_seed(1)
     start = Learner(CONFIG, OBSERVATIONS, ACTIONS, privileged).state()
-    # Targets of their own, as in the middle of a run.
+    # Targets that differ from the critics, as in the middle of a run.
     start |= {name: w + 0.05 * torch.randn_like(w) for name, w in start.items() if name.endswith(".target")}
     batches = draw_batches(privileged)
     exact, single = (learn(start, batches, privileged, dtype) for dtype in (torch.float64, torch.float32))

@@ -54,7 +54,7 @@ def environment(task, space):
 
 
 def episode(task, space, seed):
-    """Force of each action (N). What robosuite observes and rewards after every sample is left out: it takes half the time."""
+    """Force of each action (N). Observations and rewards of robosuite are not computed: they would take half of the time."""
     env = environment(task, space)
     np.random.seed(seed)  # robosuite draws placements from the global generator.
     env.reset()

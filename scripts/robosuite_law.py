@@ -35,8 +35,8 @@ def spaces(setup):
 
 
 class Lift(gym.Env):
-    """robosuite's Lift for Gymnasium. robosuite draws placements from numpy's global generator: an episode with a seed leaves it
-    as it was."""
+    """robosuite's Lift for Gymnasium. robosuite draws placements from numpy's global generator, which a reset with a seed restores
+    afterwards."""
 
     def __init__(self, config):
         self._env = make("lift", config)
@@ -103,9 +103,9 @@ def watch(arguments):
     model, data = env._env.sim.model._model, env._env.sim.data._data
     renderer, camera, seen = mujoco.Renderer(model, 240, 320), mujoco.MjvCamera(), mujoco.MjvOption()
     camera.lookat, camera.distance, camera.azimuth, camera.elevation = [-0.05, 0, 0.95], 1.2, 140, -20
-    seen.geomgroup[0] = 0  # Shapes that collide hide those to look at.
+    seen.geomgroup[0] = 0  # Collision shapes would hide the visual ones.
     sheet, total, success = Image.new("RGB", (4 * 320, 3 * 240)), 0.0, False
-    pictures = [int((HORIZON - 1) * (n / 11) ** 2) for n in range(12)]  # More of them early, when it moves.
+    pictures = [int((HORIZON - 1) * (n / 11) ** 2) for n in range(12)]  # More pictures early, when the arm moves.
     for action in range(HORIZON):
         if action in pictures:
             n = pictures.index(action)

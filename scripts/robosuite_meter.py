@@ -1,4 +1,4 @@
-"""What the arm spends and what presses on it in robosuite, counted as the workbench counts it, for the scripts beside this one."""
+"""Energy of the arm and force on it in robosuite, counted as the workbench counts them; for the scripts beside this one."""
 
 import math
 
@@ -10,7 +10,7 @@ SUSTAINED_HZ = 12.0  # Cut-off of the low-pass behind the workbench's `arm_max_c
 
 
 def part(body):
-    """What a body of robosuite belongs to. The arm's base stands still: it is of the scene, as in the workbench."""
+    """Part to which a body of robosuite belongs. The arm's base belongs to the scene, as in the workbench."""
     if body.startswith(("gripper0_", "robot0_right_hand")):
         return HAND
     return LINK if body.startswith("robot0_link") and body != "robot0_link0" else SCENE
@@ -19,9 +19,9 @@ def part(body):
 class Meter:
     """Measures an episode from its reset on: every control sample of `env` passes through here.
 
-    Energy is the sum of |tau qd| dt over joints and samples, qd the mean of before and after. Force is the sustained one of the whole arm:
-    that on hand and fingers as a vector, those on the links by their sizes, each through a low-pass of 12 Hz; contacts of the arm with
-    itself count, but for those between hand and fingers.
+    Energy is the sum of |tau qd| dt over joints and samples, qd the mean of before and after. Force is the sustained force on the whole arm:
+    the size of the force vector on hand and fingers, plus the sum of the sizes of the forces on the links, both behind a low-pass of 12 Hz.
+    Contacts of the arm with itself count, except those between hand and fingers.
     """
 
     def __init__(self, env):

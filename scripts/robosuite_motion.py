@@ -4,7 +4,7 @@
     python3 -m venv VENV && VENV/bin/pip install robosuite==1.4.1 mujoco==3.2.7
     VENV/bin/python scripts/robosuite_motion.py
 
-Writes three files. Exits non-zero if they could not be what they say.
+Writes three files. Exits non-zero if the first one is too large to be committed.
 
     tests/reference/robosuite_motion.csv            40 scenarios of 40 actions in which the arm touches nothing (tests/robosuite_motion.rs)
     crates/physics/reference/robosuite_air.csv      torque of the air on each joint in random states (crates/physics/src/engine/drag.rs)
@@ -78,7 +78,7 @@ def touches(env):
 
 
 def watch(env):
-    """Notes a touch in any substep: a list that is empty as long as there is none."""
+    """Watches every substep of `env`. Returns a list that is empty as long as nothing has touched the robot."""
     touched, inner = [], env._pre_action
 
     def pre_action(action, policy_step=False):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Policies learned in the workbench, played in robosuite 1.4.1 and at home: the same episodes of each, nothing is learned anew.
+"""Policies learned in the workbench, played in robosuite 1.4.1 and in the workbench: as many episodes in each, nothing is learned anew.
 
     make wheel && python3 -m venv VENV
     VENV/bin/pip install target/wheels/aforce-*.whl robosuite==1.4.1 mujoco==3.2.7
@@ -7,9 +7,9 @@
 
 A row for each episode and simulator. The law is this repository's in both, with the settings of the run; starts are
 each simulator's own, drawn from the same distributions. Actions are mean actions. Energy and force are counted alike
-(robosuite_meter.py). The return is of robosuite's reward terms in both: so Door's force penalty is not in it, Wipe's
-is. robosuite's Wipe reads that force once per action. It counts a marker as wiped without pressure, but only where the
-tool's face is below the marker; in the workbench the face may be up to 2 mm above it. With --raise-markers 0.002
+(robosuite_meter.py). The return consists of robosuite's reward terms in both: it lacks Door's force penalty and has
+Wipe's. robosuite's Wipe reads that force once per action. It counts a marker as wiped without pressure, but only where
+the tool's face is below the marker; in the workbench the face may be up to 2 mm above it. With --raise-markers 0.002
 robosuite alone plays, and its markers, also those that a policy observes, lie that far above the table. robosuite's
 arm never stops itself, so the arm of a run with env.stops does not stop in the workbench either. A run whose
 observation or disturbance robosuite does not have is refused.
@@ -27,7 +27,7 @@ import numpy as np
 from robosuite_meter import Meter
 from whole_file import whole_file
 
-# Of `env.controller` in a run's configuration, what robosuite sets itself.
+# Keys of `env.controller` in a run's configuration that robosuite sets itself.
 RATES = ("policy_hz", "control_hz")
 TASKS = ("lift", "door", "wipe")
 
@@ -96,7 +96,7 @@ class Robosuite:
 
 
 def play(policy, simulator, start, actions):
-    """What a table says of an episode."""
+    """Plays an episode. Returns its columns in the table."""
     observation, rewards, energies, forces, successes = simulator.reset(start), [], [], [], []
     for _ in range(actions):
         observation, reward, success, energy, force = simulator.step(policy.predict(observation)[0].astype(float))

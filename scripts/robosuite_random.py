@@ -45,7 +45,7 @@ def make(task, config):
 
 
 def meter(env):
-    """Adds up the arm's energy per control sample: a list of [sum of abs(tau qd) dt, abs of the sum dt]."""
+    """Adds up the arm's energy over control samples (J), in the array that is returned: sum of |tau qd| dt, and |sum of tau qd| dt."""
     energy, inner = np.zeros(2), env._pre_action
 
     def pre_action(action, policy_step=False):

@@ -5,8 +5,9 @@ and the wiping tool pressed on the table by a constant OSC action, 2 cm down.
     python3 -m venv VENV && VENV/bin/pip install robosuite==1.4.1 mujoco==3.2.7
     VENV/bin/python scripts/robosuite_speed.py [--tasks lift,door,wipe] [--steps 1000] [--csv FILE]
 
-Needs cargo; without a GPU or a display. Ours are the criterion benches `step/TASK/variable` and `step/wipe/pressing` of crates/tasks. robosuite runs without cameras
-and renderers, with its soft resets (`hard_reset=False`), which are the fast ones. Times mean something only if nothing else runs.
+Needs cargo; without a GPU or a display. Ours are the criterion benches `step/TASK/variable` and `step/wipe/pressing` of crates/tasks.
+robosuite runs without cameras and renderers, with its soft resets (`hard_reset=False`), which are the fast ones. Times mean something only
+if nothing else runs.
 """
 
 import argparse
@@ -37,7 +38,7 @@ def theirs(task, steps):
     low, high = env.action_spec
     rng = np.random.default_rng(1)
     env.reset()
-    env.step(rng.uniform(low, high))  # The first one compiles parts of robosuite.
+    env.step(rng.uniform(low, high))  # The first step compiles parts of robosuite.
     start = time.perf_counter()
     for _ in range(steps):
         done = env.step(rng.uniform(low, high))[2]

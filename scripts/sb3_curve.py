@@ -9,9 +9,9 @@ from whole_file import whole_file
 
 
 class Curve(BaseCallback):
-    """After `starts[n]` actions, for each n there is, plays an episode from each of its seeds with mean actions, and writes what
-    they came to: means over the episodes, in a row of the table `out`. Columns that begin with `training` are of the actions that
-    were trained with since the row before, noise included."""
+    """After n training actions, for each key n of `starts`, plays an episode with mean actions from each seed in `starts[n]`, and
+    writes the means over these episodes as a row of the table `out`. Columns that begin with `training` are means over the training
+    actions since the previous row, noise included."""
 
     def __init__(self, env, starts, out):
         super().__init__()

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Regenerate experiments/reference/sb3: what Stable-Baselines3's EvalCallback and Monitor leave, of an environment that learns nothing.
+"""Regenerate experiments/reference/sb3: what Stable-Baselines3's EvalCallback and Monitor write, in an environment with nothing to learn.
 
     python3 -m venv VENV && VENV/bin/pip install stable-baselines3==2.9.2
     VENV/bin/python scripts/sb3_curves_reference.py
@@ -23,7 +23,7 @@ RUN = OUT / "lift" / "aforce,sb3" / "seed_3"
 
 
 class Walk(gym.Env):
-    """Ten actions, each earning what it says; a success is a sum above -4."""
+    """An episode of ten actions. The reward is the action's entry; a success is a sum of rewards above -4."""
 
     observation_space = gym.spaces.Box(-1.0, 1.0, (2,))
     action_space = gym.spaces.Box(-1.0, 1.0, (1,))

@@ -4,7 +4,7 @@
     make wheel && python3 -m venv VENV && VENV/bin/pip install target/wheels/aforce-*.whl stable-baselines3==2.9.2
     VENV/bin/python scripts/sb3_lift.py --seed 1 --out runs/sb3_lift/seed_1.csv [--steps 150000] [--space aforce]
 
-`--defaults` takes Stable-Baselines3's own settings and observations without scaling instead: what the preset `plain` is held against.
+`--defaults` takes Stable-Baselines3's own settings and observations without scaling instead: the preset `plain` is compared with it.
 
 The set-up is that of `train --task lift --space aforce --setup small-steps`, or with `--like RUN` that of a run of `train`, whose starts
 then serve for the evaluations as well: mean actions, every so many actions. A row has the CPU minutes of the whole process when
@@ -27,7 +27,7 @@ from sb3_curve import Curve
 
 
 def starts_of(run):
-    """The seeds from which a run was evaluated after so many actions."""
+    """Seeds of the episodes of a run's evaluations, by the number of training actions."""
     starts = {}
     with (run / "eval.csv").open(newline="") as file:
         for row in csv.DictReader(file):

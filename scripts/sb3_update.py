@@ -38,7 +38,7 @@ COLUMNS = ["size", "who", "update_ms", "rounds", "updates_per_round", "cpu"]
 
 
 class Sizes(gym.Env):
-    """Spaces of the right sizes; never played."""
+    """An environment with spaces of the right sizes, which is never stepped."""
 
     observation_space = gym.spaces.Box(-1, 1, (OBSERVATIONS,), np.float32)
     action_space = gym.spaces.Box(-1, 1, (ACTIONS,), np.float32)
@@ -80,7 +80,7 @@ def sbx_train(model, updates):
 
 
 def bench():
-    """Builds ours; returns the program."""
+    """Builds the bench of crates/sac. Returns the path of its program."""
     command = ["cargo", "bench", "--quiet", "--no-run", "-p", "sac", "--bench", "update", "--message-format", "json"]
     output = subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout
     messages = [json.loads(line) for line in output.splitlines()]

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""CPU time of a whole environment step (25 control samples) with random `variable` actions, as a share of what MuJoCo's bare physics
-takes for the same scene and torques (25 `mj_step` of 2 ms and nothing else): a share of 1 is MuJoCo's speed.
+"""CPU time of a whole environment step (25 control samples) with random `variable` actions, beside that of MuJoCo's bare physics
+for the same scene and torques (25 `mj_step` of 2 ms and nothing else). The share is MuJoCo's time over ours: 1 is MuJoCo's speed.
 
     python3 -m venv VENV && VENV/bin/pip install mujoco==3.17.0
     VENV/bin/python scripts/step_cost.py [--tasks lift,door,wipe] [--rounds 12] [--actions 300] [--csv FILE]
 
 The two take turns in short blocks, of which the least counts: other work on the machine slows a block and never speeds it up.
-`step_time` of crates/tasks measures ours, with resets; `mujoco_speed.py` tells what MuJoCo repeats.
+`step_time` of crates/tasks measures ours, with resets; `mujoco_speed.py` says what MuJoCo plays.
 """
 
 import argparse

@@ -33,7 +33,7 @@ from xacro import substitution_args
 
 ROOT = Path(__file__).resolve().parent.parent
 OUT = ROOT / "crates" / "physics" / "reference" / "urdf_compared.csv"
-# More than rounding.
+# Differences above this are more than rounding.
 TOLERANCE = 1e-9
 COLUMNS = "repository commit file base tool joints pose jacobian mass bias mujoco refused".split()
 FRANKA = ("frankarobotics/franka_description", "566ba44abc48be2fca16050c406562e22f85793b")
@@ -106,7 +106,7 @@ ARMS = [
 
 
 def text_of(clones, repository, commit, file):
-    """The URDF at that commit; one that is made by xacro is made with the arguments behind its name."""
+    """The URDF at that commit. A .xacro file is processed with the arguments behind its name."""
     path, *arguments = file.split()
     name = repository.split("/")[1]
 
@@ -121,7 +121,7 @@ def text_of(clones, repository, commit, file):
                 there = Path(folder) / name / each
                 there.parent.mkdir(parents=True, exist_ok=True)
                 there.write_bytes(git("show", f"{commit}:{each}"))
-        # Without ROS nothing else says where a package is.
+        # Without ROS xacro does not know where a package is.
         substitution_args._eval_find = lambda package: f"{folder}/{package}"
         mappings = dict(argument.split(":=") for argument in arguments)
         return xacro.process_file(f"{folder}/{name}/{path}", mappings=mappings).toprettyxml(indent=" ")
@@ -133,7 +133,7 @@ class Pinocchio:
     def __init__(self, text, base, tool):
         self.model = model = pinocchio.buildModelFromXML(text)
         self.data = model.createData()
-        # A joint may be called as a link.
+        # The type is given because a joint may have the same name as a link.
         names = (base or model.frames[1].name, tool)
         self.base, self.tool = (model.getFrameId(name, pinocchio.FrameType.BODY) for name in names)
         above, way = (list(model.supports[model.frames[frame].parentJoint]) for frame in (self.base, self.tool))
@@ -169,11 +169,11 @@ class MuJoCo:
                 link.remove(shape)
         for old in root.findall("mujoco"):
             root.remove(old)
-        # No link may be fused, so that the tool can be found, and none may be changed.
+        # No link may be fused, so that the tool can be found, and no inertia may be changed.
         ET.SubElement(ET.SubElement(root, "mujoco"), "compiler", fusestatic="false", balanceinertia="false")
         self.model = model = mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode"))
         self.data = data = mujoco.MjData(model)
-        # The root is MuJoCo's world.
+        # A root link that MuJoCo does not have as a body is its world.
         first = max(0, mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, base)) if base else 0
         body = self.tool = model.body(tool).id
         self.at = []
@@ -199,7 +199,7 @@ class MuJoCo:
 
 
 def ours(file, tool, base):
-    """States of this project's own model, or the line that refuses the file."""
+    """Number of joints and states of this project's own model; or None and the line that refuses the file."""
     command = ["cargo", "run", "--release", "--quiet", "-p", "physics", "--example", "urdf_states", "--", file, tool]
     made = subprocess.run(command + [base] * bool(base), cwd=ROOT, capture_output=True, text=True)
     if made.returncode:
@@ -224,7 +224,7 @@ def differences(states, other):
 
 
 def compare(text, base, tool):
-    """The last columns of a row, and whether all differences are small."""
+    """The last columns of a row, and whether all differences are below TOLERANCE."""
     with tempfile.NamedTemporaryFile("w", suffix=".urdf") as file:
         file.write(text)
         file.flush()

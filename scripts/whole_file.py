@@ -6,7 +6,7 @@ from pathlib import Path
 
 @contextmanager
 def whole_file(path):
-    """To write in. What lies at `path` stays as it is until the block has ended well."""
+    """Opens a file for writing. It replaces the file at `path` only when the block has ended without an exception."""
     new = Path(f"{path}.new")
     try:
         with new.open("w", newline="") as file:

@@ -3,9 +3,9 @@
 
     python3 scripts/zoo.py [--check]
 
-`checkpoint` is the run's `best` policy or its `last`. `return` is that of the evaluation by which it is the best, mean actions, of the commit
-that trained it; the last has none. `sha256` is that of the network's weights, `checkpoints/CHECKPOINT/actor.safetensors` in the file. `--check` only
-says whether the index is true.
+`checkpoint` is the run's `best` policy or its `last`. `return` is that of the evaluation in which the `best` policy was found, with mean actions
+and the commit that trained it; a `last` policy has none. `sha256` is that of the network's weights, `checkpoints/CHECKPOINT/actor.safetensors`
+in the file. `--check` only says whether the index is true.
 """
 
 import argparse

@@ -3,7 +3,7 @@
 
     python3 web/assemble.py target/web/wasm32-unknown-unknown/release/live.wasm target/live
 
-Look and viewer are the replay page's: its style, and of its script what draws the scene.
+Style and viewer come from the replay page: its style sheet, and the part of its script that draws the scene.
 """
 
 import gzip
@@ -19,19 +19,19 @@ LARGEST = 5_000_000
 
 
 def once(text, line):
-    """Where a line stands that there is once."""
+    """Place of a line in the text, in which it must stand once."""
     if text.count(line) != 1:
         sys.exit(f"{REPLAY}: {line!r} stands {text.count(line)} times in it, and once is wanted")
     return text.index(line)
 
 
 def between(text, first, last):
-    """From a line to another, the latter excluded."""
+    """The text from one line to another, the latter excluded."""
     return text[once(text, first) : once(text, last)]
 
 
 def colors():
-    """Of each action space."""
+    """Colours of the action spaces, as JSON."""
     found = dict(re.findall(r'\("([a-z0-9-]+)", "(#[0-9a-f]{6})"\)', PALETTE.read_text()))
     if "aforce" not in found:
         sys.exit(f"{PALETTE}: no colours of action spaces")
@@ -49,7 +49,7 @@ def main():
         "before": between(replay, "const byId", "// Base64 of little-endian f32.") + (HERE / "page/before.js").read_text(),
         "after": (HERE / "page/after.js").read_text().replace("const COLORS = {};", f"const COLORS = {colors()};"),
     }
-    # A machine that draws slowly draws fewer points; see `detail` in after.js. All draw fewer corners than a page of recorded episodes.
+    # A machine that draws slowly draws fewer pixels; see `detail` in after.js. Every machine draws coarser shapes than the replay page does.
     for found, wanted in [
         ("SHADOW_SIZE = 2048", "SHADOW_SIZE = 1024"),
         ("steps = 40", "steps = 24"),
@@ -63,7 +63,7 @@ def main():
         page = page.replace("{{" + name + "}}", text)
     site.mkdir(parents=True, exist_ok=True)
     (site / "index.html").write_text(page)
-    # The same bytes of the same module, whenever it is packed.
+    # mtime=0: the same module is always packed into the same bytes.
     (site / "live.wasm.gz").write_bytes(gzip.compress(module.read_bytes(), mtime=0))
     size = sum(file.stat().st_size for file in site.iterdir())
     if size > LARGEST:

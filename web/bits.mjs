@@ -5,7 +5,7 @@ import { readFile } from "node:fs/promises";
 const [file, episodes] = process.argv.slice(2);
 const { exports: wasm } = (await WebAssembly.instantiate(await readFile(file), {})).instance;
 const question = new TextEncoder().encode(JSON.stringify({ do: "bits", episodes: Number(episodes) }));
-// Room first: it may move the memory.
+// `room` comes before the view of the memory, because growing the memory invalidates the view.
 const at = wasm.room(question.length);
 new Uint8Array(wasm.memory.buffer, at, question.length).set(question);
 const length = wasm.ask();

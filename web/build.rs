@@ -1,4 +1,4 @@
-//! Puts the policies that `policies.txt` names, runs below `results/`, into the program.
+//! Embeds the policies of the runs below `results/` that `policies.txt` names into the program.
 
 use std::fmt::Write;
 use std::fs::{self, File};

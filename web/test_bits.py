@@ -4,8 +4,8 @@
     python3 web/test_bits.py [--episodes N] [--write]
 
 Runs the program `bits` on this machine, the live page's module under node, and the program for aarch64 under qemu, as far as they are
-installed, and says what it skipped. The file has a digest a line, of 10 episodes, and after `--write` one of 200 behind it. N is 10 or 200 (10 by default; under
-qemu always 10: it takes minutes). `--write` writes the file with what this machine says.
+installed, and says what it skipped. A line of the file has a digest of 10 episodes and, except for jerk-limited set-points, one of 200. N is 10
+or 200 (10 by default; under qemu always 10: it takes minutes). `--write` writes the file anew with this machine's digests.
 """
 
 import argparse
@@ -78,7 +78,7 @@ def main():
             sys.exit(f"{name}: other tasks and spaces than in {FILE.name}: make it again with --write")
         differ = [" ".join(line[:2]) for line, other in zip(found, expected) if any(a != b for a, b in zip(line, other))]
         print(f"{name}: {len(found) - len(differ)} of {len(found)} lines have the bits of {FILE.name}" + "".join(f"\n  {line} differs" for line in differ))
-        # Jerk-limited set-points are not promised: their generator takes atan2 from the platform, which may be another C library's.
+        # Jerk-limited set-points may differ: their generator takes atan2 from the platform's C library.
         failed |= any("jerk-limited" not in line for line in differ)
     sys.exit(failed)
 

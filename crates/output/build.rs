@@ -1,8 +1,8 @@
-//! Tells the programs which commit they are: it belongs to the program, not to the moment at which it runs.
+//! Passes the commit to the programs at build time, because it belongs to the program and not to the time at which it runs.
 
 use std::process::Command;
 
-/// What a program is made of, from the repository's root.
+/// The sources of the programs, relative to the repository's root.
 const SOURCES: [&str; 5] = ["Cargo.lock", "Cargo.toml", "rust-toolchain.toml", "crates", "experiments"];
 
 fn main() {

@@ -103,7 +103,7 @@ fn a_report_takes_every_run_once_and_replaces_only_its_own_tables() {
     let folder = tempfile::tempdir().unwrap();
     let (runs, tables) = (folder.path().join("runs"), folder.path().join("report"));
     train_for(600, &runs).assert().success();
-    // A folder that holds itself.
+    // A link by which the folder contains itself.
     std::os::unix::fs::symlink(&runs, runs.join("again")).unwrap();
     report(&runs).assert().success();
     assert_eq!(std::fs::read_to_string(tables.join("runs.csv")).unwrap().lines().count(), 2);
@@ -130,12 +130,12 @@ fn an_edited_row_of_a_table_is_named_with_its_line() {
         let told = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(!output.status.success() && words.iter().all(|word| told.contains(word)), "{told}");
     }
-    // Taken out of the middle.
+    // A row is missing in the middle.
     std::fs::write(&table, whole.replacen(&format!("{row}\n"), "", 1)).unwrap();
     expect(&error(train_for(2000, &runs).arg("--resume"), 1), &["episodes.csv", "rows were taken out or added"]);
 }
 
-/// Tables, checkpoint and settings.
+/// A run is not resumed with tables, a checkpoint or settings of another run.
 #[test]
 fn a_file_of_another_run_is_not_gone_on_from() {
     let folder = tempfile::tempdir().unwrap();
@@ -170,7 +170,7 @@ fn a_file_of_another_run_is_not_gone_on_from() {
     exchange(&mut as_configured, "config.toml", "motion_price = 0.0", "motion_price = 5.0", &words);
 }
 
-/// Weights that are none, and weights of the same sizes from elsewhere.
+/// Damaged weights, and other weights of the same sizes, are refused.
 #[test]
 fn weights_that_are_not_the_runs_are_not_played() {
     let folder = tempfile::tempdir().unwrap();
@@ -197,7 +197,7 @@ fn weights_that_are_not_the_runs_are_not_played() {
     evaluate().assert().success();
 }
 
-/// What is called .zip and is no kept policy, each answered in one line.
+/// A .zip that is not a kept policy is refused in one line.
 #[test]
 fn an_archive_of_something_else_is_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -231,7 +231,7 @@ fn an_archive_of_something_else_is_named() {
     for bytes in [&[][..], b"no archive", &whole[..whole.len() - 20], &damaged] {
         expect(&told(bytes), &["seed_1.zip: not a policy that `archive` kept: "]);
     }
-    // The files of an archive are named as its own, not as those of the folder to which it is unpacked.
+    // Messages name the files of a zip file as its own, not as those of the folder to which it is unpacked.
     expect(&told(&whole), &["seed_1.zip/checkpoints/best/state.json: "]);
     expect(&error(evaluate().arg("--csv").arg(path.join("table.csv")), 1), &["seed_1.zip"]);
     expect(&error(program("train").arg("--config").arg(&path).args(["--set", "env.x=1"]), 2), &["env.x"]);
@@ -241,7 +241,7 @@ fn an_archive_of_something_else_is_named() {
     expect(&error(&mut evaluate(), 1), &["seed_1.zip"]);
 }
 
-/// A folder whose name is no Unicode is one like any other.
+/// A folder whose name is not Unicode works like any other.
 #[cfg(unix)]
 #[test]
 fn a_name_that_is_no_unicode_is_taken() {

@@ -1,5 +1,5 @@
-//! What people copy from README and book runs: every command of a page, in its order, in a folder of its own, made cheap; every TOML
-//! block is read by the program it is for.
+//! The commands in README and book work. The commands of a page are run in their order, in a folder of their own, with
+//! settings that make them cheap. Every TOML block is read by its program.
 
 mod common;
 
@@ -26,13 +26,13 @@ fn root() -> &'static Path {
 
 /// The words of every command of this workspace on a page, without `cargo run`: the program and its arguments.
 fn commands(text: &str) -> Vec<Vec<String>> {
-    // A long command goes on after a backslash.
+    // A backslash continues a long command on the next line.
     let text = text.replace("\\\n", " ");
     let lines = text.lines().filter_map(|line| line.trim().strip_prefix("cargo run --release --bin "));
     lines.map(|line| line.split_whitespace().filter(|word| *word != "--").map(String::from).collect()).collect()
 }
 
-/// The TOML blocks of a page, each with the name of the file that was spoken of last, if any.
+/// The TOML blocks of a page, each with the file name that was mentioned last before it, if any.
 fn tables(text: &str) -> Vec<(Option<String>, String)> {
     let mut blocks = vec![];
     let mut before = String::new();
@@ -78,7 +78,7 @@ fn six_joints() -> String {
     urdf + "</robot>"
 }
 
-/// `arguments` for `program`, such that little is done.
+/// `arguments` for `program`, changed so that the command takes little time.
 fn cheap(program: &str, arguments: &[String]) -> Vec<String> {
     let mut cheap = arguments.to_vec();
     let mut set = |flag: &str, value: &str| {
@@ -103,7 +103,7 @@ fn cheap(program: &str, arguments: &[String]) -> Vec<String> {
             cheap.extend(["--set".into(), "env.horizon=3".into()]);
         }
         "sweep" if !arguments.iter().any(|word| word == "--list") => {
-            // The list names the runs, so it takes no number of one.
+            // `--list` conflicts with `--index`.
             if let Some(index) = cheap.iter().position(|word| word == "--index") {
                 cheap.drain(index..index + 2);
             }

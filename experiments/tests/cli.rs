@@ -12,7 +12,7 @@ use experiments::run::csv_table::CsvTable;
 use walkdir::WalkDir;
 use zip::ZipArchive;
 
-/// Without arguments nothing is trained: the help comes, with the defaults and a command that can be copied.
+/// Without arguments `train` only prints its help, with the defaults and a command that can be copied.
 #[test]
 fn train_without_arguments_explains_itself() {
     let folder = tempfile::tempdir().unwrap();
@@ -115,7 +115,7 @@ fn a_trained_run_is_evaluated_and_checked() {
     wipe.args(["--expert", "--task", "wipe", "--actions", "3", "--beside"]).arg(&run).arg("--html").arg(&page);
     expect(&error(&mut wipe, 2), &["--beside", "plays lift, not wipe"]);
 
-    // The same sizes, another action space: the sizes alone would not tell.
+    // `osc` has the same sizes of observation and action as `aforce`: only the stored name of the space tells the difference.
     expect(&error(evaluate().args(["--space", "osc"]), 1), &["trained for lift with aforce", "osc"]);
     expect(&error(evaluate().args(["--space", "variable"]), 1), &["state.json"]);
 
@@ -127,7 +127,7 @@ fn a_trained_run_is_evaluated_and_checked() {
     expect(&error(&mut evaluate(), 1), &["actor.safetensors"]);
 }
 
-/// What the programs advise is a command that works when it is copied from 80 columns, out of a folder with a space in its name too.
+/// The next command that a program suggests works when it is copied from a terminal of 80 columns, also if a folder's name has a space.
 #[test]
 fn what_to_do_next_can_be_copied() {
     let folder = tempfile::tempdir().unwrap();
@@ -147,14 +147,14 @@ fn what_to_do_next_can_be_copied() {
     assert!(folder.path().join("replay.html").is_file());
 }
 
-/// What another library learned has no configuration of this one, and stays where it is.
+/// A run of another library has no configuration of this one, so `archive` leaves it where it is.
 #[test]
 fn curves_of_another_learner_are_not_archived() {
     let folder = tempfile::tempdir().unwrap();
     let archive = folder.path().join("archive");
     let reference = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference/sb3/lift/aforce,sb3/seed_3");
     let curves = folder.path().join("curves");
-    // The second one cannot be read.
+    // The second run cannot be read.
     for (name, bytes) in [("3", std::fs::read(reference.join("evaluations.npz")).unwrap()), ("4", vec![])] {
         let run = curves.join("lift/aforce,sb3").join(format!("seed_{name}"));
         std::fs::create_dir_all(&run).unwrap();
@@ -172,7 +172,7 @@ fn curves_of_another_learner_are_not_archived() {
     assert!(!archive.exists());
 }
 
-/// A policy is kept in one file, which plays as its run does.
+/// A kept policy is one file, and plays as its run does.
 #[test]
 fn a_kept_policy_plays_as_its_run() {
     let folder = tempfile::tempdir().unwrap();
@@ -202,7 +202,7 @@ fn a_kept_policy_plays_as_its_run() {
         command
     };
     expect(&error(&mut asked("last", &kept), 1), &["--checkpoint last", "keeps the other one"]);
-    // The last one is kept on demand, and is what plays without being asked for.
+    // With `--checkpoint last` the last policy is kept, and then plays by default.
     let ends = folder.path().join("ends");
     program("archive").arg(&runs).args(["--checkpoint", "last", "--out"]).arg(&ends).assert().success();
     let end = ends.join("lift/aforce/seed_7.zip");
@@ -221,7 +221,7 @@ fn a_kept_policy_plays_as_its_run() {
     };
     assert_eq!(described(&run.join("config.toml")), described(&kept));
 
-    // A policy may be played after its run was archived: its episodes are added. A damaged policy is kept anew.
+    // If a policy is played after its run was archived, its episodes are added. A damaged kept policy is written again.
     let (played, rows) = (run.join("end.csv"), archived.join("end.csv.zst"));
     asked("last", &run).arg("--csv").arg(&played).assert().success();
     assert!(!rows.exists() && archive(&runs, &archived) == bytes && rows.is_file());
@@ -237,11 +237,10 @@ fn a_kept_policy_plays_as_its_run() {
     last.args(["--checkpoint", "last"]).arg(&archived).arg("--out").arg(&copied).assert().success();
     let told = String::from_utf8(last.output().unwrap().stderr).unwrap();
     expect(&told, &["seed_7.zip: keeps the other policy of its run"]);
-    // The last policy takes the place of the best one, as the run is there. Archived again without --checkpoint, it
-    // stays.
+    // The last policy replaces the best one if the run's folder is read. Archived again without --checkpoint, it stays.
     program("archive").arg(&runs).args(["--checkpoint", "last", "--out"]).arg(&copied).assert().success();
     assert!(archive(&runs, &copied) == std::fs::read(&end).unwrap());
-    // Earlier programs kept a folder.
+    // Earlier versions kept a policy as a folder.
     let old = archived.join("lift/aforce/seed_7");
     ZipArchive::new(Cursor::new(&bytes)).unwrap().extract(&old).unwrap();
     std::fs::remove_file(&kept).unwrap();
@@ -265,7 +264,7 @@ fn a_diverged_simulation_is_counted() {
     assert!(total.iter().all(|total| total.is_finite()));
     assert!(diverged[..diverged.len() - 1].contains(&1.0), "an episode follows one that diverged: {diverged:?}");
 
-    // The critic is told that no future follows a divergence, and that one follows everything else.
+    // The discount is 0 after a divergence, and after nothing else: there the critic has no future to value.
     assert_eq!(table.values("terminated").unwrap(), diverged);
     let ends = step.iter().zip(&diverged).filter(|(_, diverged)| **diverged == 1.0).map(|(step, _)| *step as usize);
     let stored = stored(&run);
@@ -273,12 +272,12 @@ fn a_diverged_simulation_is_counted() {
     assert_eq!(futureless.collect::<Vec<_>>(), ends.collect::<Vec<_>>());
 }
 
-/// What people read in `results` is what the runs beside it say.
+/// The committed tables and curves in `results` are those that `report` makes from the committed runs.
 #[test]
 fn committed_tables_and_curves_are_of_the_committed_runs() {
     let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("../results");
     let out = tempfile::tempdir().unwrap();
-    // The studies' tables are made first, with what was expected.
+    // The studies' tables are made first, with their hypotheses.
     for name in ["study", "second-study", "insert"] {
         let mut study = program("report");
         study.arg(results.join(name)).arg("--out").arg(out.path().join(name));
@@ -303,7 +302,7 @@ fn committed_tables_and_curves_are_of_the_committed_runs() {
     }
 }
 
-/// Where the table goes need not exist, and no flag is taken and then ignored.
+/// The table's folder is made, and a flag that would have no effect is refused.
 #[test]
 fn baselines_make_their_folder() {
     let folder = tempfile::tempdir().unwrap();
@@ -348,7 +347,7 @@ fn baselines_make_their_folder() {
     }
 }
 
-/// A kept policy plays where it was trained, in the sets of a sweep, which a map shows.
+/// A kept policy plays in those set-ups of a sweep that have its task and space, and a map shows the result.
 #[test]
 fn a_trained_policy_is_a_baseline_of_its_own_set_ups() {
     let folder = tempfile::tempdir().unwrap();
@@ -402,7 +401,8 @@ fn a_trained_policy_is_a_baseline_of_its_own_set_ups() {
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 3);
 }
 
-/// A policy is played undisturbed and under every case, from the same starts; what its task has not is refused before.
+/// A policy is played undisturbed and under every case, from the same starts. A case that disturbs what its task does not
+/// have is refused before.
 #[test]
 fn a_grid_of_disturbances_becomes_one_table() {
     let folder = tempfile::tempdir().unwrap();
@@ -415,7 +415,7 @@ fn a_grid_of_disturbances_becomes_one_table() {
     let evaluate = |grid: &Path| {
         let mut command = program("evaluate");
         command.args(["--expert", "--task", "lift", "--space", "osc", "--episodes", "2", "--set", "env.horizon=30"]);
-        // A critic that saw what the undisturbed episodes do not have is no hindrance.
+        // The disturbance that the critic observes is missing in the undisturbed episodes, which is allowed.
         command.args(["--set", "env.observation.critic=['disturbance']", "--set", "env.disturbance.payload_kg=0.1"]);
         command.arg("--disturb").arg(grid).arg("--csv").arg(&table);
         command
@@ -433,7 +433,7 @@ fn a_grid_of_disturbances_becomes_one_table() {
     let energy = rows.column("energy_j").unwrap();
     assert!(energy[0] != energy[2] && energy[1] != energy[3]);
 
-    // A row's own start is played again.
+    // The start of a row is played again.
     let (again, film) = (folder.path().join("again.csv"), folder.path().join("again.html"));
     let common =
         ["--expert", "--task", "lift", "--space", "osc", "--set", "env.horizon=30", "--episode-seed", starts[1]];

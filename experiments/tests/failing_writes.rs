@@ -1,5 +1,6 @@
-//! Every write may fail: each in turn, once, on a disk that is full from then on, or with a kill. What was asked for is then whole, or one line
-//! names a file; and the same command, given again, comes to the same bytes.
+//! Every write of a program may fail: once, on a disk that is full from then on, or because the program is killed.
+//! Afterwards its output is complete, or an error of one line names a file; and the same command, given again, gives the
+//! same bytes.
 //!
 //! `FAILING_WRITES=all cargo test --release -p experiments --test failing_writes` tries every write in all three ways, and `FAILING_WRITES=10` about ten of
 //! each program.
@@ -21,7 +22,7 @@ use tracer::{Fault, Traced};
 /// What a program left below a folder, by name.
 type Files = BTreeMap<PathBuf, Vec<u8>>;
 
-/// Files that tell the time, and what a failure leaves beside the others until the next save: a checkpoint before it has its name, or after.
+/// Whether a file may differ after a failure: it holds a time, or is an unfinished or outdated file that the next save removes.
 fn differs(name: &Path) -> bool {
     let text = name.to_string_lossy();
     let unfinished = text.ends_with(".tmp") || name.iter().any(|part| part.to_string_lossy().starts_with('.'));
@@ -44,15 +45,15 @@ fn named(program: &str) -> Command {
 
 /// A program that writes below a folder.
 struct Trial<'a> {
-    /// What lies there before, if anything.
+    /// What the folder contains before, if anything.
     before: Option<&'a Path>,
     /// The command that writes below a folder.
     command: &'a (dyn Fn(&Path) -> Command + Sync),
-    /// What it adds the second time.
+    /// Arguments that are added for the second call.
     again: &'a [&'a str],
-    /// Whether files that are there after a failure have to be those of a success.
+    /// Whether every file that exists after a failure has to be complete.
     whole_files: bool,
-    /// Every so many writes, unless all are asked for: others try the same code.
+    /// One of so many writes is made to fail, unless `FAILING_WRITES` says otherwise: neighbouring writes are of the same code.
     stride: u64,
 }
 
@@ -92,7 +93,7 @@ impl Trial<'_> {
         std::thread::scope(|scope| (0..threads).for_each(|_| drop(scope.spawn(work))));
     }
 
-    /// A fault, and the same command again.
+    /// Runs the command with a fault, and then again without.
     fn one(&self, at: u64, fault: Fault, wanted: &Files) {
         let place = self.place();
         let out = place.path().join("out");
@@ -124,7 +125,7 @@ impl Trial<'_> {
     }
 }
 
-/// With a checkpoint that takes the place of another.
+/// A short run, in which a checkpoint replaces another.
 fn train(out: &Path) -> Command {
     let mut command = named("train");
     command.args(["--seed", "7", "--quiet", "--steps", "60", "--set", "env.horizon=20", "--set", "evaluate_every=20"]);
@@ -145,7 +146,7 @@ fn a_run_loses_nothing() {
     Trial { before: None, command: &train, again: &["--resume"], whole_files: false, stride: 2 }.run();
 }
 
-/// A sweep of two runs as short, in the folder `place`.
+/// A sweep of two runs that are as short, in the folder `place`.
 fn sweep(place: &Path) -> PathBuf {
     let file = place.join("few.toml");
     let text = few(40).replace("evaluate_every = 300", "evaluate_every = 20").replace("horizon = 100", "horizon = 20");
@@ -165,7 +166,7 @@ fn a_sweep_loses_nothing() {
     Trial { before: None, command: &command, again: &[], whole_files: false, stride: 13 }.run();
 }
 
-/// Of the runs of a sweep.
+/// Output of `report` and `archive` for the runs of a sweep.
 #[test]
 fn tables_and_archives_are_whole_or_not_there() {
     let place = tempfile::tempdir().unwrap();
@@ -202,7 +203,7 @@ fn episodes_of_an_evaluation_are_whole_or_not_there() {
         command
     };
     let again = |out: &Path| {
-        // It writes over nothing.
+        // `evaluate` does not overwrite its table.
         let _ = fs::remove_file(out.join("episodes.csv"));
         command(out)
     };

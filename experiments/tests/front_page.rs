@@ -15,7 +15,7 @@ fn cells(page: &str, label: &str) -> Vec<String> {
     line.trim_matches('|').split('|').skip(1).map(|cell| cell.trim().to_string()).collect()
 }
 
-/// The numbers of `column` in the rows that read `wanted`, at least one.
+/// The numbers of `column` in the rows whose cells are `wanted`, at least one.
 fn numbers(table: &str, wanted: &[(&str, &str)], column: &str) -> Vec<f64> {
     let table = CsvTable::read(&root().join("results").join(table)).unwrap();
     let at = |name: &str| table.position(name).expect("a column of the table");

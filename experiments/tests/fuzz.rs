@@ -1,6 +1,6 @@
-//! Whatever the bytes, a reader gives an answer: no panic, no allocation far beyond the file's size, no hang. What people write
-//! (TOML, tables) and what disks damage (checkpoints) is mangled with fixed seeds, FUZZ_INPUTS times each (1000 by default; a
-//! checkpoint, all files together).
+//! Readers of files cope with any bytes: no panic, no allocation far beyond the file's size, no hang. Files that people
+//! write (TOML, tables) and files that disks damage (checkpoints) are mangled with fixed seeds, FUZZ_INPUTS times each
+//! (1000 by default; for a checkpoint, over all of its files).
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -28,7 +28,7 @@ thread_local! {
 }
 
 fn note(size: usize) {
-    // A thread that ends has none left.
+    // A thread that is ending no longer has the value.
     let _ = LARGEST.try_with(|largest| largest.set(largest.get().max(size)));
 }
 
@@ -61,7 +61,7 @@ unsafe impl GlobalAlloc for Noting {
 #[global_allocator]
 static ALLOCATOR: Noting = Noting;
 
-/// What readers stumble over.
+/// Texts that are likely to break a reader.
 const WORDS: [&[u8]; 16] = [
     b"NaN",
     b"-1",
@@ -110,12 +110,12 @@ fn mangled(bases: &[Vec<u8>], rng: &mut ChaCha8Rng) -> Vec<u8> {
     bytes
 }
 
-/// How many a reader gets.
+/// Number of inputs per reader.
 fn inputs() -> u64 {
     std::env::var("FUZZ_INPUTS").map_or(1000, |count| count.parse().expect("a number"))
 }
 
-/// Writes so many mangled `bases` to `path` and reads them with `read`; `size` is how many bytes it may read besides.
+/// Writes mangled `bases` to `path`, so many `inputs`, and reads each with `read`, which may read `size` bytes of other files besides.
 fn fuzz(name: &str, path: &Path, bases: &[Vec<u8>], inputs: u64, size: usize, mut read: impl FnMut()) {
     let (start, mut most) = (Instant::now(), 0.0f64);
     for seed in 0..inputs {
@@ -177,7 +177,7 @@ fn tables_that_people_edit() {
     });
 }
 
-/// A learner of a few weights, with a memory.
+/// Saves a checkpoint of a learner with few weights, and its replay buffer.
 fn checkpoint(folder: &Path) -> Config {
     let config = Config { hidden: vec![4], batch_size: 4, replay_capacity: 30, ..Config::default() };
     let (sac, mut replay) = (Sac::new(&config, (3, 2), 1).unwrap(), Replay::new(&config, (3, 2)));
@@ -198,7 +198,7 @@ fn checkpoint(folder: &Path) -> Config {
     config
 }
 
-/// A thread for each file, with a checkpoint of its own, of which this file is damaged.
+/// Each file of a checkpoint has a thread, with a checkpoint of its own in which this file is damaged.
 #[test]
 fn checkpoints_that_disks_damage() {
     let files = ["actor", "online_actor", "critic", "target", "optimizer"].map(|name| format!("{name}.safetensors"));

@@ -1,4 +1,4 @@
-//! `report` takes as long per run, however many there are.
+//! The time per run that `report` takes does not grow with the number of runs.
 
 mod common;
 
@@ -29,9 +29,8 @@ fn copy(run: &Path, to: &Path, seed: usize) {
     }
 }
 
-/// The CPU time that a further run takes among many runs, against among few. With a step that is quadratic in the
-/// number of runs, as there once was, it is three times as much. Both are differences, so the start of the program is
-/// in neither.
+/// Compares the CPU time of a further run among many runs with that among few. A step that is quadratic in the number of
+/// runs makes it three times as much. Both times are differences, so that the start of the program does not enter.
 #[test]
 fn a_further_run_costs_a_report_the_same_among_many() {
     let folder = tempfile::tempdir().unwrap();

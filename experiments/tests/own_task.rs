@@ -1,8 +1,8 @@
-//! A package of one's own: made from the template as anybody makes it, built outside of the workspace, and used.
+//! A user's package with a task: made from the template, built outside of the workspace, and used.
 //!
-//! It shares the workspace's target folder, so that no dependency is compiled again. This workspace's own crates are, as cargo tells a
-//! crate of another workspace apart. Less optimised they cost 43 s of CPU time in a fresh clone instead of 106 s, and nothing from
-//! then on.
+//! It shares the workspace's target folder, so that no dependency is compiled again. This workspace's own crates are
+//! compiled again, because cargo treats them as other crates in another workspace. With less optimisation this takes 43 s
+//! of CPU time in a fresh clone instead of 106 s, and no time afterwards.
 
 mod common;
 
@@ -25,7 +25,7 @@ fn succeeds(command: &mut Command) {
     assert!(output.status.success(), "{command:?}: {}", String::from_utf8_lossy(&output.stderr));
 }
 
-/// Makes the package in `at` and builds it; the program.
+/// Makes the package in `at` and builds it; returns the program's path.
 fn build(at: &Path) -> PathBuf {
     succeeds(
         Command::new("make").args(["--no-print-directory", "-C", ROOT, "own-task"]).arg(format!("AT={}", at.display())),
@@ -88,7 +88,7 @@ fn a_task_of_ones_own_is_drawn_trained_and_evaluated() {
     );
 }
 
-/// Else a shared target folder would have every dependency twice.
+/// With different profiles the shared target folder would hold every dependency twice.
 #[test]
 fn the_template_is_compiled_as_the_workspace_is() {
     let profiles = |path: &str| {

@@ -1,4 +1,4 @@
-//! The shipped configurations: what they say of the paper, that committed runs come from them, and that each is read.
+//! The shipped configurations: they have the paper's settings, committed runs come from them, and each can be read.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -34,7 +34,7 @@ fn the_shipped_table_has_the_papers_steps_and_units() {
     }
 }
 
-/// Every committed run is one of a shipped sweep, there perhaps under another name of its space.
+/// Every committed run is a run of a shipped sweep. Its space and variant may have another name, and its checkpoints another interval.
 #[test]
 fn committed_runs_are_those_of_the_shipped_sweeps() {
     let study = ["table-1", "parts", "hidden", "prior", "prior-parts", "tuned", "same-steps", "nudges"];
@@ -85,7 +85,8 @@ fn winner<'a>(candidates: &'a [RunConfig], search: &str, run: &RunId, after: &st
     candidates.iter().find(is_it).unwrap()
 }
 
-/// The stage of tuned spaces has what the committed search chose, in runs like those of the stage that was not tuned.
+/// Runs of the stage `tuned` have the settings that the committed search ranked first; their length and evaluations are
+/// those of the untuned stage.
 #[test]
 fn tuned_spaces_are_the_winners_of_the_search() {
     let candidates = shipped_sweep("study/search.toml").runs;
@@ -100,7 +101,7 @@ fn tuned_spaces_are_the_winners_of_the_search() {
         let like = untuned.iter().find(|like| like.env.task == run.env.task).unwrap();
         assert_eq!((run.steps, run.evaluate_every), (like.steps, like.evaluate_every), "{id}");
     }
-    // Beside them `variable` with AFORCE's action steps: a candidate, and its winner with no other change.
+    // `same-steps` has `variable` with AFORCE's action steps: a candidate of the search, or the search's winner with no other change.
     for run in shipped_sweep("study/same-steps.toml").runs {
         let candidate = |other: &RunConfig| other.variant == run.variant && other.env == run.env;
         let won = |other: &RunConfig| run.variant == "only-steps" && other.env.space == run.env.space;
@@ -109,7 +110,7 @@ fn tuned_spaces_are_the_winners_of_the_search() {
         let (env, variant) = (EnvConfig { space: run.env.space.clone(), ..aforce.env.clone() }, run.variant.clone());
         assert_eq!(run, RunConfig { env, variant, ..aforce.clone() });
     }
-    // The winners that are trained under hidden disturbances.
+    // The search's winners, trained under hidden disturbances.
     let hidden = shipped_sweep("second-study/hidden.toml").runs;
     let winners: Vec<_> = hidden.iter().filter(|run| run.variant.contains("tuned")).collect();
     assert_eq!(winners.len(), 30);
@@ -136,7 +137,7 @@ fn the_sets_of_block_g_come_in_pairs_of_both_signs() {
     }
 }
 
-/// What was drawn for block G and did best in its first round, by the committed tables, is what its second round plays, in this order.
+/// The second round of block G plays the sets that did best in its first round, by the committed tables, in the order of their rank.
 #[test]
 fn block_g_plays_its_best_sets_again() {
     let mut sets: BTreeMap<String, (f64, f64)> = BTreeMap::new();
@@ -166,7 +167,7 @@ fn block_g_plays_its_best_sets_again() {
     }
 }
 
-/// Every file is a sweep that can be read, but for those that other tests read.
+/// Every shipped file is a sweep that can be read, except for the files that other tests read.
 #[test]
 fn every_shipped_file_is_read() {
     let others = ["demo.toml", "disturbances.toml", "insert/disturbances.toml"].map(shipped);
@@ -200,8 +201,8 @@ fn disturbances_of_every_task_begin_with_none() {
     assert_eq!(disturbances::read(&shipped("insert/disturbances.toml"), TaskName::INSERT).unwrap().len(), 7);
 }
 
-/// Five spaces with the same four draws of both action steps, the first being those of the other blocks; beside them only the space and the length
-/// differ from block 1.
+/// Five spaces with the same four draws of both action steps, of which the first draw is that of the other blocks.
+/// Otherwise they differ from block 1 in space, seed, length and evaluations alone.
 #[test]
 fn every_space_of_insert_gets_the_same_search() {
     let first = shipped_sweep("insert/again.toml").runs.swap_remove(0);
@@ -221,7 +222,7 @@ fn every_space_of_insert_gets_the_same_search() {
     }
 }
 
-/// Makes the change to `run` that a group of insertion is about.
+/// Makes the change to `run` by which a group of the insertion runs differs from the first group.
 fn change_of_insert(group: &str, run: &mut RunConfig) {
     match group {
         "1-mm" => {}
@@ -253,7 +254,8 @@ fn change_of_insert(group: &str, run: &mut RunConfig) {
     }
 }
 
-/// The groups of insertion differ in what they are about, and in nothing else. A tolerance keeps the shares that it has of robosuite's steps.
+/// The groups of insertion differ in the change that they are made for, and in nothing else. The law's tolerance, as a
+/// share of the action step, is that of `aforce` with robosuite's steps.
 #[test]
 fn groups_of_insertion_differ_in_what_they_are_about() {
     let runs = shipped_sweep("insert/again.toml").runs;
@@ -286,7 +288,8 @@ fn groups_of_insertion_differ_in_what_they_are_about() {
     }
 }
 
-/// The table's learner, task and length, and in Door of later stages the script's; a search has candidates, and stops earlier.
+/// Runs have the settings of `table-1`, and for Door in later stages those of `prior`, except for seed and space.
+/// `hidden` adds a disturbance; `search` has other action steps, and shorter runs.
 #[test]
 fn stages_of_the_study_differ_in_what_they_are_about() {
     let table = shipped_sweep("study/table-1.toml").runs;
@@ -317,7 +320,7 @@ fn stages_of_the_study_differ_in_what_they_are_about() {
     }
 }
 
-/// The tournament's learner with the script's episodes.
+/// Stages with a script's episodes have the learner of the tournament's variant `prior`.
 #[test]
 fn stages_with_a_script_have_the_learner_of_the_tournament() {
     let tuned = shipped_sweep("tournament.toml").runs.into_iter().find(|run| run.variant == "prior").unwrap();
@@ -343,7 +346,7 @@ fn nudged_runs_are_those_of_the_table_but_for_the_nudges() {
     }
 }
 
-/// Like a run of the first round but for space, seed, noise and critics.
+/// A run of the second round differs from one of the first in space, seed, noise and the critics' layer norm alone.
 #[test]
 fn the_second_round_of_the_tournament_confirms_the_first() {
     let first_round = shipped_sweep("tournament.toml").runs;
@@ -359,7 +362,7 @@ fn the_second_round_of_the_tournament_confirms_the_first() {
     }
 }
 
-/// A preset, or `swift` with one thing changed.
+/// The learner is the preset `desktop`, `swift`, or `swift` with one change.
 #[test]
 fn the_third_round_of_the_tournament_changes_one_thing_at_a_time() {
     let third_round = shipped_sweep("tournament-five.toml").runs;
@@ -380,7 +383,7 @@ fn the_third_round_of_the_tournament_changes_one_thing_at_a_time() {
     }
 }
 
-/// By name, but for the Panda in the runs that learn.
+/// `arms.toml` has runs of every robot, `arms-learned.toml` of every robot but the two models of the Panda.
 #[test]
 fn every_arm_has_its_runs() {
     let robots = |sweep: &str| -> BTreeSet<String> {
@@ -390,7 +393,7 @@ fn every_arm_has_its_runs() {
     assert_eq!(robots("arms-learned.toml"), ["fr3", "iiwa14", "ur5e"].map(String::from).into());
 }
 
-/// A text places cells of tables: what it computes would have no test, and nobody reads a macro of more than a line.
+/// Templates place cells of tables: a number that a template computes would have no test, and a long macro is hard to read.
 #[test]
 fn texts_hold_no_long_macros() {
     let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("../results");

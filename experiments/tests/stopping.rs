@@ -1,4 +1,4 @@
-//! Runs that are stopped, killed or left alone: nothing is lost, and what goes on comes to the same bytes.
+//! Runs and sweeps that are stopped or killed: nothing that was saved is lost, and a resumed run gives the same bytes.
 
 mod common;
 
@@ -17,8 +17,8 @@ use experiments::run::pool::{self, Job, Pool};
 use experiments::run::stop::Stop;
 use rustix::process::Signal;
 
-/// Killed long after its last checkpoint: what it did since then is undone and done again. With all that a preset switches on: pink
-/// noise, an actor that learns at every second update, a script's episodes, and layer norm.
+/// A run that is killed long after its last checkpoint does again what it did since then. It has all that a preset
+/// switches on: pink noise, an actor that learns at every second update, a script's episodes, and layer norm.
 #[test]
 fn a_killed_run_goes_on_to_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
@@ -39,7 +39,7 @@ fn a_killed_run_goes_on_to_the_same_bytes() {
         child.kill();
         saved().is_some_and(|saved| tables.iter().all(|table| last_step(table) > Some(saved)))
     };
-    // A kill that comes too late leaves nothing to undo: then once more.
+    // If a checkpoint was saved just before the kill there is nothing to undo, and the kill is tried again.
     assert!((0..5).any(|_| kill()));
     assert!(note(&last).unwrap()["best_return"].is_f64(), "there is an evaluation to be remembered");
     assert!(!run.join("DONE").exists(), "killed before its end");
@@ -65,7 +65,7 @@ fn a_killed_run_goes_on_to_the_same_bytes() {
     assert_same(&run_folder(&whole), &run, &["checkpoints/last/replay.bin", "checkpoints/best/state.json"]);
 }
 
-/// Its progress may have gone on for longer than any time between checkpoints.
+/// The rows of its progress.csv may cover more time than the interval between checkpoints.
 #[test]
 fn a_run_that_was_killed_in_its_first_episode_begins_anew() {
     let folder = tempfile::tempdir().unwrap();
@@ -86,8 +86,8 @@ fn a_run_that_was_killed_in_its_first_episode_begins_anew() {
     assert_eq!(std::fs::read(run.join("episodes.csv")).unwrap(), bytes);
 }
 
-/// A kill after an evaluation may leave its policy as the best one, and no row of it. Made again on another processor the evaluation may come to
-/// less: the best policy is then that of an evaluation in the table all the same.
+/// A kill after an evaluation may leave its policy as the best one without its rows in eval.csv. On another processor the
+/// repeated evaluation may return less. The best policy is still one whose evaluation is in the table.
 #[test]
 fn a_best_policy_is_of_an_evaluation_in_the_table() {
     let folder = tempfile::tempdir().unwrap();
@@ -112,7 +112,7 @@ fn a_best_policy_is_of_an_evaluation_in_the_table() {
     let is_it = |row: &usize| policies[*row] == "mean" && steps[*row] == kept_at;
     let row = (0..steps.len()).find(is_it).unwrap();
     assert!(said["step"].as_u64() >= Some(1400), "{said}");
-    // The table has fewer digits.
+    // The table is rounded to seven digits.
     let difference = said["evaluation_return"].as_f64().unwrap() - returns[row].parse::<f64>().unwrap();
     assert!(difference.abs() < 1e-6, "{said}, {}", returns[row]);
 }
@@ -130,7 +130,7 @@ fn sigterm_saves_and_exits_with_75() {
     assert_eq!(RunFolder::open(&run).unwrap().manifest().unwrap().status, "stopped");
 }
 
-/// It may lose 0.6 s, and an episode may take longer: then it saves itself at the end of each.
+/// The run may lose 0.6 s. An episode may take longer, and then the run saves a checkpoint at the end of each.
 #[test]
 fn a_slow_run_saves_itself_by_the_clock() {
     let folder = tempfile::tempdir().unwrap();
@@ -142,23 +142,23 @@ fn a_slow_run_saves_itself_by_the_clock() {
     child.wait_until("a checkpoint", || saved().is_some());
     child.kill();
     expect(&error(train(folder.path()).arg("--resume"), 1), &["holds a run of 1000000 steps"]);
-    // When a run saves itself has no part in the hash that identifies it.
+    // The intervals between checkpoints have no part in the hash that identifies a run.
     let config = RunConfig::resolve(Some(&run_folder(folder.path()).join("config.toml")), &[]).unwrap();
     let other = RunConfig { checkpoint_every: 7, checkpoint_minutes: 5.0, ..config.clone() };
     assert_eq!((config.hash(), config.difference(&other)), (other.hash(), None));
 }
 
-/// As a terminal that goes away does; what `nohup` started stays.
+/// A closed terminal (SIGHUP) stops a run, unless `nohup` started it.
 #[test]
 fn a_hang_up_is_asked_to_stop() {
-    // `nohup cargo test` ignores SIGHUP, and children inherit that. What is handled they do not inherit.
+    // `nohup cargo test` ignores SIGHUP, and children inherit that. With this handler SIGHUP has its default effect in children.
     signal_hook::flag::register(Signal::HUP.as_raw(), std::sync::Arc::default()).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let episodes = run_folder(folder.path()).join("episodes.csv");
     let mut child = start(&train_for(1_000_000, folder.path()));
     child.wait_for_a_row(&episodes);
     assert_eq!(child.hang_up(), Some(75));
-    // Its reader goes with it, as the `tee` behind a pipe does.
+    // The reader of its output ends too, as the `tee` behind a pipe does.
     let mut unheard = train_for(1_000_000, folder.path());
     let mut child = start_unheard(unheard.arg("--resume"));
     let before = last_step(&episodes);
@@ -177,7 +177,7 @@ fn a_hang_up_is_asked_to_stop() {
     assert_eq!(child.stop(), Some(75));
 }
 
-/// Nobody would look after its runs: they save themselves.
+/// The runs of a killed sweep save a checkpoint and end: otherwise they would go on without a sweep.
 #[test]
 fn the_runs_of_a_killed_sweep_stop() {
     let folder = tempfile::tempdir().unwrap();
@@ -186,7 +186,7 @@ fn the_runs_of_a_killed_sweep_stop() {
     let run = out.join("lift/aforce/seed_1");
     let mut sweep = start(program("sweep").arg(&file).arg("--out").arg(&out).args(["--jobs", "1"]));
     sweep.wait_for_a_row(&run.join("episodes.csv"));
-    // Left to the process that is at work, as by a sweep of all.
+    // `--index` leaves a run to the process that is at work on it, as a whole sweep does.
     let mut second = program("sweep");
     second.arg(&file).arg("--out").arg(&out).args(["--index", "0"]);
     assert!(String::from_utf8(second.assert().code(75).get_output().stderr.clone()).unwrap().contains("at work there"));
@@ -211,7 +211,7 @@ fn a_folder_belongs_to_one_process() {
     train(folder.path()).arg("--resume").assert().success();
 }
 
-/// Tables that are open move with their folder, and a checkpoint that is written to its name would lie apart from them.
+/// Open tables move with their folder, and a checkpoint written to the old path would be separated from them.
 #[test]
 fn a_folder_that_is_moved_or_deleted_is_not_written_anew() {
     let folder = tempfile::tempdir().unwrap();
@@ -231,7 +231,7 @@ fn a_folder_that_is_moved_or_deleted_is_not_written_anew() {
         let told = std::fs::read_to_string(out.with_extension("txt")).unwrap();
         expect(&told, &["error: ", "seed_7", "moved or deleted while the run was at work", "--resume"]);
         if !delete {
-            // Put back, it goes on.
+            // Moved back, the run can be resumed.
             std::fs::rename(&moved, &run).unwrap();
             let saved = || note(&run.join("checkpoints/last")).and_then(|note| note["step"].as_u64());
             let before = saved();
@@ -251,11 +251,12 @@ fn heeds(status: &str) -> bool {
     has("SigBlk:") || has("SigCgt:")
 }
 
-/// Between the start of the process and that of training, as soon as it is the program: before, it is the shell's.
+/// A signal between the start of the process and that of training is obeyed, as soon as the process holds signals back or handles them.
 #[test]
 fn a_signal_in_the_first_moment_is_heard() {
     for (at, signal) in [Signal::TERM, Signal::HUP, Signal::INT].into_iter().enumerate() {
-        // `nohup cargo test` ignores SIGHUP, and a shell's background SIGINT; children inherit that. What is handled they do not inherit.
+        // `nohup cargo test` ignores SIGHUP, a shell's background job ignores SIGINT, and children inherit that. With
+        // this handler the signal has its default effect in children.
         signal_hook::flag::register(signal.as_raw(), std::sync::Arc::default()).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let mut child = start(&train_for(1_000_000, folder.path()));
@@ -269,7 +270,7 @@ fn a_signal_in_the_first_moment_is_heard() {
     }
 }
 
-/// A run that a person or a fault has stopped (SIGSTOP) would keep its sweep for ever.
+/// Without a limit, a run that hangs or is suspended (SIGSTOP) would keep its sweep from ending.
 #[test]
 fn a_run_beyond_its_limit_of_time_saves_itself() {
     let folder = tempfile::tempdir().unwrap();
@@ -283,7 +284,7 @@ fn a_run_beyond_its_limit_of_time_saves_itself() {
     expect(&error(program("sweep").arg(&file).args(["--limit", "0"]), 2), &["--limit", "above 0"]);
 }
 
-/// Scripts as the jobs of a pool, each with 0.3 s to end and 0.3 s more: name, exit code and last words.
+/// Runs scripts as the jobs of a pool, with a limit of 0.3 s and 0.3 s more until the kill: name, exit code and last words of each.
 fn jobs(folder: &Path, place: &Place, scripts: &[(&str, &str)]) -> Vec<(String, Option<i32>, String)> {
     let job = |(name, script): &(&str, &str)| {
         let mut command = std::process::Command::new("sh");
@@ -305,7 +306,7 @@ fn place(folder: &Path) -> Place {
     Place::of(folder, &std::fs::File::open(folder).unwrap()).unwrap()
 }
 
-/// Neither hears the signal that asks to stop; the one that was halted with SIGSTOP goes on all the same.
+/// Two jobs ignore SIGTERM. One of them is killed; the other, which suspended itself, is continued and ends.
 #[test]
 fn a_job_that_does_not_end_is_killed_and_hides_no_other() {
     let folder = tempfile::tempdir().unwrap();

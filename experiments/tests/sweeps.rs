@@ -24,7 +24,7 @@ fn settings_are_swept_like_spaces() {
     assert_eq!(states(&file, &out), ["done"; 4]);
     let run = out.join("lift/osc,n_step=1,horizon=50/seed_1");
     assert_eq!(note(&run.join("checkpoints/best")).unwrap()["variant"], "n_step=1,horizon=50");
-    // As its config.toml says, it is the same run.
+    // With its config.toml `train` finds the same run.
     let mut again = program("train");
     again.arg("--config").arg(run.join("config.toml")).arg("--resume").arg("--out").arg(&out).arg("--quiet");
     again.assert().success();
@@ -49,7 +49,7 @@ fn settings_are_swept_like_spaces() {
     assert_eq!((row("osc"), row("osc,n_step=1,horizon=50"), row("aforce")), (4, 4, 3), "{tables}");
 }
 
-/// A sweep does what it can, names what failed, and does the rest when called again.
+/// A sweep trains the runs that it can, names those that failed, and trains these when it is called again.
 #[test]
 fn a_sweep_hides_no_run_and_repeats_none() {
     let folder = tempfile::tempdir().unwrap();
@@ -64,7 +64,7 @@ fn a_sweep_hides_no_run_and_repeats_none() {
     assert_eq!(states(), ["new", "new"]);
     expect(&error(&mut sweep(&["--index", "2"]), 2), &["--index 2", "0 to 1"]);
 
-    // Somebody else's run in the first folder.
+    // The first folder holds another run.
     let first = out.join("lift/aforce/seed_1");
     std::fs::create_dir_all(&first).unwrap();
     std::fs::write(first.join("config.toml"), "seed = 8\n").unwrap();
@@ -77,12 +77,11 @@ fn a_sweep_hides_no_run_and_repeats_none() {
     assert_eq!(states(), ["done", "done"]);
     assert!(std::fs::read(out.join("lift/osc/seed_1/eval.csv")).unwrap() == table, "a run was repeated");
 
-    // A report is of runs that differ in their seeds.
     program("report").arg(&out).assert().success();
     for name in ["runs.csv", "summary.csv", "comparison.csv", "tables.md", "curves_lift.svg"] {
         assert!(out.join(name).is_file(), "{name}");
     }
-    // Curves of runs that are gone go too; a table of somebody else stays.
+    // Curves of an earlier report are removed; a file that `report` did not write stays.
     let (stale, own) = (out.join("curves_lift_gone.svg"), out.join("tables.md"));
     let (others, shown) = (out.join("curves_lift_mine.svg"), std::fs::read_to_string(&own).unwrap());
     std::fs::write(&own, shown.clone() + "\n![Learning curves](curves_lift_gone.svg)\n").unwrap();
@@ -115,7 +114,8 @@ fn a_sweep_hides_no_run_and_repeats_none() {
     expect(&error(program("report").arg(&out), 1), &["again", "position_step: there 0.02, here 0.05"]);
 }
 
-/// Four candidates, two after 300 actions, one after 600; the same command again finds all done and writes the same table.
+/// Four candidates, of which two go on after 300 actions and one after 600. The same command again finds all done and
+/// writes the same table.
 #[test]
 fn the_better_half_of_a_search_goes_on() {
     let folder = tempfile::tempdir().unwrap();
@@ -156,12 +156,12 @@ fn the_better_half_of_a_search_goes_on() {
     std::fs::remove_file(out.join(format!("lift/osc,{}/seed_1/DONE", variants[6]))).unwrap();
     search();
     assert_eq!(table(), first);
-    // Its runs differ in more than their seeds, and are of different lengths: they were to choose.
+    // `report` leaves out the runs of a search: they differ in more than their seeds, and in length.
     let report = program("report").current_dir(folder.path()).arg("runs").output().unwrap();
     let told = String::from_utf8(report.stderr).unwrap();
     assert!(!report.status.success() && told.contains("no run folder below it"), "{told}");
 
-    // Another search in the same folder would take the place of this table.
+    // Another search in the same folder would overwrite this table.
     for (from, to) in [("lift", "door"), ("count = 4, seed = 3", "count = 4, seed = 4")] {
         let other = std::fs::read_to_string(&file).unwrap().replace(from, to);
         std::fs::write(folder.path().join("other.toml"), other).unwrap();
@@ -171,7 +171,7 @@ fn the_better_half_of_a_search_goes_on() {
     }
 }
 
-/// Being killed says nothing about a candidate: nobody is ranked, and the same command goes on.
+/// A killed run is no failure of its candidate: no candidate is ranked, and the same command continues the search.
 #[test]
 fn a_killed_candidate_stays_in_the_search() {
     let folder = tempfile::tempdir().unwrap();
@@ -191,7 +191,7 @@ fn a_killed_candidate_stays_in_the_search() {
     assert!(std::fs::read(out.join("search.csv")).unwrap().is_empty(), "nobody is ranked");
 }
 
-/// One of two candidates cannot be trained: the other is ranked all the same, and the exit code tells.
+/// If one of two candidates cannot be trained, the other is ranked all the same, and the exit code is 3.
 #[test]
 fn a_candidate_that_fails_is_the_last() {
     let folder = tempfile::tempdir().unwrap();
@@ -199,7 +199,7 @@ fn a_candidate_that_fails_is_the_last() {
     let draws = "draws = { count = 2, seed = 3, ranges.'env.space.stiffness.fixed' = { low = 20, high = 300, scale = 'log' } }\n";
     std::fs::write(&file, "halving = [300]\n".to_string() + &few(600).replace("\"aforce\", ", "") + draws).unwrap();
     let out = folder.path().join("out");
-    // What looks like a run whose configuration was lost.
+    // A folder that looks like a run without its configuration.
     let lost = out.join("lift/osc,draw-1/seed_1");
     std::fs::create_dir_all(&lost).unwrap();
     std::fs::write(lost.join("episodes.csv"), "step\n5\n").unwrap();
@@ -216,12 +216,12 @@ fn a_candidate_that_fails_is_the_last() {
     assert_eq!(ranked.column("rank").unwrap(), ["1", "2", "1"]);
     assert!(ranked.column("score").unwrap()[1].is_empty());
 
-    // A scheduler that asks again for what was trained, or was taken on since.
+    // A scheduler may ask again for a run that is done, or that was extended since.
     for steps in ["300", "600"] {
         let again = sweep().args(["--index", "0", "--steps", steps]).assert().success().get_output().stdout.clone();
         assert!(String::from_utf8(again).unwrap().contains("seed_1: done before"));
     }
-    // A sweep at work asks for the run that it read, whatever the file says by now.
+    // A sweep asks for the run that it read, by its hash, and notices that its file was changed meanwhile.
     for (asked, word) in [
         (
             &["--index", "0", "--steps", "600", "--expect", "0123456789abcdef"][..],

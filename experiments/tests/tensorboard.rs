@@ -1,5 +1,5 @@
-//! What a run says to TensorBoard: read by its file format, and by TensorBoard's own reader where Python has one; `PYTHON`
-//! names another Python.
+//! The event files that a run writes for TensorBoard: read by their format, and by TensorBoard's own reader where Python
+//! has one; `PYTHON` names another Python.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -11,8 +11,8 @@ use experiments::run::tensorboard::events::EventFile;
 /// Step and value of every scalar of every tag.
 type Scalars = BTreeMap<String, Vec<(u64, f32)>>;
 
-/// What the event files in `folder` say, one after the other. A file that says that a session starts at some step takes
-/// back what earlier ones said of this step and later ones.
+/// The scalars of the event files in `folder`, one file after the other. A file that says that a session starts at some
+/// step deletes the scalars of earlier files at this step and later ones.
 fn read(folder: &Path) -> Scalars {
     let files = std::fs::read_dir(folder).unwrap().map(|file| file.unwrap().path());
     let mut files: Vec<_> = files.filter(|path| path.to_str().unwrap().contains("tfevents")).collect();
@@ -152,7 +152,8 @@ fn python() -> Command {
     Command::new(std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into()))
 }
 
-/// TensorBoard itself reads the same; without it, a word past the test harness, which would keep it to itself.
+/// Checks that TensorBoard itself reads the same. Without TensorBoard it prints a notice directly to stderr, because the
+/// test harness captures other output.
 fn check_with_tensorboard(folder: &Path, scalars: &Scalars) {
     let found = python().args(["-c", "import tensorboard"]).output().is_ok_and(|output| output.status.success());
     if !found {
@@ -176,7 +177,7 @@ fn a_record_of_tensorboard_is_read() {
     assert_eq!(Event::read(record), event);
 }
 
-/// A run that was killed at step 5, after its last checkpoint at step 3, says steps 4 and 5 anew.
+/// A run that was killed at step 5, after its last checkpoint at step 3, writes steps 4 and 5 again.
 #[test]
 fn a_resumed_run_leaves_one_curve() {
     let folder = tempfile::tempdir().unwrap();
@@ -220,7 +221,7 @@ fn a_run_says_what_its_tables_say() {
     same("contact/max_force_n", &column("episodes.csv", "max_contact_force_n"));
     same("charts/SPS", &column("progress.csv", "env_steps_per_s"));
     same("losses/alpha", &column("progress.csv", "alpha"));
-    // Two episodes with mean actions, which are told, and two with sampled ones.
+    // Two episodes with mean actions, which are logged, and two with sampled ones.
     let rows = column("eval.csv", "return");
     let means: Vec<_> = rows.chunks(4).map(|rows| (rows[0].0, (rows[0].1 + rows[1].1) / 2.0)).collect();
     same("eval/episodic_return", &means);

@@ -1,4 +1,4 @@
-//! What training remembers and leaves behind, and how a run and a sweep are taken on.
+//! What training stores and writes, and how runs and sweeps are resumed and extended.
 
 mod common;
 
@@ -26,7 +26,7 @@ fn scaled(values: &[f32], components: &[Component]) -> Vec<f32> {
     values
 }
 
-/// What the policy sees, and what only the critics do.
+/// What the policy sees, and what only the critics see.
 fn seen(env: &Env) -> [Vec<f32>; 2] {
     let policy = scaled(env.observation(), env.observation_components());
     [policy, scaled(env.privileged(), env.privileged_components())]
@@ -36,8 +36,8 @@ fn wide(action: &[f32]) -> Vec<f64> {
     action.iter().map(|&a| f64::from(a)).collect()
 }
 
-/// The stored actions, played anew, lead to the stored rows: seen before, earned, seen after. At a time limit the last
-/// observation is the episode's own, and its value counts.
+/// The stored actions, played again, give the stored rows: observation, reward, next observation. At a time limit the
+/// next observation is the episode's last one, and the critic's value of it counts.
 #[test]
 fn what_is_stored_is_what_happened() {
     let folder = tempfile::tempdir().unwrap();
@@ -64,12 +64,12 @@ fn what_is_stored_is_what_happened() {
     assert_eq!((values("truncated"), values("terminated")), (vec![1.0; 20], vec![0.0; 20]));
     let returns = values("return");
     assert_eq!(returns.len(), totals.len());
-    // Stored with seven digits.
+    // The table is rounded to seven digits.
     assert!(returns.iter().zip(&totals).all(|(a, b)| (a - b).abs() < 1e-5 && *a > 0.0), "{returns:?} {totals:?}");
 }
 
-/// The critics' part follows the policy's, each with its own scales. Nothing is learned, so that a learner of the same seed does what was
-/// done as long as it is told what the policy was told.
+/// In a stored observation the critics' part follows the policy's, each with its own scales. The run learns nothing, so a
+/// learner with the same seed chooses the stored actions if it is given the policy's part.
 #[test]
 fn critics_are_told_more_and_the_policy_is_not() {
     let folder = tempfile::tempdir().unwrap();
@@ -94,7 +94,7 @@ fn critics_are_told_more_and_the_policy_is_not() {
             assert_ne!(env.privileged(), critics, "with scales that matter");
             learner.act(&policy, &mut action, acts.next().unwrap());
             let apart = action.iter().zip(&row.action).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-            // The last bits of a product are the process's own.
+            // The last bits of a product may differ between processes.
             assert!(apart < 1e-4, "{action:?} {:?}", row.action);
             assert_eq!(row.observation, [policy, critics].concat());
             env.step(&wide(&row.action));
@@ -106,7 +106,7 @@ fn critics_are_told_more_and_the_policy_is_not() {
     assert_eq!(actor.observation_dim(), observation);
 }
 
-/// Every number of it, to the last digit of the table.
+/// All numbers are equal, to the last digit of the table.
 #[test]
 fn the_best_checkpoint_plays_its_evaluation_again() {
     let folder = tempfile::tempdir().unwrap();
@@ -114,7 +114,7 @@ fn the_best_checkpoint_plays_its_evaluation_again() {
     train(folder.path()).args(often).assert().success();
     let run = run_folder(folder.path());
 
-    // Whatever was best: played with mean actions. Sampled ones are played from the same starts.
+    // The best policy is that of an evaluation with mean actions. Sampled actions are played from the same starts.
     let of = |policy| Record::of_folder(&RunFolder::open(&run).unwrap()).unwrap().evaluations(policy).unwrap();
     let [means, sampled] = ["mean", "sampled"].map(|policy| of(policy).mean_by_step("return").unwrap());
     assert_eq!((means.len(), sampled.len()), (5, 5));
@@ -125,11 +125,11 @@ fn the_best_checkpoint_plays_its_evaluation_again() {
     };
     assert_eq!(starts("mean"), starts("sampled"));
     assert!(starts("mean").iter().all(|seed| seed.len() == 18 && seed.starts_with("0x")), "text in every program");
-    // The first of the best.
+    // The first of equally good evaluations.
     let (at, best) = means.into_iter().rev().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
     let note = note(&run.join("checkpoints/best")).unwrap();
     assert_eq!(note["step"].as_f64(), Some(at));
-    // Tables have seven digits.
+    // Tables are rounded to seven digits.
     assert!((note["evaluation_return"].as_f64().unwrap() / best - 1.0).abs() < 1e-6);
 
     let env = EnvArgs::default();
@@ -147,7 +147,7 @@ fn the_best_checkpoint_plays_its_evaluation_again() {
     assert!(again.lines().all(|row| recorded.contains(&row)), "{recorded:#?} {again}");
 }
 
-/// A run that is taken on keeps its best policy until a better one comes.
+/// A resumed run keeps its best policy until a better one comes.
 #[test]
 fn the_best_evaluation_outlives_a_stop() {
     let folder = tempfile::tempdir().unwrap();
@@ -157,7 +157,7 @@ fn the_best_evaluation_outlives_a_stop() {
     };
     let run = run_folder(folder.path());
     let best = || note(&run.join("checkpoints/best")).unwrap()["step"].as_u64();
-    // As if the best so far had been better than any to come, or worse.
+    // Makes the best return so far better than any to come, or worse.
     let remember = |value: &str| {
         let file = run.join("checkpoints/last/state.json");
         let text = std::fs::read_to_string(&file).unwrap();
@@ -172,14 +172,14 @@ fn the_best_evaluation_outlives_a_stop() {
     remember("-1e9");
     resume(1500);
     assert_eq!(best(), Some(1500));
-    // Whatever the best was: without it the next evaluation keeps its policy.
+    // If the best policy is missing, the next evaluation's policy is kept, whatever the best return was.
     remember("1e9");
     std::fs::remove_dir_all(run.join("checkpoints/best")).unwrap();
     resume(2000);
     assert_eq!(best(), Some(2000));
 }
 
-/// Everybody is asked to save himself, and the same command would go on.
+/// A stopped sweep asks every run to save a checkpoint, from which the same command continues.
 #[test]
 fn a_stopped_sweep_leaves_runs_to_go_on_with() {
     let folder = tempfile::tempdir().unwrap();
@@ -203,7 +203,7 @@ fn a_finished_run_is_extended_to_the_bytes_of_a_longer_one() {
     extend(1000);
 }
 
-/// The only evaluation of the short run, at its end, is not among those of the longer run.
+/// The only evaluation of the short run, at its end, is not made in the longer run.
 #[test]
 fn a_run_too_short_for_an_evaluation_is_extended_likewise() {
     extend(200);
@@ -234,7 +234,7 @@ fn extend(steps: u64) {
     assert_same(&run, &longer, &["config.toml", "episodes.csv", "eval.csv", networks[0], networks[1]]);
 }
 
-/// A scheduler goes by the exit code; the next call makes up for the picture.
+/// The exit code tells a scheduler that the run is done; the next call draws the missing picture.
 #[test]
 fn curves_that_cannot_be_drawn_do_not_fail_a_run() {
     let folder = tempfile::tempdir().unwrap();
@@ -246,7 +246,7 @@ fn curves_that_cannot_be_drawn_do_not_fail_a_run() {
     assert!(picture.is_file());
 }
 
-/// Results keep no replay memory: such a run can be looked at, not taken on.
+/// Committed results have no replay buffer: such a run can be looked at, but not resumed.
 #[test]
 fn a_run_without_its_checkpoint_is_not_begun_anew() {
     let folder = tempfile::tempdir().unwrap();
@@ -260,7 +260,7 @@ fn a_run_without_its_checkpoint_is_not_begun_anew() {
     }
     std::fs::remove_dir_all(run.join("checkpoints/last")).unwrap();
 
-    // Finished, there is nothing to do; beyond that, or unfinished, nothing can be done.
+    // A finished run needs no checkpoint. Without one it cannot be extended, nor resumed if it is unfinished.
     train(folder.path()).arg("--resume").assert().success();
     assert_same(&run, &kept, &tables);
     expect(&error(train_for(3000, folder.path()).arg("--resume"), 1), &["checkpoints/last", "2000 actions"]);
@@ -270,7 +270,7 @@ fn a_run_without_its_checkpoint_is_not_begun_anew() {
     assert_same(&run, &kept, &tables[..4]);
 }
 
-/// A finished run that cannot be taken on stays what it was: what is missing or damaged is named, nothing is written.
+/// A finished run that cannot be extended stays as it was: what is missing or damaged is named, and nothing is written.
 #[test]
 fn a_run_that_cannot_go_on_stays_finished() {
     let folder = tempfile::tempdir().unwrap();
@@ -319,7 +319,7 @@ fn first_lines(path: &Path, n: usize) -> String {
     std::fs::read_to_string(path).unwrap().lines().take(n).map(|line| format!("{line}\n")).collect()
 }
 
-/// Too short for an evaluation on the way: it gets one at the end, so that it can be played and reported.
+/// A run too short for a regular evaluation has one at its end, so that it can be played and reported.
 #[test]
 fn a_short_run_is_evaluated_once() {
     let folder = tempfile::tempdir().unwrap();
@@ -332,14 +332,14 @@ fn a_short_run_is_evaluated_once() {
     evaluate.args(["--episodes", "1", "--run"]).arg(&run).assert().success();
     expect(&error(evaluate.args(["--set", "learner.scaled_observations=false"]), 2), &["learner.scaled_observations"]);
 
-    // A finished run that cannot be read is missed by nobody.
+    // `report` names a finished run that it cannot read, and exits with 3.
     let other = folder.path().join("lift/aforce/seed_8");
     std::fs::create_dir(&other).unwrap();
     std::fs::write(other.join("DONE"), "").unwrap();
     expect(&error(program("report").arg(folder.path()), 3), &["left out", "seed_8"]);
 }
 
-/// What was killed before it had a checkpoint begins anew, with the row it was writing cut off.
+/// A run that was killed before its first checkpoint begins anew, and the row that it was writing is cut off.
 #[test]
 fn a_run_killed_before_its_first_checkpoint_begins_anew() {
     let folder = tempfile::tempdir().unwrap();
@@ -380,7 +380,7 @@ fn a_slow_run_without_its_checkpoint_is_not_begun_anew() {
     expect(&error(train(folder.path()).arg("--resume"), 1), &["checkpoints/last", "300 actions"]);
 }
 
-/// A run whose learner breaks says so, and where.
+/// If the learner diverges, the error says at which action, and the manifest says that the run failed.
 #[test]
 fn a_failed_run_says_so_in_its_manifest() {
     let folder = tempfile::tempdir().unwrap();

@@ -4,7 +4,7 @@ import numpy as np
 
 import aforce
 
-KNOB = [-0.06, 0, 0.07]  # Its centre in the drawer's frame (m).
+KNOB = [-0.06, 0, 0.07]  # Centre of the knob in the drawer's frame (m).
 WALLS = [([0.08, 0.005, 0.04], [0, 0.09, -0.003]), ([0.08, 0.005, 0.04], [0, -0.09, -0.003]), ([0.005, 0.095, 0.04], [0.09, 0, -0.003])]
 
 class Drawer(aforce.Task):

@@ -1,10 +1,10 @@
-"""The hand holds a round plug over a socket and puts it in. Springs as soft as those of `low` stick in it."""
+"""The hand holds a round plug over a socket and puts it in. With a stiffness as low as that of `low` the plug gets stuck."""
 
 import numpy as np
 
 import aforce
 
-DEPTH = 0.025  # Of the hole; the plug is 5 cm long and 0.5 mm thinner than the hole (m).
+DEPTH = 0.025  # Depth of the hole (m). The plug is 5 cm long and 0.5 mm thinner than the hole.
 
 class Plug(aforce.Task):
     scene = {"prediction": 0.002, "bodies": [
@@ -19,7 +19,7 @@ class Plug(aforce.Task):
         socket = [*rng.uniform(-0.03, 0.03, 2), 0.8 + DEPTH]
         return {"poses": {"socket": socket}, "holding": {"body": "plug", "grip": [0, 0, 0.015], "width": 0.0195}}
 
-    def tip(self, state):  # As seen from the rim of the hole; the plug's frame is in its middle, z down in the hand.
+    def tip(self, state):  # Plug's tip relative to the hole's rim (m, world). The plug's frame is in its middle, its z points down in the hand.
         plug = state.body("plug")
         return plug.point([0, 0, 0.025]) - state.body("socket").position
 

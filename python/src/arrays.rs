@@ -1,4 +1,4 @@
-//! Numbers from Python: what has the wrong shape, or is no number, is answered with its name.
+//! Numbers from Python. Errors about a wrong shape or type name the argument.
 
 use numpy::{AllowTypeChange, PyArray1, PyArrayLikeDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 /// # Errors
 /// `TypeError` if it is no array of numbers, `ValueError` if its shape is another one.
 pub fn numbers(value: &Bound<'_, PyAny>, name: &str, shape: &[usize]) -> PyResult<Vec<f64>> {
-    // The usual action, without a detour through numpy.
+    // The usual action, an array of float32, is read without a detour through numpy.
     if let Ok(array) = value.cast::<PyArray1<f32>>() {
         check_shape(name, array.shape(), shape)?;
         return Ok(array.readonly().as_array().iter().map(|&v| f64::from(v)).collect());
@@ -59,7 +59,7 @@ fn check_shape(name: &str, found: &[usize], wanted: &[usize]) -> PyResult<()> {
     Err(PyValueError::new_err(format!("{name} has shape {}, must have {}", tuple(found), tuple(wanted))))
 }
 
-/// As Python writes it.
+/// A shape as Python writes a tuple.
 fn tuple(shape: &[usize]) -> String {
     match shape {
         [one] => format!("({one},)"),

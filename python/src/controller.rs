@@ -32,8 +32,8 @@ pub fn spaces() -> Vec<String> {
 /// wrench       what the environment exerts on the tool, filtered: force (N) and moment about the tool point (Nm), 6
 /// twist        velocity of the tool (m/s, rad/s), 6; jacobian @ qd if it is not given
 ///
-/// ValueError for a wrong shape or a mass matrix that is not symmetric, TypeError for what are no numbers. Numbers that are not finite are the law's to answer: it
-/// holds the arm with `bias` and counts a fault.
+/// ValueError for a wrong shape or a mass matrix that is not symmetric, TypeError for values that are not numbers. Numbers that are not finite
+/// are no error: the law then holds the arm with `bias` and counts a fault.
 #[pyclass(frozen, module = "aforce")]
 pub struct Measurement(aforce::Measurement);
 
@@ -90,10 +90,10 @@ fn unknown_setting(section: &Bound<'_, PyDict>) -> PyResult<bool> {
     Ok(false)
 }
 
-/// Farthest from length one that a quaternion may be.
+/// Largest deviation of a quaternion's length from 1.
 const UNIT: f64 = 1e-3;
 
-/// A quaternion x, y, z, w as it stands, or a matrix.
+/// A rotation from a quaternion x, y, z, w, which is not normalised, or from a matrix.
 fn rotation(value: &Bound<'_, PyAny>) -> PyResult<UnitQuaternion<f64>> {
     if is_matrix(value) {
         let matrix = Matrix3::from_row_slice(&numbers(value, "orientation", &[3, 3])?);
@@ -168,7 +168,7 @@ impl Controller {
         }
         section.set_item("control_hz", samples_per_second(dt)?)?;
         keywords.set_item("controller", &section)?;
-        // The keywords lie one table deeper than those of an environment, whose unknown ones are told by their type.
+        // An unknown keyword is a `TypeError` by itself only at the level of an environment's keywords; these lie one table deeper.
         let unknown = unknown_setting(&section)?;
         let env = env_config("lift", None, &keywords)
             .map_err(|error| if unknown { type_error(error.value(py)) } else { error })?;
@@ -186,7 +186,7 @@ impl Controller {
         Ok(Self(Exclusive::new(Law { controller, config: env.controller, ready: false })))
     }
 
-    /// Begins an episode: goal at the measured pose, K at its start, no force.
+    /// Begins an episode: goal at the measured pose, K at its initial value, no force.
     fn reset(&self, measurement: &Measurement) -> PyResult<()> {
         self.0.with(|law| {
             law.controller.reset(&measurement.0);
@@ -218,7 +218,7 @@ impl Controller {
         self.law(|law| Ok(PyArray1::from_slice(py, law.controller.update(&measurement.0).as_slice())))
     }
 
-    /// Numbers in an action.
+    /// Number of entries of an action.
     #[getter]
     fn dim(&self) -> PyResult<usize> {
         self.0.with(|law| Ok(law.controller.space().dim()))
@@ -248,7 +248,7 @@ impl Controller {
         self.read(py, |controller| controller.feedforward().as_slice().to_vec())
     }
 
-    /// What the task asks the tool to push with (N, Nm; world axes): -F_ff - F_cmd - K e - D e_dot; shape (6,).
+    /// Wrench with which the law has the tool push (N, Nm; world axes): -F_ff - F_cmd - K e - D e_dot; shape (6,).
     #[getter]
     fn wrench<'py>(&self, py: Python<'py>) -> Numbers<'py> {
         self.read(py, |controller| controller.wrench().as_slice().to_vec())
@@ -324,7 +324,7 @@ fn seven(pose: &Pose) -> Vec<f64> {
     pose.translation.vector.iter().chain(pose.rotation.coords.iter()).copied().collect()
 }
 
-/// Samples per second, which is what the configuration has.
+/// Control samples per second, as the configuration has them, from the length `dt` of a sample (s).
 fn samples_per_second(dt: f64) -> PyResult<u32> {
     let rate = (1.0 / dt).round();
     if (1.0..=10_000.0).contains(&rate) && (rate * dt - 1.0).abs() < 1e-9 {

@@ -61,7 +61,7 @@ impl Env {
         })
     }
 
-    /// What the observed camera sees now, rows, columns and numbers of a pixel; None where there is none.
+    /// What the observed camera sees now; shape (height, width, 1 or 3); None if no camera is observed.
     fn pixels<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         self.0.with(|episodes| {
             episodes.seed()?;
@@ -146,7 +146,7 @@ fn array<'py, T: Element>(
     Ok(Array3::from_shape_vec(shape, pixels).map_err(value_error)?.into_pyarray(py).into_any())
 }
 
-/// Adds what a critic sees, where it sees something.
+/// Adds the critic's numbers, if there are any.
 fn add_privileged(info: &Bound<'_, PyDict>, episodes: &Episodes) -> PyResult<()> {
     let privileged = episodes.privileged();
     if privileged.is_empty() {
@@ -155,7 +155,7 @@ fn add_privileged(info: &Bound<'_, PyDict>, episodes: &Episodes) -> PyResult<()>
     info.set_item("critic", PyArray1::from_vec(info.py(), privileged))
 }
 
-/// What an action led to besides observation and reward; 0 and false where there was none yet.
+/// What an action led to besides observation and reward; 0 and false before the first action.
 fn info<'py>(py: Python<'py>, env: &tasks::Env, step: Option<&Step>) -> PyResult<Bound<'py, PyDict>> {
     let info = PyDict::new(py);
     info.set_item("is_success", step.is_some_and(|step| step.success))?;

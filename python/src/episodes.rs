@@ -15,7 +15,7 @@ use crate::keywords::env_config;
 use crate::own::{self, Trouble};
 use crate::value_error;
 
-/// A number of info: its name, and where it comes from.
+/// A number of info: its name, and how it is read from a step.
 type Number = (&'static str, fn(&Step) -> f64);
 
 /// The numbers that info holds of an action.
@@ -39,11 +39,11 @@ pub const NUMBERS: [Number; 7] = [
 pub struct Episodes {
     /// The environment.
     pub env: Env,
-    /// What a method of a task of one's own raised.
+    /// Exception that a method of a Python task raised.
     trouble: Trouble,
     /// Whether observations are scaled.
     scaled: bool,
-    /// Seeds of the episodes that are given none.
+    /// Source of the seeds of episodes that are reset without one.
     stream: ChaCha8Rng,
     /// Seed of the present episode; `None` while there is none.
     seed: Option<u64>,
@@ -54,13 +54,11 @@ pub struct Episodes {
 }
 
 impl Episodes {
-    /// Episodes without a seed are others every time and in every process, until a seed is given. Their seeds come from
-    /// the system's generator, as a forked process has a copy of any other.
-    ///
-    /// `task` is the name of a built-in task, or makes a task of one's own.
+    /// `task` is the name of a built-in task, or a callable that makes a Python task. Until a seed is given, every new object has other
+    /// episodes, also in a forked process: the operating system seeds its generator, as a forked process has a copy of any other one.
     ///
     /// # Errors
-    /// `ValueError`, as [`Env::new`]; `TypeError` for an unknown keyword; what a task of one's own raises.
+    /// `ValueError`, as [`Env::new`]; `TypeError` for an unknown keyword; what a Python task raises.
     pub fn new(
         task: &Bound<'_, PyAny>,
         config: Option<PathBuf>,
@@ -75,7 +73,7 @@ impl Episodes {
         Ok(Self { env, trouble, scaled, stream, seed: None, records: false, playback: None })
     }
 
-    /// Starts an episode: the one of `seed`, which also fixes those that come after it without a seed.
+    /// Starts the episode of `seed`, which also fixes the later episodes that are reset without a seed.
     pub fn reset(&mut self, seed: Option<u64>) {
         if let Some(seed) = seed {
             self.stream = ChaCha8Rng::seed_from_u64(seed);
@@ -96,7 +94,7 @@ impl Episodes {
         self.trouble.check().inspect_err(|_| self.seed = None)
     }
 
-    /// The same after a question that leaves the episode as it is.
+    /// As [`check`](Self::check), after a query that leaves the episode as it is: the episode goes on.
     ///
     /// # Errors
     /// What a task's method raised.
@@ -107,7 +105,7 @@ impl Episodes {
     /// Takes one action.
     ///
     /// # Panics
-    /// If it has not the environment's length.
+    /// If the action has not the environment's length.
     pub fn step(&mut self, action: &[f64]) -> Step {
         let Some(playback) = &mut self.playback else { return self.env.step(action) };
         let observation = self.env.observation().to_vec();
@@ -137,7 +135,7 @@ impl Episodes {
         self.scaled(self.env.observation(), self.env.observation_components())
     }
 
-    /// What a critic sees besides; empty unless `observation.critic` says so.
+    /// What a critic sees besides the observation; empty unless `observation.critic` is set.
     pub fn privileged(&self) -> Vec<f32> {
         self.scaled(self.env.privileged(), self.env.privileged_components())
     }

@@ -5,11 +5,11 @@ use std::sync::{Mutex, MutexGuard, TryLockError};
 use pyo3::PyResult;
 use pyo3::exceptions::PyRuntimeError;
 
-/// A value until it is closed. Nobody waits for it, because who waited would hold Python's lock.
+/// A value until it is closed. A second user gets an error instead of waiting, because a waiting thread would hold Python's global lock.
 pub struct Exclusive<T>(Mutex<Option<T>>);
 
 impl<T> Exclusive<T> {
-    /// Open.
+    /// An open value.
     pub fn new(value: T) -> Self {
         Self(Mutex::new(Some(value)))
     }

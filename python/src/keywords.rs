@@ -1,4 +1,4 @@
-//! Settings as Python has them: keywords with the names and meanings of the keys below `env` in a configuration file.
+//! Settings from Python: keywords with the names and meanings of the keys below `env` in a configuration file.
 
 use std::path::{Path, PathBuf};
 
@@ -11,22 +11,22 @@ use toml::{Table, Value};
 
 use crate::{type_error, value_error};
 
-/// How deep settings may lie in each other: a dictionary may hold itself.
+/// Largest depth of nested settings. It ends the recursion if a dictionary contains itself.
 const DEEPEST: usize = 16;
 
 /// The name of this layer of settings in messages.
 const SOURCE: &str = "keywords";
 
-/// Keys of an environment that the table of its defaults does not have, as they are empty there.
+/// Keys of an environment that the table of its defaults lacks, as they are unset by default.
 const UNTOLD: [&str; 2] = ["options", "stop_price"];
 
 /// Keywords that are no keys of an environment.
 const PYTHONS_OWN: [&str; 5] = ["config", "render_mode", "render_size", "scaled", "setup"];
 
-/// The environment of the built-in `task` that a run's `config.toml`, if one is given, and keywords on top of it describe.
+/// Settings of an environment of the built-in `task`: its defaults, then a run's `config.toml` if one is given, then keywords.
 ///
 /// # Errors
-/// `TypeError` for an unknown keyword, else as a program answers the same keys.
+/// `TypeError` for an unknown keyword or a value of a wrong type, else `ValueError` with the message that a program gives.
 pub fn env_config(task: &str, config: Option<PathBuf>, keywords: &Bound<'_, PyDict>) -> PyResult<EnvConfig> {
     let wanted = TaskName::BUILT_IN.into_iter().find(|name| name.as_str() == task);
     let known = || TaskName::BUILT_IN.map(|name| name.as_str()).join(", ");
@@ -34,7 +34,7 @@ pub fn env_config(task: &str, config: Option<PathBuf>, keywords: &Bound<'_, PyDi
     config_of(wanted, None, config, keywords)
 }
 
-/// The environment of a task: its own defaults, if it has some, with their name in messages; on them a file, on that the keywords.
+/// Settings of an environment of a task: the task's own `defaults`, if it has some, with their name in messages, then a file, then keywords.
 ///
 /// # Errors
 /// As [`env_config`].
@@ -47,8 +47,8 @@ pub fn config_of(
     let base = EnvConfig::of(wanted);
     let known = Table::try_from(&base).map_err(value_error)?;
     let mut layers = vec![];
-    // Set once a key is not known: the answer is then a `TypeError` that begins with this text. For a keyword the text
-    // is Python's own: libraries that try keywords look for the type and for these words.
+    // Set if a key is unknown: the error is then a `TypeError` that begins with this text. For a keyword the text is that
+    // of Python itself, as libraries that try keywords look for this type and these words.
     let mut unknown = None;
     let mut layer = |name: &str, dict: &Bound<'_, PyDict>| -> PyResult<_> {
         let is_known = |key: &str| UNTOLD.contains(&key) || key == "setup" || known.contains_key(key);
@@ -60,7 +60,7 @@ pub fn config_of(
             } else {
                 let words = || format!("got an unexpected keyword argument '{key}': ");
                 unknown = Some(if name == SOURCE { words() } else { String::new() });
-                // Whatever it holds, the answer is that there is no such key.
+                // The value does not matter: the error is about the key.
                 env.insert(key, Value::Boolean(true));
             }
         }
@@ -75,7 +75,7 @@ pub fn config_of(
     if let Some(path) = config {
         let text = settings::text(&path)?;
         let (source, mut table) = settings::of_file(&path, text).map_err(value_error)?;
-        // The learner's settings have no part in an environment.
+        // The learner's settings do not concern an environment.
         let of_env = |key: &str| key == "env" || key == "setup";
         if let Some(key) = table.keys().find(|key| !of_env(key) && !RUN_KEYS.contains(&key.as_str())) {
             let words = "no key of a run's config.toml; known are env, setup";
@@ -86,7 +86,7 @@ pub fn config_of(
     }
     layers.push(layer(SOURCE, keywords)?);
     let config = settings::env(base, layers).map_err(|error| match unknown {
-        // An unknown key of a task's `defaults` is no keyword: Python's words would be wrong.
+        // An unknown key of a task's `defaults` is not a keyword, so that Python's words would be wrong.
         Some(words) if words.is_empty() => type_error(error),
         Some(words) => type_error(format!("{words}{error:#} (Python's own: {})", PYTHONS_OWN.join(", "))),
         None => value_error(error),
@@ -100,7 +100,7 @@ pub fn config_of(
     Ok(config)
 }
 
-/// A dictionary as a table of settings; what is None counts as not given.
+/// A dictionary as a table of settings. A key whose value is None counts as not given.
 pub fn table(dict: &Bound<'_, PyDict>, depth: usize) -> PyResult<Table> {
     let mut table = Table::new();
     for (key, value) in dict.iter() {

@@ -1,4 +1,4 @@
-//! The part of the Python package `aforce` that is not Python.
+//! The part of the Python package `aforce` that is written in Rust.
 
 mod arrays;
 mod controller;
@@ -13,13 +13,13 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use tasks::TaskName;
 
-/// An error of the Rust side as the exception it is in Python: something is wrong with a value.
+/// An error of the Rust side as a `ValueError`.
 fn value_error(error: impl std::fmt::Display) -> PyErr {
-    // The causes after colons.
+    // `#` adds the causes, after colons.
     PyValueError::new_err(format!("{error:#}").replace('\n', " "))
 }
 
-/// The same for a keyword that is not known.
+/// An error of the Rust side as a `TypeError`, for an unknown keyword.
 fn type_error(error: impl std::fmt::Display) -> PyErr {
     PyTypeError::new_err(format!("{error:#}").replace('\n', " "))
 }

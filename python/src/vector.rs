@@ -15,15 +15,15 @@ use crate::episodes::{Episodes, NUMBERS};
 use crate::exclusive::Exclusive;
 use crate::value_error;
 
-/// Environments, each with what its latest action led to.
+/// The environments, each with its latest step; `None` after a reset.
 struct Fleet {
     members: Vec<(Episodes, Option<Step>)>,
     threads: usize,
 }
 
 impl Fleet {
-    /// Lets `work` loose on every member, on all threads. They are started for each call: a process that forks has none that
-    /// it could lose, and starting one takes a fraction of what an action does.
+    /// Runs `work` on every member, on all threads. The threads are started for each call, so that a forked process lacks none of
+    /// them; starting a thread takes a fraction of an action's time.
     fn each(&mut self, work: impl Fn(usize, &mut Episodes) -> Option<Step> + Sync) {
         let next = Mutex::new(self.members.iter_mut().enumerate());
         let worker = || {
@@ -50,11 +50,11 @@ impl Fleet {
     /// Raises what a task's method raised in one of the members.
     fn check(&mut self) -> PyResult<()> {
         let every = self.members.iter_mut().map(|(episodes, _)| episodes.check());
-        // All are asked: what waits in a second member would else be told of a later call.
+        // Every member is checked: an exception left in a second member would be raised by a later call.
         every.fold(Ok(()), Result::and)
     }
 
-    /// Info: of every member's latest step, 0 and false of those that were reset.
+    /// Info of every member's latest step; 0 and false for members that were reset.
     fn info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let info = PyDict::new(py);
         info.set_item("is_success", self.column(py, |step| step.success))?;
@@ -74,7 +74,7 @@ impl Fleet {
         Ok(info)
     }
 
-    /// A number of every member's latest step, 0 of those that were reset.
+    /// A number of every member's latest step; 0 for members that were reset.
     fn column<'py, T: numpy::Element + Default>(
         &self,
         py: Python<'py>,
@@ -137,7 +137,7 @@ impl Vector {
         })
     }
 
-    /// Every environment takes its action, but those that `reset` names begin an episode instead, for no reward.
+    /// Every environment takes its action, but those that `reset` names begin an episode instead, with a reward of 0.
     fn step<'py>(&self, py: Python<'py>, actions: &Bound<'py, PyAny>, reset: Vec<bool>) -> PyResult<Stepped<'py>> {
         self.0.with(|fleet| {
             for (episodes, _) in &fleet.members {

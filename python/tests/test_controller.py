@@ -1,4 +1,4 @@
-"""The law alone: what it reads, and how it answers what is wrong. Its torques: test_rust.py."""
+"""The law alone: what it reads, and its errors. test_rust.py compares its torques with the golden vectors."""
 
 import numpy as np
 import pytest

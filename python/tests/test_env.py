@@ -1,4 +1,4 @@
-"""The environments keep Gymnasium's promises, and those of this package."""
+"""The environments fulfil Gymnasium's interface, and behave as this package documents."""
 
 import copy
 import pickle
@@ -48,7 +48,7 @@ def check(checker, env):
         if checker == "gymnasium":
             check_env(env.unwrapped, skip_render_check=env.render_mode is None)
         else:
-            # A small picture of depth in metres is none for the default network, which takes bytes and 36 pixels or more.
+            # The default network takes pictures of bytes with at least 36 pixels a side, not small pictures of depth in metres.
             warnings.filterwarnings("ignore", ".*observation (space )?pixels is an image but|The minimal resolution for an image")
             theirs = pytest.importorskip("stable_baselines3.common.env_checker", reason="Stable-Baselines3 is not installed")
             theirs.check_env(env.unwrapped, warn=True)
@@ -59,10 +59,10 @@ def test_a_seed_fixes_this_episode_and_all_that_follow():
     starts = [[env.reset(seed=7)[0], *(env.reset()[0] for _ in range(3))] for env in (first, second)]
     assert np.array_equal(*starts)
     assert len({start.tobytes() for start in starts[0]}) == 4
-    # Any of them comes back by its own seed.
+    # Each episode can be repeated by its own seed.
     again, _ = second.reset(seed=first.unwrapped.episode_seed)
     assert np.array_equal(again, starts[0][-1])
-    # Without a seed episodes are others every time.
+    # Without a seed every environment has other episodes.
     assert not np.array_equal(make().reset()[0], make().reset()[0])
 
 
@@ -128,7 +128,7 @@ def test_a_stop_with_a_price_cuts_the_episode_short_and_costs_it():
 def test_the_penalty_is_of_the_force_that_counts(of, key):
     env = make("Wipe", space="osc", force_penalty={"of": of, "limit": 40, "weight": 0.1}).unwrapped
     env.reset(seed=1)
-    # Pressed down without end, the arm comes to press with what is short of the wrist as well.
+    # An arm that keeps moving down also presses with links before the wrist.
     infos = [env.step([0, 0, -1, 0, 0, 0])[-1] for _ in range(60)]
     penalties = [info["penalty"] for info in infos]
     assert penalties == [0.1 * info[key] if info[key] > 40 else 0 for info in infos]
@@ -153,7 +153,7 @@ def test_a_script_rests_when_its_task_is_done(task, space):
     env.reset(seed=1)
     infos = [env.step(env.expert_action())[-1] for _ in range(env.describe()["env"]["horizon"])]
     done = next(index for index, info in enumerate(infos) if info["is_success"])
-    # A second to come to rest.
+    # The second after success, in which the arm comes to rest, is left out.
     way, rest = (sum(info["energy"] for info in part) for part in (infos[:done], infos[done + 20 :]))
     assert rest < 0.1 * way
     assert max(info["hand_force"] for info in infos[done + 20 :]) < 2
@@ -179,7 +179,7 @@ def test_a_picture_shows_something():
 def test_pickle_and_deepcopy_make_the_same_environment_anew():
     space = {"extends": "low", "name": "soft", "stiffness": {"fixed": [90, 9]}}
     env = make("Wipe", space=space, horizon=9).unwrapped
-    space["stiffness"]["fixed"] = [1, 1]  # Too late.
+    space["stiffness"]["fixed"] = [1, 1]  # Must not change the environment, which has its own copy.
     for other in (pickle.loads(pickle.dumps(env)), copy.deepcopy(env)):
         assert other.describe()["env"] == env.describe()["env"]
         assert np.array_equal(other.reset(seed=4)[0], env.reset(seed=4)[0])
@@ -284,7 +284,7 @@ def test_bad_actions_are_answered(kind, words, action):
     with pytest.raises(kind) as error:
         env.step(action)
     assert words in str(error.value)
-    env.step([0] * 7)  # And nothing is lost.
+    env.step([0] * 7)  # A refused action does not end the episode.
 
 
 def urdf(shape):
@@ -349,7 +349,7 @@ def test_two_threads_on_one_environment_are_told_so():
     drawing = threading.Thread(target=draw)
     drawing.start()
     started.wait()
-    while drawing.is_alive():  # Half a second of drawing, in which Python is free.
+    while drawing.is_alive():  # Drawing takes half a second, in which other Python threads run.
         try:
             env.step(np.zeros(7))
         except RuntimeError as error:

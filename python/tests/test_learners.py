@@ -1,4 +1,4 @@
-"""Learners of others run, and their evaluation takes what was learned here."""
+"""Learners of other packages run, and Stable-Baselines3's evaluation takes a policy of `train`."""
 
 import gymnasium as gym
 import numpy as np
@@ -18,7 +18,7 @@ def test_sac_runs_with_the_shipped_settings():
 
 
 def as_a_picture(env):
-    """Depth as Stable-Baselines3 takes a picture of numbers: its channel first, 0 to 1."""
+    """Depth in the form in which Stable-Baselines3 takes a picture of floats: channel first, 0 to 1."""
     pixels = env.observation_space["pixels"]
     rows, columns, channels = pixels.shape
     space = gym.spaces.Dict({**env.observation_space, "pixels": gym.spaces.Box(0, 1, (channels, rows, columns), np.float32)})
@@ -30,7 +30,7 @@ def as_a_picture(env):
 def test_sac_learns_from_pixels_with_a_cnn(kind):
     from stable_baselines3.common.torch_layers import NatureCNN
 
-    # Its network takes pictures of 36 pixels and more.
+    # Stable-Baselines3's network takes pictures of at least 36 pixels a side.
     env = make(scaled=True, horizon=100, observation={"camera": {"width": 40, "height": 40, "kind": kind}})
     env = env if kind == "rgb" else as_a_picture(env)
     policy = {"net_arch": [32], "normalize_images": kind == "rgb"}

@@ -1,6 +1,6 @@
-"""Libraries of others step an environment as plain Gymnasium does: the same observations, rewards and ends, to the bit.
+"""Other libraries step an environment as plain Gymnasium does: the same observations, rewards and ends, to the bit.
 
-Each test runs where its library is installed beside the wheel; `make test-python` installs none of them:
+A test is skipped unless its library is installed beside the wheel. `make test-python` installs none of them; this does:
 
     target/venv/bin/pip install torchrl "minari[hdf5]" pillow tianshou rl_zoo3 "ray[rllib]"
 """

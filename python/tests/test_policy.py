@@ -1,4 +1,4 @@
-"""Policies that `train` left play in Python."""
+"""Policies that `train` has saved play in Python."""
 
 import json
 import shutil
@@ -16,13 +16,13 @@ STUDY = RESULTS / "study" / "table-1" / "lift"
 
 
 def kept(space):
-    """The policy that is kept of a space."""
+    """Path of the stored policy of a space."""
     (policy,) = (STUDY / space).glob("seed_*.zip")
     return policy
 
 
 def unpacked(policy, folder):
-    """The same as a run folder."""
+    """A stored policy, unpacked into a run folder."""
     shutil.rmtree(folder, ignore_errors=True)
     with zipfile.ZipFile(policy) as archive:
         archive.extractall(folder)

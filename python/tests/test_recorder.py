@@ -56,7 +56,7 @@ def test_what_cannot_be_recorded_is_answered(tmp_path):
     env.reset(seed=1)
     with pytest.raises(OSError, match="page.html"):
         env.step(env.action_space.sample())
-    env.reset(seed=1)  # It can go on, and be closed.
+    env.reset(seed=1)  # The environment can go on, and be closed.
     env.close()
 
 

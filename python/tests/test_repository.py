@@ -1,4 +1,4 @@
-"""What the repository says about Python is true."""
+"""The Python code in the repository's pages runs, and the index of policies is up to date."""
 
 import importlib.util
 import subprocess
@@ -12,7 +12,7 @@ TUTORIAL = ROOT / "docs" / "tutorial-task-python.md"
 
 
 def examples():
-    """The page's examples, each behind its heading; those of one heading go on from one another."""
+    """The lines of the page's examples by heading. The examples below one heading are one program."""
     heading, code = "", None
     sections = {}
     for line in PAGE.read_text().splitlines():
@@ -74,7 +74,7 @@ def test_examples_of_the_page_run(heading, tmp_path):
     for package, words in [("stable_baselines3", "Stable-Baselines3"), ("robosuite", "robosuite")]:
         if package in code:
             pytest.importorskip(package, reason=f"the example needs {words}")
-    # As if it were typed in the repository, but nothing is left there.
+    # The example finds results/ as in the repository, but leaves no files there.
     (tmp_path / "results").symlink_to(ROOT / "results")
     run = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
     assert run.returncode == 0, run.stderr

@@ -95,7 +95,7 @@ def test_an_episode_is_a_function_of_its_seed_and_copies_make_it_anew():
 
 
 class Button(aforce.Task):
-    """A gram on a spring that is too stiff for it."""
+    """A mass of one gram on a spring so stiff that the simulation diverges."""
 
     scene = {
         "bodies": [
@@ -161,7 +161,7 @@ def test_the_vector_is_gymnasiums(mode):
 
 
 class Plain(aforce.Task):
-    """Nothing is wrong with it."""
+    """A task without errors. Tests change one part of it."""
 
     scene = {"bodies": [{"name": "ball", "joint": "free", "pose": [0, 0, 0.83], "mass": 0.1, "shapes": [{"sphere": 0.03}]}]}
 
@@ -441,7 +441,7 @@ def test_a_task_without_a_script_says_so():
     env.reset(seed=1)
     with pytest.raises(NotImplementedError, match="Plain has no script"):
         env.expert_action()
-    env.step(np.zeros(7))  # And nothing is lost.
+    env.step(np.zeros(7))  # The missing script does not end the episode.
 
 
 def test_a_class_that_is_written_anew_is_another_task():
@@ -485,7 +485,7 @@ def test_the_wiping_tool_wipes():
 
 def test_a_state_tells_velocities_forces_and_the_penalty():
     class Edge(Press):
-        scene = {"table": {**Press.scene["table"], "centre": [0.15, 0.42]}}  # Below what of the pad is beyond y = 2 cm.
+        scene = {"table": {**Press.scene["table"], "centre": [0.15, 0.42]}}  # The table is only below the part of the pad beyond y = 2 cm.
 
         def reset(self, rng):
             self.states = []
@@ -516,7 +516,7 @@ def test_a_state_tells_velocities_forces_and_the_penalty():
             speeds.append(np.abs(now.qd).max())
             assert np.allclose((now.q - before.q) / (now.time - before.time), (now.qd + before.qd) / 2, atol=0.01)
     assert max(speeds) > 0.1
-    # A force upwards at y has the moment y about x, and the pad ends 6 cm from the tool point.
+    # A force of 1 N upwards at y has the moment y about x, and the pad ends 6 cm from the tool point.
     assert 0.02 < min(levers) and max(levers) < 0.06
     assert len(levers) > 10 and max(penalties) > 1 and min(penalties) == 0
     assert now.contact_force == pytest.approx(np.linalg.norm(now.force), rel=0.02), "at rest both filters have what presses"

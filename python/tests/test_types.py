@@ -1,4 +1,4 @@
-"""What type checkers read is what the package is."""
+"""The types that type checkers read agree with the package."""
 
 import ast
 import inspect
@@ -19,13 +19,13 @@ def public(name):
 
 
 def takes(function, skipped=0):
-    """The parameters as Python writes them, but for the first ones."""
+    """The parameters as Python writes them, without the first `skipped` ones."""
     parameters = list(inspect.signature(function).parameters.values())
     return str(inspect.Signature(parameters[skipped:]))
 
 
 def untyped(definition):
-    """A function with the parameters of one in the stub."""
+    """A function with the parameters of a definition in the stub, without their types."""
     for node in ast.walk(definition.args):
         if isinstance(node, ast.arg):
             node.annotation = None
@@ -50,7 +50,7 @@ def of_module():
 
 
 def of_stub():
-    """The same, as the stub has it."""
+    """Every public name of the stub, and what it takes."""
     found = {}
     for node in STUB.body:
         match node:

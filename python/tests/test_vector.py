@@ -1,4 +1,4 @@
-"""The native vector is what Gymnasium's vector of single environments is."""
+"""The native vector behaves like Gymnasium's vector of single environments."""
 
 import copy
 import pickle
@@ -17,7 +17,7 @@ def vector(count=3, task="Lift", **keywords):
 
 
 def same(a, b):
-    """Whether two infos say the same; whose numbers an entry has stands under a name with _."""
+    """Checks that two infos are equal. The mask of the environments that have an entry stands under its name with a leading _."""
     assert a.keys() == b.keys()
     for key, value in a.items():
         if isinstance(value, dict):

@@ -10,7 +10,7 @@ async function load() {
   engine.module = await WebAssembly.compile(await unpacked(bytes));
 }
 
-// Some servers say that a name ending with .gz is packed by them, and the browser has unpacked it.
+// Some servers declare a .gz file as content that they have encoded; the browser has then unpacked it already.
 async function unpacked(bytes) {
   const [first, second] = new Uint8Array(bytes, 0, 2);
   if (first !== 0x1f || second !== 0x8b) return bytes;
@@ -18,7 +18,7 @@ async function unpacked(bytes) {
   return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
 }
 
-// Anew after a trap, in which the module's memory cannot be trusted any more.
+// Makes the module's instance, and a new one after a trap, as the memory of the old one cannot be trusted any more.
 async function wake() {
   engine.wasm ??= (await WebAssembly.instantiate(engine.module, {})).exports;
 }
@@ -28,7 +28,7 @@ const text = length => new TextDecoder().decode(new Uint8Array(engine.wasm.memor
 // The answer to a question, or an error with one sentence.
 function ask(question) {
   const bytes = new TextEncoder().encode(JSON.stringify(question));
-  // Room first: it may move the memory.
+  // `room` comes before the view of the memory, because growing the memory invalidates the view.
   const at = engine.wasm.room(bytes.length);
   new Uint8Array(engine.wasm.memory.buffer, at, bytes.length).set(bytes);
   let answer;
@@ -64,7 +64,7 @@ function address({ knobs, ...fixed }) {
   return "#" + words.toString().replaceAll("%2F", "/").replaceAll("%2C", ",");
 }
 
-// The set-up in an address; what is no set-up at all is answered here, the rest by the simulation.
+// The set-up in an address. Values that are not numbers are refused here, other mistakes by the simulation.
 function read(hash) {
   const found = { ...about.setup, knobs: {} };
   for (const [name, value] of new URLSearchParams(hash.slice(1))) {
@@ -82,7 +82,7 @@ function complain(problem) {
   byId("problem").textContent = problem;
 }
 
-// Begins the episode of a set-up. One that cannot be leaves what there is as it is.
+// Begins the episode of a set-up. If the set-up is refused, the present episode stays.
 async function open(wanted) {
   const same = wanted === setup;
   try {
@@ -101,7 +101,7 @@ async function open(wanted) {
   for (const curve of curves) curve.forget();
   view.load(scene);
   take(state);
-  // A slider that somebody holds stays in the hand when the episode begins again.
+  // If the same episode begins again, the sliders are not made anew, so that the user can keep dragging one.
   if (!same) {
     showChoices();
     history.replaceState(null, "", address(setup));
@@ -130,7 +130,7 @@ function showChoices() {
     if (name !== "table" || scene.has_table)
       slider(panel, name, label, unit, [low, high], step, factor * setup[name], value => ({ [name]: value / factor }));
   for (const { name, what, unit, own, range } of scene.knobs) {
-    // Equal ways are equal factors.
+    // The slider is logarithmic: equal distances are equal factors.
     const now = setup.knobs[name] ?? own, parts = range.map(end => Math.log10(end / own));
     slider(panel, name, what, unit, parts, "any", Math.log10(now / own), way => {
       const value = Math.min(Math.max(+(own * 10 ** way).toPrecision(3), range[0]), range[1]);
@@ -139,10 +139,10 @@ function showChoices() {
   }
 }
 
-// Of each action space, as in every figure: assemble.py takes them from crates/show/src/palette.rs.
+// Colour of each action space, as in every figure: assemble.py takes them from crates/show/src/palette.rs.
 const COLORS = {};
 
-// Numbers that change while the episode runs: those of the space, and the delay. Any other setting begins it again.
+// Changes the space's numbers and the delay while the episode runs. Any other setting begins the episode again.
 function tune(wanted) {
   try {
     ask({ do: "tune", setup: wanted });
@@ -176,7 +176,7 @@ function slider(panel, name, label, unit, [low, high], step, value, change, show
 // ---- The scene -------------------------------------------------------------------------------------------
 
 class LiveView extends View {
-  // Shapes of a new scene; those that are there already stay.
+  // Loads the shapes of a new scene, unless they are the same as before.
   load(scene) {
     const same = JSON.stringify(scene.solids);
     Object.assign(live, { bodies: scene.bodies, cameras: scene.cameras, leash: scene.leash });
@@ -202,7 +202,7 @@ class LiveView extends View {
     this.done.textContent = state.diverged ? "the simulation diverged" : state.fulfilled ? `task done at ${state.fulfilled.toFixed(2)} s` : "";
   }
 
-  // Where pictures come slowly, in every third one.
+  // On a slow machine shadows are drawn in every third picture only.
   drawShadows(placed) {
     if (!this.canvas.detail || this.canvas.detail === 1 || pace.drawn % 3 === 0) super.drawShadows(placed);
   }
@@ -210,7 +210,7 @@ class LiveView extends View {
   draw() {
     super.draw();
     if (!this.gl || !state?.pull) return;
-    // The hand: from the point that it pulls to where it is.
+    // The user's hand: a line from the point that it pulls to the place of the mouse.
     const at = state.pull.at, to = grip?.to ?? add(at, state.pull.force, .004), along = add(to, at, -1), length = norm(along);
     if (length < .002) return;
     const z = unit(along), x = unit(cross(z, Math.abs(z[2]) < .9 ? [0, 0, 1] : [1, 0, 0])), y = cross(z, x);
@@ -229,15 +229,15 @@ class LiveView extends View {
   }
 }
 
-// How far the tool has gone from where the goal is (mm).
+// Distance of the tool from the goal (mm).
 const moved = () => 1000 * norm(add(state.tool, state.goal.slice(0, 3), -1));
 
-// Takes in a state: what is drawn next.
+// Takes in the state that is drawn next.
 function take(next) {
   state = next;
   live.poses = Float32Array.from(state.poses);
   for (const key of ["tool", "force", "stiffness", "goal"]) live[key] = Float32Array.from(state[key]);
-  // The camera goes after the hand calmly, and not while somebody pulls.
+  // The camera follows the hand slowly, and not while the user pulls.
   if (!grip) view.path = view.path.map((v, i) => v + .06 * (state.tool[i] - v));
   view.decals = state.decals.map(({ centre, radius, color }) => ({ centre, radius, colors: [[0, color]] }));
 }
@@ -251,7 +251,7 @@ function seen(event) {
   return view.ray(2 * (event.clientX - box.left) / box.width - 1, 1 - 2 * (event.clientY - box.top) / box.height);
 }
 
-// The place under the mouse, as far away as the point that was taken.
+// The place under the mouse, at the depth of the point that was grabbed.
 function reach(event) {
   const { origin, direction, forward } = seen(event);
   return add(origin, direction, dot(add(grip.at, origin, -1), forward) / dot(direction, forward));
@@ -262,7 +262,7 @@ function pull(event) {
   attempt(() => ask({ do: "hold", hand: { pull: { body: grip.body, point: grip.point, to: grip.to } } }));
 }
 
-// What a trap leaves is a sentence and a page that goes on.
+// Runs `act`. After an error the page shows its sentence, pauses and stays usable.
 function attempt(act) {
   try {
     return act();
@@ -381,16 +381,16 @@ const curves = [
 
 // ---- Time -------------------------------------------------------------------------------------------------
 
-// Seconds of the simulation that are to come, and when the episode begins again (ms).
+// `owed`: simulated seconds that are still to run; `rests`: when the episode begins again; `last`, `drawn`: of the last picture and curves (ms).
 let playing = true, last = 0, owed = 0, rests = null, drawn = 0;
-// What was measured since the last second began: simulated seconds, pictures, time in the simulation (ms). `drawn` are all pictures.
+// Measured since `since` (ms), for about a second: simulated seconds, pictures, time in the simulation (ms). `drawn` counts all pictures.
 const pace = { since: 0, simulated: 0, pictures: 0, busy: 0, factor: 0, rate: 0, capacity: 0, drawn: 0 };
-// Longest that one picture may wait for the simulation (ms): a slow machine shows slow motion and does not freeze.
+// Longest time that one picture may wait for the simulation (ms), so that a slow machine shows slow motion instead of freezing.
 const PATIENCE = 30;
-// Pictures per second that are enough, and so many that there may be more points; the fewest points that a picture may have, in parts
-// of each side, and the step from one number of points to the next.
+// Below ENOUGH pictures per second a picture's resolution per side is multiplied by COARSER, down to the share COARSEST; above PLENTY it is
+// raised again.
 const ENOUGH = 30, PLENTY = 55, COARSEST = .4, COARSER = .8;
-// How long a task is watched after it is done, and an episode after it is over (ms).
+// How long an episode goes on after its task is done, and how long it stays after it is over (ms).
 const WATCHED = 3000, OVER = 1500;
 
 function play(on) {
@@ -417,7 +417,7 @@ function tick(now) {
     const affordable = pace.capacity ? Math.max(1, Math.floor(pace.capacity * PATIENCE / 1000 / scene.dt)) : 25;
     const samples = Math.min(Math.floor(owed / scene.dt + 1e-6), affordable);
     if (samples > 0) advance(samples);
-    // What cannot be made up for is let go.
+    // Simulated time that cannot be caught up is dropped.
     owed = Math.min(owed - samples * scene.dt, .1);
     again(now);
   }
@@ -428,14 +428,14 @@ function tick(now) {
     Object.assign(pace, { factor: pace.simulated / wall, rate: pace.pictures / wall });
     if (pace.busy > 0 && pace.simulated > 0) pace.capacity = pace.simulated / (pace.busy / 1000);
     Object.assign(pace, { since: now, simulated: 0, pictures: 0, busy: 0 });
-    // Without a graphics card a picture of all its points takes long. While the page was hidden there were none.
+    // Without a graphics card a picture at full resolution takes long. An interval of 5 s or more means that the page was hidden.
     const { detail = 1 } = view.canvas;
     if (wall < 5 && pace.rate < ENOUGH) view.canvas.detail = Math.max(detail * COARSER, COARSEST);
     else if (wall < 5 && pace.rate > PLENTY) view.canvas.detail = Math.min(detail / COARSER, 1);
     byId("pace").textContent = `${pace.factor.toFixed(2)} x real time, ${pace.rate.toFixed(0)} pictures per second`;
   }
   view.draw();
-  // Curves need not be as smooth as the scene.
+  // Curves are drawn less often than the scene.
   if (now - drawn > 100) {
     drawn = now;
     for (const curve of curves) curve.draw();
@@ -443,7 +443,7 @@ function tick(now) {
   byId("clock").textContent = `${state.time.toFixed(2)} s`;
 }
 
-// A script or a policy begins again when all is said; who holds the arm has time.
+// A script or a policy begins again after its task is done or the episode is over; the player `hold` only after the latter.
 function again(now) {
   const ended = state.over ? OVER : state.fulfilled && setup.player !== "hold" ? WATCHED : null;
   if (ended === null || grip) return;
@@ -491,7 +491,7 @@ function listenToControls() {
   addEventListener("hashchange", recall);
 }
 
-// What is drawn over the scene, each to be switched off.
+// Marks that are drawn over the scene, each with a switch.
 function addLegend() {
   for (const [id, color, name, said] of [
     ["arrow", `rgb(${FORCE_COLOR})`, "contact force", "on the tool, sustained; 4 cm per 10 N"],
@@ -506,7 +506,7 @@ function addLegend() {
   }
 }
 
-// The episode that the address asks for; where it asks for none that can be, the first one, and a sentence why.
+// Opens the episode that the address asks for. If that is refused, the page says why and opens the first episode if there is none yet.
 async function recall() {
   try {
     if (await open(read(location.hash))) return;

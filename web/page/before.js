@@ -1,6 +1,6 @@
-// ---- What the viewer of the replay page asks of its page ------------------------------------------
+// ---- What the viewer of the replay page needs from its page ---------------------------------------
 
-// The viewer draws episodes of recorded frames. Here there is one, of one frame, whose numbers change.
+// The viewer draws episodes of recorded frames. Here there is one episode with one frame, whose numbers change.
 const live = {
   frames: 1, bodies: 0, solids: [], decals: [], penalised: [], fulfilled: [],
   cameras: [{ name: "Task", eye: [1, -1, 1.4], target: [0, 0, 1], fov: .8 }],
@@ -11,11 +11,11 @@ const live = {
 const episodes = [live], named = ["Live"], rate = 20, present = 0;
 const frameOf = () => 0;
 const three = values => Array.from(values.subarray(0, 3));
-// Every picture is drawn anyway.
+// The viewer calls this for a new picture. Here pictures are drawn all the time anyway.
 const changed = () => {};
 
 const style = name => getComputedStyle(document.body).getPropertyValue(name).trim();
-// Names lead to other names, and to a colour in the end.
+// The colour of a style variable, which may refer to another variable.
 const hex = name => {
   const value = style(name), other = value.match(/^var\((.*)\)$/);
   return other ? hex(other[1]) : value;
@@ -23,7 +23,7 @@ const hex = name => {
 const rgb = name => [1, 3, 5].map(i => parseInt(hex(name).slice(i, i + 2), 16));
 document.body.style.setProperty("--run0", "#0072b2");
 
-// Whether WebGL runs on the processor: there smooth edges cost a fifth of a picture.
+// Whether WebGL runs on the processor, where smooth edges take a fifth of a picture's time.
 function drawsInSoftware() {
   const gl = document.createElement("canvas").getContext("webgl2"), names = gl?.getExtension("WEBGL_debug_renderer_info");
   return /swiftshader|llvmpipe|softpipe|basic render/i.test(names ? gl.getParameter(names.UNMASKED_RENDERER_WEBGL) : "");

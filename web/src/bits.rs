@@ -11,15 +11,15 @@ use tasks::{Env, EnvConfig, TaskName};
 const SPACES: [&str; 8] = ["aforce", "aforce-force", "aforce-psi", "aforce-shaped", "low", "high", "variable", "osc"];
 /// Number of episodes in a line's first digest.
 pub const FIRST: u32 = 10;
-/// Actions of an episode: the script's, whose contacts take time, in each tenth; random ones in the others.
+/// Actions of an episode. Every tenth episode plays the script, which takes time to come into contact; the others play random actions.
 const SCRIPTED: u32 = 100;
 const RANDOM: u32 = 6;
 
-/// A line for each task and space: a digest of its first [`FIRST`] episodes, or of all if they are fewer, and, where more are asked for, one of all. Each is made when it is
-/// asked for.
+/// A line for each task and space: a digest of its first [`FIRST`] episodes, or of all if they are fewer, and one of all episodes if
+/// they are more. Each line is computed when the iterator comes to it.
 ///
 /// Jerk-limited set-points have a line of the first episodes alone. Their generator takes atan2 from the platform, and glibc does not round
-/// one in a thousand to the nearest number.
+/// one result in a thousand to the nearest number.
 pub fn lines(episodes: u32) -> impl Iterator<Item = String> {
     TaskName::BUILT_IN.into_iter().flat_map(move |task| {
         let of_space = move |name: &str| {
@@ -48,7 +48,7 @@ fn line(name: &str, config: EnvConfig, episodes: u32) -> String {
     line
 }
 
-/// Takes in every observation, reward, energy, joint angle and velocity of an episode.
+/// Plays an episode and hashes each action's observation, reward, energy, impulse, joint angles and joint velocities.
 fn play(env: &mut Env, episode: u32, hash: &mut DefaultHasher) {
     let scripted = episode.is_multiple_of(10);
     let mut rng = ChaCha8Rng::seed_from_u64(episode.into());

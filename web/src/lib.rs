@@ -1,8 +1,8 @@
 //! Environment, law and kept policies behind four functions, for a page in a browser.
 //!
-//! The page asks [`room`] for as many bytes as its question in JSON has, and writes it there. [`ask`] answers and returns the answer's length;
-//! [`answer`] says where it lies. After a trap [`last_words`] tells what the program said. No tool stands between: the functions take and give
-//! numbers alone, and import nothing.
+//! The page asks [`room`] for as many bytes as its question in JSON has, and writes the question there. [`ask`] answers and returns the answer's
+//! length; [`answer`] says where the answer lies. After a trap [`last_words`] gives the panic's message. No binding generator is needed: the
+//! functions take and return only numbers, and the module imports nothing.
 
 pub mod bits;
 #[cfg(any(test, not(target_env = "gnu")))]
@@ -31,13 +31,13 @@ enum Question {
     About,
     /// Begins an episode; the answer is the scene.
     Open { setup: Setup },
-    /// Other numbers of the space or another delay while the episode runs.
+    /// Changes the space's numbers or the delay while the episode runs.
     Tune { setup: Setup },
-    /// Goes on by so many control samples; the answer is the state after them.
+    /// Runs so many control samples; the answer is the state after them.
     Run { samples: u32 },
-    /// What a ray meets.
+    /// Finds the point that a ray meets (m, world).
     Grab { origin: [f64; 3], direction: [f64; 3] },
-    /// Takes a hand on the arm, or off it.
+    /// Puts a hand on the arm, or takes it off.
     Hold { hand: Option<Hand> },
     /// Digests of so many episodes of every task and action space.
     Bits { episodes: u32 },
@@ -48,10 +48,10 @@ thread_local! {
     static BUFFER: RefCell<Vec<u8>> = const { RefCell::new(vec![]) };
 }
 
-/// What a panic said last.
+/// Message of the last panic.
 static LAST_WORDS: Mutex<String> = Mutex::new(String::new());
 
-/// Makes room for a question of so many bytes; where it goes.
+/// Makes room for a question of so many bytes. Returns the address at which to write it.
 #[unsafe(no_mangle)]
 pub extern "C" fn room(bytes: usize) -> *mut u8 {
     BUFFER.with_borrow_mut(|buffer| {
@@ -60,7 +60,7 @@ pub extern "C" fn room(bytes: usize) -> *mut u8 {
     })
 }
 
-/// Answers the question in the buffer; the length of the answer.
+/// Answers the question in the buffer. Returns the length of the answer in bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn ask() -> usize {
     std::panic::set_hook(Box::new(|panic| *LAST_WORDS.lock().expect("no panic in a panic") = panic.to_string()));
@@ -72,13 +72,13 @@ pub extern "C" fn ask() -> usize {
     keep(answer.to_string())
 }
 
-/// After a trap: the length of what the program said.
+/// After a trap: makes the panic's message the answer. Returns its length in bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn last_words() -> usize {
     keep(LAST_WORDS.lock().map(|words| words.clone()).unwrap_or_default())
 }
 
-/// Where the answer is.
+/// Address of the answer.
 #[unsafe(no_mangle)]
 pub extern "C" fn answer() -> *const u8 {
     BUFFER.with_borrow(|buffer| buffer.as_ptr())

@@ -21,27 +21,27 @@ pub extern "C" fn acos(cosine: f64) -> f64 {
 pub extern "C" fn atan2(y: f64, x: f64) -> f64 {
     let near = libm::atan2(y, x);
     let (cosine, sine) = (cosine_of(near), sine_of(near));
-    // What the vector has across the direction that is near, and along it.
+    // Components of the vector across the approximate direction and along it.
     let across = cosine.times(Twofold::of(y)).plus_twofold(sine.times(Twofold::of(-x)));
     let along = cosine.high * x + sine.high * y;
     let more = (across.high + across.low) / along;
-    // Along an axis, endless or too large to be multiplied, it is libm's.
+    // Along an axis, and with components that are infinite or too large to be multiplied, the result is libm's.
     if more.is_normal() { near + more } else { near }
 }
 
-/// The cosine of an angle (rad), in place of the C library's. Beyond pi, where the engine asks for none, it is libm's.
+/// The cosine of an angle (rad), in place of the C library's. Beyond pi, where the engine needs none, the result is libm's.
 #[unsafe(no_mangle)]
 pub extern "C" fn cos(angle: f64) -> f64 {
     if angle.abs() <= std::f64::consts::PI { cosine_of(angle).high } else { libm::cos(angle) }
 }
 
-/// The cube root, in place of the C library's. libm's is the nearest number, as Rust's own is where there is no musl.
+/// The cube root, in place of the C library's. libm's result is the nearest number, as that of Rust's own library is except with musl.
 #[unsafe(no_mangle)]
 pub extern "C" fn cbrt(number: f64) -> f64 {
     libm::cbrt(number)
 }
 
-/// A number of twice the digits: the sum of two, of which the first is the nearest to it.
+/// A number of twice the digits (double-double): the sum of `high`, the f64 nearest to it, and `low`.
 #[derive(Clone, Copy)]
 struct Twofold {
     high: f64,
@@ -105,7 +105,7 @@ impl Twofold {
 mod tests {
     use super::*;
 
-    /// Angles, and their cosines to the nearest number, worked out with 50 digits. glibc's are other ones.
+    /// Angles, and their cosines to the nearest number, worked out with 50 digits. glibc's results differ.
     const NEAREST: [(f64, f64); 4] = [
         (1.903339827057912, -0.3264482365695714),
         (1.9260720869765804, -0.34784891758259445),
@@ -113,7 +113,7 @@ mod tests {
         (0.4807455066142465, 0.8866504168944281),
     ];
 
-    /// Vectors (y, x), and their directions to the nearest number, worked out with 50 digits. glibc's of the last three are other ones.
+    /// Vectors (y, x), and their directions to the nearest number, worked out with 50 digits. glibc's results differ for the last three.
     const DIRECTIONS: [(f64, f64, f64); 6] = [
         (-1.1769529708211812, 0.6966120569874565, -1.0363706129192052),
         (-1.0658813868166002, -1.970091307831463, -2.645661139623161),
@@ -126,12 +126,12 @@ mod tests {
     #[test]
     fn a_cosine_is_rounded_to_the_nearest_number() {
         for (angle, expected) in NEAREST {
-            // The compiler knows functions of this name, and would put in its own library's answer for a number that it sees.
+            // The compiler knows functions of this name. For a constant argument it would insert its own library's result.
             assert_eq!(cos(std::hint::black_box(angle)), expected, "{angle}");
         }
     }
 
-    /// An ulp on either side is further away.
+    /// The neighbouring numbers on either side are further from the exact angle.
     #[test]
     fn an_angle_is_rounded_to_the_nearest_number() {
         for k in -999..1000 {

@@ -21,9 +21,9 @@ struct Learner {
 
 /// The actor of a checkpoint.
 pub struct Policy {
-    /// Its run, below `results/`.
+    /// The policy's run, below `results/`.
     pub run: &'static str,
-    /// The environment that it was trained in.
+    /// Settings of the environment in which the policy was trained.
     pub env: EnvConfig,
     scaled: bool,
     layers: Vec<Layer>,
@@ -31,13 +31,13 @@ pub struct Policy {
 
 /// y = W x + b.
 struct Layer {
-    /// Row by row, as many numbers in each as there are inputs.
+    /// Row-major; a row has as many numbers as there are inputs.
     weight: Vec<f32>,
     bias: Vec<f32>,
 }
 
 impl Policy {
-    /// The runs whose policies there are.
+    /// The runs of all kept policies.
     pub fn runs() -> impl Iterator<Item = &'static str> {
         KEPT.iter().map(|kept| kept.0)
     }
@@ -45,7 +45,7 @@ impl Policy {
     /// The policy of a run.
     ///
     /// # Errors
-    /// If there is none, in a sentence.
+    /// A sentence, if there is no such policy or it cannot be read.
     pub fn of(run: &str) -> Result<Policy, String> {
         let Some((run, config, weights)) = KEPT.iter().find(|kept| kept.0 == run) else {
             let known = Policy::runs().collect::<Vec<_>>().join(", ");
@@ -65,7 +65,7 @@ impl Policy {
         self.answer(&observation).into_iter().map(f64::from).collect()
     }
 
-    /// Whether it takes as many numbers as the environment shows, and answers with as many as that acts by.
+    /// Whether the policy's inputs and outputs have the lengths of the environment's observations and actions.
     pub fn fits(&self, env: &Env) -> bool {
         let (first, last) = (&self.layers[0], &self.layers[self.layers.len() - 1]);
         let inputs = first.weight.len() / first.bias.len();
@@ -77,7 +77,7 @@ impl Policy {
         let (last, hidden) = self.layers.split_last().expect("a policy has layers");
         let relu = |x: Vec<f32>, layer: &Layer| layer.of(&x).into_iter().map(|y| y.max(0.0)).collect();
         let output = last.of(&hidden.iter().fold(observation.to_vec(), relu));
-        // Mean of each entry, then the logarithms of their deviations.
+        // The output has the mean of each entry, then the logarithm of each standard deviation.
         output[..output.len() / 2].iter().map(|mean| libm::tanhf(*mean)).collect()
     }
 }

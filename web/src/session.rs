@@ -1,4 +1,4 @@
-//! A live episode: who plays, a hand that pulls, and what is shown after every few control samples.
+//! A live episode: its player, a hand that pulls, and the state that is shown after every few control samples.
 
 use aforce::{Pose, Vector3};
 use physics::Push;
@@ -8,7 +8,7 @@ use tasks::{Env, Sample, Step};
 
 use crate::setup::{Knob, Player, Setup, sentence};
 
-/// A hand is a spring (N/m) of which the other end is where the mouse is, and no stronger than this (N).
+/// The hand is a spring between a point of the arm and the mouse: its stiffness (N/m), and its largest force (N).
 const PULL_STIFFNESS: f64 = 400.0;
 const STRONGEST_PULL: f64 = 60.0;
 
@@ -41,7 +41,7 @@ pub struct Session {
     /// Time since the start (s), and the energy of the joints since then (J).
     time: f64,
     energy: f64,
-    /// Of the last sample (W).
+    /// Sum of |tau qd| over the joints in the last control sample (W).
     power: f64,
     last: Option<Step>,
     /// When the task was first fulfilled (s).
@@ -97,7 +97,7 @@ impl Session {
     /// Changes the space's numbers and the delay while the episode runs.
     ///
     /// # Errors
-    /// A sentence: what is wrong with the set-up, or that it is another one.
+    /// A sentence: what is wrong with the set-up, or that it changes another setting too.
     pub fn tune(&mut self, setup: Setup) -> Result<(), String> {
         if (Setup { knobs: setup.knobs.clone(), delay: setup.delay, ..self.setup.clone() }) != setup {
             return Err("Only the space's numbers and the delay change while an episode runs.".into());
@@ -109,7 +109,7 @@ impl Session {
         Ok(())
     }
 
-    /// Takes a hand on the arm or off it.
+    /// Puts a hand on the arm, or takes it off.
     ///
     /// # Errors
     /// If there is no such body.
@@ -129,7 +129,7 @@ impl Session {
         self.last.is_some_and(|step| step.terminated || step.truncated && !matches!(self.player, Player::Hold))
     }
 
-    /// Goes on by so many control samples.
+    /// Runs so many control samples, fewer if the episode ends.
     pub fn run(&mut self, samples: u32) {
         for _ in 0..samples {
             if self.over() {
@@ -159,7 +159,7 @@ impl Session {
         }
     }
 
-    /// The force of the hand in this moment.
+    /// The present force of the hand.
     fn push(&self, hand: Hand) -> Push {
         match hand {
             Hand::Pull { body, point, to } => {
@@ -178,7 +178,7 @@ impl Session {
         }
     }
 
-    /// Where a point of a body is (m, world).
+    /// Position of a point of a body, which is given in the body's frame (m, world).
     fn place(&self, body: usize, point: &Vector3) -> Vector3 {
         let pose = self.env.simulation().body_pose(body);
         pose.translation.vector + pose.rotation * point
@@ -194,7 +194,7 @@ impl Session {
         self.env.simulation().tool()
     }
 
-    /// What a ray from `origin` along `direction` (world) meets first and can be pulled.
+    /// The point that a ray from `origin` (m) along `direction` (world) meets first; null if that is no body that can be pulled.
     pub fn grab(&self, origin: [f64; 3], direction: [f64; 3]) -> Value {
         let simulation = self.env.simulation();
         let (origin, direction) = (Vector3::from(origin), Vector3::from(direction));
@@ -244,7 +244,7 @@ impl Session {
         raised.resolve().is_ok()
     }
 
-    /// What changes.
+    /// What changes during the episode, after the last control sample.
     pub fn state(&self) -> Value {
         let (env, simulation, controller) = (&self.env, self.env.simulation(), self.env.controller());
         let poses: Vec<f64> = self.bodies.iter().flat_map(|&body| seven(&simulation.body_pose(body))).collect();

@@ -16,7 +16,7 @@ pub struct Setup {
     pub task: String,
     /// Name of a built-in action space.
     pub space: String,
-    /// `script`, `hold` (nobody commands), or the run of a kept policy, below `results/`.
+    /// `script`, `hold` (no player: the goal stays), or the run of a kept policy, below `results/`.
     pub player: String,
     /// Seed of the episode.
     pub seed: u64,
@@ -51,11 +51,11 @@ impl Default for Setup {
 /// A number of an action space that a slider moves: that of the translational axes. Those of the rotational axes keep their ratio to it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Knob {
-    /// Its name in an address.
+    /// Name of the number in an address.
     pub name: &'static str,
-    /// What it is.
+    /// Meaning of the number.
     pub what: &'static str,
-    /// Its unit.
+    /// Unit of the number.
     pub unit: String,
     /// The space's own value.
     pub own: f64,
@@ -63,14 +63,14 @@ pub struct Knob {
     pub range: [f64; 2],
 }
 
-/// How far a slider goes, in parts of the space's own value.
+/// Ends of a slider, as factors of the space's own value.
 const REACH: [f64; 2] = [0.2, 5.0];
 
 /// Who plays.
 pub enum Player {
     /// The task's script.
     Script,
-    /// Nobody: the goal stays where it is.
+    /// No player: the goal stays where it is.
     Hold,
     /// A kept policy.
     Policy(Box<Policy>),
@@ -106,7 +106,7 @@ pub fn knobs(space: &ActionSpace) -> Vec<Knob> {
 }
 
 impl Setup {
-    /// The environment, who plays, and the space's knobs before they were turned.
+    /// Settings of the environment, the player, and the space's knobs with its own values.
     ///
     /// # Errors
     /// A sentence: what is wrong and what would be right.
@@ -141,7 +141,7 @@ impl Setup {
                 places(&mut config.space).into_iter().find(|(of, ..)| of == name).expect("a knob has its place");
             *gains = gains.map(|_, own| own * value / knob.own);
             if let Stiffness::Adaptive(psi) = &mut config.space.stiffness {
-                // K begins between its bounds.
+                // The initial K must lie between the new bounds.
                 psi.k_0 = psi.k_0.map(|axis, k| k.clamp(psi.k_min[axis].min(psi.k_max[axis]), psi.k_max[axis]));
             }
         }
@@ -175,7 +175,7 @@ fn within(name: &str, value: f64, [low, high]: [f64; 2]) -> Result<(), String> {
     }
 }
 
-/// With a capital letter and a full stop.
+/// The problem as a sentence, with a capital letter and a full stop.
 pub fn sentence(problem: &dyn std::fmt::Display) -> String {
     let text = problem.to_string();
     let mut letters = text.chars();

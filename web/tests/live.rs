@@ -85,7 +85,7 @@ fn a_held_arm_yields_by_its_stiffness() {
     }
 }
 
-/// A ray from the task's camera to the tool meets the hand, and what is pulled comes along.
+/// A ray from the task's camera to the tool meets the hand, and the hand follows the pull.
 #[test]
 fn what_is_grabbed_follows() {
     let mut session = Session::open(setup("lift", "low", "hold")).unwrap();
@@ -125,7 +125,7 @@ fn what_cannot_be_is_answered_in_a_sentence() {
     }
 }
 
-/// What a slider says is what acts.
+/// The value of a slider is the stiffness that acts.
 #[test]
 fn knobs_turn_the_space() {
     let turned = Setup { knobs: BTreeMap::from([("stiffness".into(), 750.0)]), ..setup("lift", "high", "hold") };
@@ -135,7 +135,7 @@ fn knobs_turn_the_space() {
     assert_eq!(vector(&session.state(), "rotational_stiffness"), [50.0; 3]);
 }
 
-/// The same arm, pulled by 12 N all the while: soft, then stiff, without a new start.
+/// An arm that is pulled by 12 N all the time becomes stiff without a new start.
 #[test]
 fn a_stiffness_changes_while_the_arm_is_held() {
     let mut session = Session::open(setup("lift", "low", "hold")).unwrap();

@@ -56,7 +56,7 @@ fn control(c: &mut Criterion) {
     let lambda = OperationalSpace::new(&y.mass, &y.jacobian).unwrap();
     c.bench_function("operational space", |b| b.iter(|| OperationalSpace::new(black_box(&y.mass), &y.jacobian)));
 
-    // The contribution without the robot: error, K and F_ff, force, wrench.
+    // The adaptive law without the arm's dynamics: error, K and F_ff, force, wrench.
     let aforce: ActionSpace = "aforce-force".parse().unwrap();
     let mut law = AdaptiveLaw::new(*aforce.psi().unwrap());
     let mut force = ForceControl::new(ForceConfig::default(), Vector3::z());

@@ -5,7 +5,8 @@
 //! cargo run --release -p aforce --example cycle_times > results/cycle_times.csv
 //! ```
 //!
-//! One cycle follows the other, so caches are warm; a quiet core (`taskset -c 3`, nothing else on it) makes it repeatable.
+//! Cycles follow each other without a pause, so caches are warm; a quiet core (`taskset -c 3`, nothing else on it) makes the times
+//! repeatable.
 
 #[path = "../tests/arm/mod.rs"]
 mod arm;
@@ -81,7 +82,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Processor and kernel, as Linux tells them.
+/// Processor and kernel, as Linux reports them.
 fn machine() -> String {
     let read = |path: &str| std::fs::read_to_string(path).unwrap_or_default();
     let cpu = read("/proc/cpuinfo");

@@ -19,7 +19,7 @@ pub struct CartesianLimits {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Arm {
-    /// Lower and upper end of each joint (rad).
+    /// Lower and upper end of the range of each joint (rad).
     pub range: [[f64; 2]; 7],
     /// Largest speed of each joint, either way (rad/s).
     pub speed_max: [f64; 7],
@@ -37,9 +37,9 @@ pub struct Arm {
 const ROTORS: [f64; 7] = [0.606, 0.606, 0.462, 0.462, 0.206, 0.206, 0.206];
 
 impl Arm {
-    /// Motor constant times gear ratio of the joints of a Panda and of an FR3 (Nm/sqrt(W)): what an
-    /// [`EnergyLedger`](crate::EnergyLedger) takes. Estimates for frameless motors of this size behind 100:1 gears, the first
-    /// four joints and the last three; no published figures exist. Use copper losses for ratios, not for values.
+    /// Motor constant times gear ratio of the joints of a Panda and of an FR3 (Nm/sqrt(W)), for an [`EnergyLedger`](crate::EnergyLedger).
+    /// The two values are estimates for frameless motors of this size behind 100:1 gears, one for the first four joints and one for the
+    /// last three; no published figures exist. Use copper losses for ratios, not for values.
     pub const FRANKA_DRIVES: [f64; 7] = {
         const LARGE: f64 = 0.10 * 100.0;
         const SMALL: f64 = 0.04 * 100.0;
@@ -80,7 +80,7 @@ impl Arm {
         ..Self::PANDA
     };
 
-    /// What the joints can take.
+    /// Largest torques and torque rates of the joints.
     ///
     /// # Errors
     /// If a limit is NaN or negative.

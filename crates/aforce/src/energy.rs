@@ -1,4 +1,4 @@
-//! What a motion costs, by the definitions in use.
+//! Energy of a motion, by the definitions in use.
 
 use serde::{Deserialize, Serialize};
 
@@ -28,8 +28,8 @@ impl EnergyLedger {
     /// One control sample: torque (Nm), joint velocity (rad/s), motor constant times gear ratio of each joint's drive (Nm/sqrt(W)),
     /// duration (s).
     ///
-    /// Give as `qd` the mean of the velocities before and after the sample: then the work is exactly the kinetic energy gained. Where
-    /// the engine takes several steps in a sample (a control rate below 500 Hz), it is so approximately.
+    /// Give as `qd` the mean of the velocities before and after the sample: then the work is exactly the kinetic energy gained. Where the
+    /// physics engine takes several steps in a sample (a control rate below 500 Hz), this holds approximately.
     pub fn add(&mut self, tau: &JointVector, qd: &JointVector, drives: &[f64; 7], dt: f64) {
         let mut net = 0.0;
         for i in 0..7 {

@@ -1,4 +1,4 @@
-//! What can be wrong with a configuration. Every message carries the numbers.
+//! Errors of a configuration. Each message contains the numbers.
 
 use std::ops::RangeInclusive;
 
@@ -18,7 +18,7 @@ pub enum ConfigError {
     /// The control rate is not a whole multiple of the policy rate.
     #[error("{section}control_hz = {control_hz} is not a whole multiple of policy_hz = {policy_hz}")]
     Rates {
-        /// Where the two stand: empty, or a dotted path with its last dot.
+        /// Dotted path of the table that holds the two rates, with its last dot; empty at the top level.
         section: String,
         /// Control rate (Hz).
         control_hz: u32,
@@ -33,15 +33,15 @@ pub enum ConfigError {
     Unstable {
         /// Dotted path of alpha, with its axis.
         field: String,
-        /// The feed-forward gain found.
+        /// The feed-forward gain found (N/m/s, Nm/rad/s; 1/s^3 where stiffness is in 1/s^2).
         alpha: f64,
-        /// The largest stable feed-forward gain.
+        /// The largest stable feed-forward gain, in the same unit.
         alpha_max: f64,
-        /// The lowest stiffness, where the loop is least stable.
+        /// The lowest stiffness (N/m, Nm/rad, or 1/s^2), where the loop is least stable.
         stiffness: f64,
         /// Inertia of the axis (kg, kg m^2; 1 where stiffness is in 1/s^2).
         inertia: f64,
-        /// Damping of the axis at that stiffness.
+        /// Damping of the axis at that stiffness (Ns/m, Nms/rad, or 1/s).
         damping: f64,
     },
     /// Two settings contradict each other.
@@ -55,7 +55,7 @@ pub enum ConfigError {
 }
 
 impl ConfigError {
-    /// The same error of a configuration that stands at the dotted path `section` of a larger one.
+    /// The same error for a configuration that is part of a larger one: `section` is put before its dotted path.
     #[must_use]
     pub fn below(mut self, section: &str) -> Self {
         let (Self::OutOfRange { field: path, .. }
@@ -82,7 +82,7 @@ pub fn within(field: &str, value: f64, range: RangeInclusive<f64>) -> Result<(),
     Err(out_of_range(field, value, allowed))
 }
 
-/// A number without hundreds of digits.
+/// A number as text, in scientific notation if it is very small or very large.
 fn legible(value: f64) -> String {
     let is_short = value == 0.0 || (1e-6..1e12).contains(&value.abs()) || !value.is_finite();
     if is_short { value.to_string() } else { format!("{value:e}") }

@@ -10,26 +10,25 @@
 //! eps   = e + delta e_dot             (eq. 6; the paper prints e - delta e_dot, see [`DeltaSign`])
 //! ```
 //!
-//! An [`ActionSpace`] is one record of data that says which of these a policy commands, and by which rules. In a space whose
-//! stiffness is in 1/s^2, F_ff, K e and D e_dot are accelerations, which the arm's inertia Lambda turns into a wrench; e_dot is
-//! x_dot alone in a space that damps against standstill ([`RateRule`]); in place of F_d stands the output of the force
-//! controller that holds it ([`ForceConfig`]).
+//! An [`ActionSpace`] is a data record that says which of these a policy commands, and by which rules. In a space whose stiffness is in
+//! 1/s^2, F_ff, K e and D e_dot are accelerations, which the arm's inertia Lambda turns into a wrench. In a space that damps against
+//! standstill, e_dot is x_dot alone ([`RateRule`]). The controller replaces F_d by the output of the force controller that holds F_d
+//! ([`ForceConfig`]).
 //!
-//! Conventions, stated once and used everywhere: SI units; six-vectors are *linear first*, in world axes, at the tool
-//! point; a [`Wrench`] in a [`Measurement`] is what the environment exerts *on the tool*, and F_d is the wrench the
-//! environment *should* exert (pressing on a table below with 10 N is F_d = +10 N along +z).
+//! Conventions, used everywhere: SI units; six-vectors are *linear first*, in world axes, at the tool point; a [`Wrench`] in a
+//! [`Measurement`] is what the environment exerts *on the tool*, and F_d is the wrench that the environment *should* exert (pressing on a
+//! table below with 10 N is F_d = +10 N along +z).
 //!
-//! The way in is [`Controller`]: `reset`, then one `set_goal` per policy action and one `update` per control sample.
-//! Any simulator that fills a [`Measurement`] can use it: the law asks it for the arm's kinematics and inertia. What is built in
-//! of the plant is that it has seven joints; its limits are data ([`Arm`]). An arm that is not simulated is driven through [`host`],
-//! which bounds what the law may do. The control step does not allocate.
+//! Start with [`Controller`]: `reset`, then one `set_goal` per policy action and one `update` per control sample. Any simulator that fills
+//! a [`Measurement`], which holds the arm's kinematics and inertia, can use the law. The law requires seven joints; the arm's limits are
+//! data ([`Arm`]). An arm that is not simulated is driven through [`host`], which bounds what the law may do. The control step does not
+//! allocate.
 
-// See clippy.toml.
+// clippy.toml lists these methods: their last bits differ between processors.
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
-// Nothing on the control loop may panic, with two exceptions: an action of another length than the space's
-// (`Controller::set_goal`; a host refuses it), and parts that are used by themselves with settings that nobody checked,
-// whose docs say so. Indices are not linted: they run over vectors of fixed length, and the host's fuzz test exercises
-// them.
+// Nothing on the control loop may panic, with two exceptions: an action of another length than the space's (`Controller::set_goal`; a host
+// refuses it), and parts that are used by themselves with unchecked settings, whose docs say so. Indices are not linted: they run over
+// vectors of fixed length, and the host's fuzz test exercises them.
 #![cfg_attr(
     not(test),
     deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::unreachable, clippy::todo)

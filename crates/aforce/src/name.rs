@@ -1,12 +1,13 @@
-//! Names that people choose: each becomes a part of a folder's name, a cell of a table and an argument of a command.
+//! Checks names that users choose. A name becomes a part of a folder's name, a cell of a table and an argument of a command.
 
 /// The longest name (characters): three of them fit into the 255 bytes of a folder's name.
 pub const LONGEST: usize = 80;
 
 /// Checks a name.
 ///
-/// A name that begins with `-` is read as an option by commands, and one that begins with `=` or `+` as a formula by spreadsheets. A dot would
-/// hide its folder. A number would be rounded by what reads tables: [`check_part`] allows one, beside other parts.
+/// Commands read a name that begins with `-` as an option, and spreadsheets read one that begins with `=` or `+` as a formula. A leading
+/// dot would hide the folder. Programs that read tables would round a name that is a number; [`check_part`] allows a number, as one part of
+/// a longer name.
 ///
 /// # Errors
 /// What is wrong with the name, and what would be right.
@@ -23,7 +24,7 @@ pub fn check(name: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks a part of a name, as [`check`] does but for numbers.
+/// Checks a part of a name. It follows the rules of [`check`], but may be a number.
 ///
 /// # Errors
 /// As [`check`].

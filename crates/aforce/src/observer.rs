@@ -1,4 +1,4 @@
-//! What a real arm knows about contact: a wrench estimated from its joint torques.
+//! Estimates the contact wrench from joint torques, for an arm that does not report it.
 
 use crate::spatial::{JointVector, Measurement, Wrench};
 
@@ -9,8 +9,8 @@ use crate::spatial::{JointVector, Measurement, Wrench};
 /// p_dot = tau + C^T qd - g - d qd + tau_ext        r_dot = k (tau_ext - r)
 /// ```
 ///
-/// The residual r follows tau_ext through a first-order low-pass with the cut-off k, exact for a tau_ext that is constant over a
-/// sample, so that it is stable at any rate. What the model does not know, a payload for instance, is taken for a contact.
+/// The residual r follows tau_ext through a first-order low-pass with the cut-off k. The update is exact for a tau_ext that is constant
+/// over a sample, so it is stable at any rate. A force that the model lacks, such as a payload's weight, counts as contact.
 #[derive(Debug, Clone)]
 pub struct MomentumObserver {
     /// k (1/s).
@@ -36,12 +36,12 @@ impl MomentumObserver {
         }
     }
 
-    /// Takes in the sample `y`, `dt` seconds (more than none) after the last, between which the torque `tau` (Nm) acted.
+    /// Takes the sample `y`, `dt` seconds (above 0) after the last one. In between the torque `tau` (Nm) acted.
     pub fn update(&mut self, tau: &JointVector, y: &Measurement, dt: f64) {
         let last = &self.previous;
         let qd = (last.qd + y.qd) / 2.0;
         let change = y.mass * y.qd - last.mass * last.qd;
-        // C^T qd - g = M_dot qd - (C qd + g), and M_dot is the change of M.
+        // dt (C^T qd - g) = dt M_dot qd - dt (C qd + g), where dt M_dot is the change of M.
         let drift = (y.mass - last.mass) * qd - last.bias * dt;
         let external = (change - drift) / dt - tau + self.damping.component_mul(&qd);
         self.residual += (1.0 - libm::exp(-self.gain * dt)) * (external - self.residual);

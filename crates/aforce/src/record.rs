@@ -1,7 +1,7 @@
-//! TOML that people write: what is wrong with it is told with its line, its dotted key and the nearest known key; a
-//! table may extend another.
+//! Reads settings from TOML. An error names the line, the dotted key and, for an unknown key, the nearest known one. A table may extend
+//! another.
 //!
-//! Every reader of settings in the workspace is this one. It allocates; the control loop does not call it.
+//! All settings of the workspace are read by this module. It allocates, so the control loop does not call it.
 
 use std::fmt::{self, Display, Formatter};
 
@@ -12,11 +12,11 @@ use toml::{Table, Value};
 /// What is wrong with a document or a table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Problem {
-    /// Dotted key that it is about; empty if it is about no single one.
+    /// Dotted key that the problem is about; empty if it is about no single key.
     pub key: String,
-    /// Line and column of a document, counted from 1; `None` of a table.
+    /// Line and column in the document, counted from 1; `None` if a table was read.
     pub place: Option<(usize, usize)>,
-    /// In words, with the key.
+    /// What is wrong, in words, with the key.
     pub message: String,
 }
 
@@ -34,7 +34,7 @@ impl std::error::Error for Problem {}
 /// Reads a document.
 ///
 /// # Errors
-/// If it is no TOML, or a key is missing, unknown or of the wrong type.
+/// If the text is not TOML, or a key is missing, unknown or of the wrong type.
 pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, Problem> {
     let problem = |error: &Error, key| {
         let place = error.span().map(|span| place(text, span.start));
@@ -42,7 +42,8 @@ pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, Problem> {
     };
     let document = toml::Deserializer::parse(text).map_err(|error| problem(&error, String::new()))?;
     let _: T = deserialize(document).map_err(|(error, key)| problem(&error, key))?;
-    // The document's reader knows places, but takes the first elements of a list that is too long. The table's refuses it.
+    // This first pass knows line and column, but drops the surplus elements of a list that is too long. The second pass, from a table,
+    // refuses such a list.
     let table = text.parse().map_err(|error| problem(&error, String::new()))?;
     read(table).map_err(|problem| Problem { place: place_of(text, &problem.key), ..problem })
 }
@@ -55,11 +56,11 @@ pub fn read<T: DeserializeOwned>(table: Table) -> Result<T, Problem> {
     deserialize(table).map_err(|(error, key)| explain(&error, key))
 }
 
-/// What `table` stands for: the table that its key `extends` names, which `base` finds, with the other keys laid over it
-/// ([`overlay`]). A table without the key `extends` stands for itself.
+/// Resolves the key `extends` of `table`: `base` returns the table that the key names, and the other keys of `table` are laid over it
+/// ([`overlay`]). A table without the key `extends` is returned as it is.
 ///
 /// # Errors
-/// As `base`.
+/// The error of `base`.
 pub fn extended<E>(mut table: Table, base: impl FnOnce(Value) -> Result<Table, E>) -> Result<Table, E> {
     let Some(name) = table.remove("extends") else { return Ok(table) };
     let mut whole = base(name)?;
@@ -67,14 +68,14 @@ pub fn extended<E>(mut table: Table, base: impl FnOnce(Value) -> Result<Table, E
     Ok(whole)
 }
 
-/// Keys whose value is a choice: a name, or a table whose one key names it (`stiffness.fixed = 150`).
+/// Keys whose value is a choice: a name, or a table whose one key is the name (`stiffness.fixed = 150`).
 const CHOICES: [&str; 3] = ["goal", "stiffness", "interpolation"];
 
-/// Keys below which a task names its own settings: none of those is a choice, whatever it is called.
+/// Keys below which a task has settings of its own. No key below them is a choice, even if it has the name of one.
 const TASKS_OWN: [&str; 2] = ["options", "own"];
 
-/// Lays `over` on `base`: tables merge key by key, and any other value replaces what was there. Where `over` makes
-/// another choice of `goal`, `stiffness` or `interpolation`, it replaces the first choice as a whole.
+/// Lays `over` on `base`: tables merge key by key, and any other value replaces that of `base`. Where `over` makes another choice of
+/// `goal`, `stiffness` or `interpolation` than `base`, it replaces the choice of `base` as a whole.
 pub fn overlay(base: &mut Table, over: Table) {
     merge(base, over, &CHOICES);
 }
@@ -94,7 +95,7 @@ fn merge(base: &mut Table, over: Table, choices: &[&str]) {
     }
 }
 
-/// Line and column, counted from 1, of a dotted key in a document, if it is there.
+/// Line and column, counted from 1, of a dotted key in a document; `None` if the document lacks the key.
 #[must_use]
 pub fn place_of(text: &str, key: &str) -> Option<(usize, usize)> {
     let document = DeTable::parse(text).ok()?;
@@ -107,7 +108,7 @@ pub fn place_of(text: &str, key: &str) -> Option<(usize, usize)> {
     Some(place(text, start?))
 }
 
-/// Line and column, counted from 1, of a byte.
+/// Line and column, counted from 1, of the byte with this index.
 fn place(text: &str, byte: usize) -> (usize, usize) {
     let before = text.get(..byte).unwrap_or(text);
     let line = before.rsplit('\n').next().unwrap_or_default();
@@ -122,21 +123,21 @@ fn deserialize<'de, T: DeserializeOwned, D: Deserializer<'de, Error = Error>>(fr
     })
 }
 
-/// What the parser says of a number where the name of a choice is wanted, in a table and in a document.
+/// Parts of the parser's messages for a number in place of a choice's name, in a table and in a document.
 const NO_NAME: [&str; 3] = ["invalid type: unit variant", "wanted string or table", "expected a name in quotes"];
-/// What it says of the name of a choice that has a value, without that value.
+/// Parts of the parser's messages for the name of a choice without the value that the choice needs.
 const NO_VALUE: [&str; 2] = ["unit variant, expected newtype variant", "unit variant, expected struct variant"];
-/// The kinds of the parser, and what people call them.
+/// The parser's names of types, and plain words for them.
 const KINDS: [(&[&str], &str); 4] = [
     (&["u8", "u16", "u32", "u64", "usize"], "a whole number, 0 or above"),
     (&["i32", "i64"], "a whole number"),
     (&["f32", "f64"], "a number"),
     (&["a sequence"], "a list"),
 ];
-/// Likeness (Jaro) from which on a known key may be what was meant.
+/// Jaro similarity above which a known word is suggested.
 const LIKE: f64 = 0.75;
 
-/// Of the `known` words the one that is most like `word`, if that may have been meant.
+/// The word of `known` that is most similar to `word`; `None` if none is similar enough to be meant.
 #[must_use]
 pub fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
     let likeness = |known: &&str| strsim::jaro(known, word);
@@ -166,10 +167,10 @@ fn in_plain_words(message: &str) -> String {
     }
 }
 
-/// The parser's message, told with the dotted key that it is about, and the nearest known key for an unknown one.
+/// The parser's error as a [`Problem`], with the dotted key and, for an unknown key, the nearest known one.
 fn explain(error: &Error, key: String) -> Problem {
     let message = error.message().replace('\n', ", ");
-    // The names of an unknown key and of the known ones are told by serde's message alone.
+    // Only serde's message holds the names of the unknown key and of the known ones.
     let mut quoted = message.split('`').skip(1).step_by(2);
     let unknown = quoted.next().filter(|_| message.starts_with("unknown field"));
     let message = if let Some(unknown) = unknown {
@@ -244,7 +245,7 @@ mod tests {
         assert_eq!(table, "space.stiffness.commanded = {}\noptions.goal = { x = 4, y = 2 }".parse().unwrap());
     }
 
-    /// A document and a table are answered alike, the document with its place.
+    /// A document and a table give the same error, except that only the document's has a place.
     #[test]
     fn what_is_wrong_is_told_with_its_whole_key() {
         let known = "goal = 'rebased'\n";

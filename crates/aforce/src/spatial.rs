@@ -1,4 +1,4 @@
-//! Vectors, poses and what the controller reads from a plant. Linear first, world axes, at the tool point.
+//! Vectors, poses, and the measurement that the controller reads. Six-vectors are linear first, in world axes, at the tool point.
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, SMatrix, SVector, UnitQuaternion};
 use serde::{Deserialize, Serialize};
@@ -20,7 +20,7 @@ pub type Twist = Vector6;
 /// Force (N) and moment about the tool point (Nm), world axes.
 pub type Wrench = Vector6;
 
-/// Everything a plant, simulated or real, has to provide at each control sample.
+/// What a simulated or real arm provides at each control sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measurement {
     /// Joint positions (rad).
@@ -35,7 +35,7 @@ pub struct Measurement {
     pub jacobian: Jacobian,
     /// Joint-space mass matrix (kg m^2), rotor inertia included.
     pub mass: JointMatrix,
-    /// Torques against gravity and Coriolis forces that the arm does not put on its joints by itself (Nm).
+    /// Torques that compensate gravity and Coriolis forces (Nm), without those that the arm adds by itself.
     pub bias: JointVector,
     /// Filtered wrench that the environment exerts on the tool (N, Nm), world axes, at the tool point.
     pub wrench: Wrench,
@@ -51,7 +51,7 @@ pub fn pose_error(x: &Pose, x_d: &Pose) -> Vector6 {
     stack(&p, &r)
 }
 
-/// A matrix R as a rotation; `None` if it is none: an entry of R^T R is NaN or 1e-3 or more from the identity's, or R
+/// A matrix R as a rotation. `None` if R is no rotation: an entry of R^T R is NaN or differs from the identity's by 1e-3 or more, or R
 /// mirrors.
 #[must_use]
 pub fn rotation_from_matrix(matrix: &Matrix3<f64>) -> Option<UnitQuaternion<f64>> {
@@ -60,8 +60,9 @@ pub fn rotation_from_matrix(matrix: &Matrix3<f64>) -> Option<UnitQuaternion<f64>
     is_rotation.then(|| UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*matrix)))
 }
 
-/// Row and column, from 0, of the entry of a mass matrix that differs most from its mirror image; `None` if none differs by more than 1e-4
-/// of the largest entry, which is more than single precision leaves. Some libraries fill one triangle.
+/// Row and column (from 0) of the entry below the diagonal of a mass matrix that differs most from the entry mirrored at the diagonal.
+/// `None` if no difference exceeds 1e-4 of the largest entry, which allows for rounding to single precision. The check finds a matrix of
+/// which a library filled one triangle only.
 #[must_use]
 pub fn asymmetry(mass: &JointMatrix) -> Option<[usize; 2]> {
     let (mut worst, mut place) = (1e-4 * mass.amax(), None);
@@ -80,14 +81,14 @@ pub fn asymmetry(mass: &JointMatrix) -> Option<[usize; 2]> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RotationError {
-    /// angle x axis: the rotation vector.
+    /// angle x axis: the rotation vector (rad).
     Angle,
-    /// sin(angle) x axis (robosuite): about the same while small, less beyond, nothing at half a turn.
+    /// sin(angle) x axis, as in robosuite: close to the angle while that is small, smaller beyond, 0 at half a turn.
     Sine,
 }
 
 impl RotationError {
-    /// e = x - x_d as [`pose_error`] has it, the rotational part as measured (m, rad).
+    /// e = x - x_d (m, rad; world axes), as [`pose_error`], with the rotational part measured by this rule.
     #[must_use]
     pub fn of(self, x: &Pose, x_d: &Pose) -> Vector6 {
         match self {
@@ -104,7 +105,7 @@ impl RotationError {
 /// The logarithm of a rotation (rad, at most pi long). A quaternion and its negative give the same vector.
 #[must_use]
 pub fn rotation_vector(rotation: &UnitQuaternion<f64>) -> Vector3 {
-    // The near hemisphere: of q and -q, the one whose scalar part is not negative turns the short way.
+    // q and -q are the same rotation. The one whose scalar part is not negative turns by half a turn at most.
     let w = rotation.w;
     let v = rotation.imag() * if w < 0.0 { -1.0 } else { 1.0 };
     let sine = v.norm();

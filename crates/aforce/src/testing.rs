@@ -1,4 +1,4 @@
-//! Plants for tests.
+//! Arms and parameters for tests.
 
 use nalgebra::UnitQuaternion;
 
@@ -81,7 +81,7 @@ pub(crate) fn move_gantry(y: &mut Measurement, tau: &JointVector, external: &Wre
     y.pose.rotation = UnitQuaternion::from_scaled_axis(rotational(&y.twist) * dt) * y.pose.rotation;
 }
 
-/// A law in N/m whose numbers are easy to work with: it tolerates 5 mm and 0.05 rad, and relaxes in a second.
+/// Parameters in N/m that are easy to calculate with: the tolerance is 5 mm and 0.05 rad, and K relaxes in a second.
 pub(crate) fn psi() -> Psi {
     Psi {
         alpha: Gains::pair(100.0, 5.0),

@@ -1,5 +1,5 @@
-//! A script that wipes: it goes above the place, down until the force controller is engaged, presses, and circles. It
-//! needs a controller and its measurement only, so that a simulated arm and a real one run the same script.
+//! A script that wipes: it moves above a place, lowers the tool until the force controller is engaged, presses, and circles. The script
+//! reads only the controller and its measurement, so that a simulated arm and a real one run the same script.
 
 use std::f64::consts::TAU;
 
@@ -8,16 +8,16 @@ use crate::law::config::ControllerConfig;
 use crate::law::controller::Controller;
 use crate::spatial::{Measurement, Pose, Vector3, pose_error};
 
-/// Height above the believed table from which the tool is lowered (m).
+/// Height above the assumed height of the table from which the tool is lowered (m).
 const CLEARANCE: f64 = 0.02;
 /// Distance by which an action lowers the goal (m): 4 cm/s at 20 actions per second.
 const LOWERING: f64 = 0.002;
-/// Distance from the place and angle at which the approach ends (m, rad).
+/// Horizontal distance from the place (m) and angle (rad) below which the approach may end.
 const ARRIVED: (f64, f64) = (0.01, 0.1);
 /// Rotations over which the radius of the circle grows to its full size.
 const RAMP: f64 = 0.5;
 
-/// What is wiped: a circle, several times round.
+/// Force, time and circles of a wiping script.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RoundPath {
     /// Force to press with (N).
@@ -33,7 +33,7 @@ pub struct RoundPath {
 }
 
 impl Default for RoundPath {
-    /// That of the wiping experiment.
+    /// The values of the wiping experiment.
     fn default() -> Self {
         RoundPath { force: 10.0, press_time: 3.0, rotations: 8, circle_radius: 0.05, period: 2.5 }
     }
@@ -42,9 +42,9 @@ impl Default for RoundPath {
 /// Part of the script.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd)]
 pub enum Phase {
-    /// To a place above the middle of the circles.
+    /// Moving to a place above the centre of the circles.
     Approach,
-    /// Down until the force controller is engaged.
+    /// Lowering the tool until the force controller is engaged.
     Lower,
     /// Pressing without motion.
     Press,
@@ -53,7 +53,7 @@ pub enum Phase {
 }
 
 impl Phase {
-    /// The one that follows.
+    /// The next phase; `None` after the last.
     fn next(self) -> Option<Self> {
         match self {
             Phase::Approach => Some(Phase::Lower),
@@ -63,7 +63,7 @@ impl Phase {
         }
     }
 
-    /// Name in tables.
+    /// Name of the phase in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -80,7 +80,7 @@ impl Phase {
 #[derive(Debug, Clone)]
 pub struct Wiper {
     path: RoundPath,
-    /// Middle of the circles, on the table as it is believed to be, and the orientation of the tool (world).
+    /// Centre of the circles, at the assumed height of the table, and orientation of the tool (m, world).
     middle: Pose,
     /// Whether there is a table.
     table: bool,
@@ -90,31 +90,31 @@ pub struct Wiper {
 }
 
 impl Wiper {
-    /// Wipes around `middle`, a pose of the tool on the table (world), coming from anywhere.
+    /// Wipes around `middle`, a pose of the tool on the table (m, world). The tool may start anywhere.
     #[must_use]
     pub fn new(path: RoundPath, middle: Pose) -> Self {
         Wiper { path, middle, table: true, phase: Phase::Approach, actions: 0 }
     }
 
-    /// The same from a pose of the tool above the table, whose height need not be known.
+    /// The same, starting from a pose of the tool above the table (m, world). The table's height need not be known.
     #[must_use]
     pub fn from_above(path: RoundPath, above: Pose) -> Self {
         Wiper { phase: Phase::Lower, ..Wiper::new(path, above) }
     }
 
-    /// Circles around `middle`, without a table.
+    /// Circles around `middle` (m, world), without a table.
     #[must_use]
     pub fn in_the_air(path: RoundPath, middle: Pose) -> Self {
         Wiper { table: false, phase: Phase::Wipe, ..Wiper::new(path, middle) }
     }
 
-    /// The part of the script that runs.
+    /// The present phase.
     #[must_use]
     pub fn phase(&self) -> Phase {
         self.phase
     }
 
-    /// The next action in [-1, 1]^n, to be asked for at `config`'s rate of actions; `None` when all is done. `y` is what
+    /// The next action in [-1, 1]^n; `None` when the script is done. Call this `policy_hz` times a second. `y` is the measurement that
     /// `controller` was given last.
     pub fn action(&mut self, controller: &Controller, config: &ControllerConfig, y: &Measurement) -> Option<Vec<f64>> {
         self.actions += 1;
@@ -141,7 +141,7 @@ impl Wiper {
         }
     }
 
-    /// Where the tool is to be next (m, world).
+    /// The tool's next target (m, world).
     fn target(&self, controller: &Controller, y: &Measurement, hz: f64) -> Vector3 {
         let mut target = self.middle.translation.vector;
         if self.phase == Phase::Wipe {
@@ -153,9 +153,8 @@ impl Wiper {
         if !self.table {
             return target;
         }
-        // Once force control is engaged it keeps the height, and the goal stays with the tool. Without contact the goal
-        // goes down to find the table. In between the goal rests: a goal that follows the tool would throw a stiff arm
-        // back into the air.
+        // Once force control is engaged, it keeps the height, and the goal stays with the tool. Without contact the goal is lowered to find
+        // the table. While force control engages the goal rests: a goal that follows the tool would throw a stiff arm back into the air.
         let goal = controller.goal().translation.z;
         target.z = match self.phase {
             Phase::Approach => target.z + CLEARANCE,
@@ -208,7 +207,7 @@ mod tests {
         }
     }
 
-    /// First over the place, then down at 4 cm/s for as long as there is no contact.
+    /// The tool first moves above the place, then down at 4 cm/s for as long as there is no contact.
     #[test]
     fn without_a_table_the_tool_is_lowered_for_ever() {
         let middle = Pose::translation(0.4, 0.1, 0.3);

@@ -1,5 +1,5 @@
-//! The torques of every built-in space, to the last bit: `golden/README.md` tells what the files hold. A change of the law
-//! shows here; `GOLDEN=write cargo test -p aforce --test golden` takes it over.
+//! The torques of every built-in space, to the last bit: `golden/README.md` describes the files. A change of the law fails here;
+//! `GOLDEN=write cargo test -p aforce --test golden` records the new torques.
 
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -18,7 +18,7 @@ fn path(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name)
 }
 
-/// The lines of a file, its header apart.
+/// The lines of a file, without its header.
 fn lines(name: &str) -> Vec<String> {
     let text = std::fs::read_to_string(path(name)).unwrap_or_else(|error| panic!("{name}: {error}"));
     text.lines().skip(1).map(str::to_owned).collect()
@@ -31,14 +31,14 @@ fn numbers(cells: &str) -> Vec<f64> {
 fn measurements() -> Vec<Measurement> {
     let measurement = |line: &String| {
         let row = numbers(line);
-        let mut at = 1; // Behind the number of the sample.
+        let mut at = 1; // Column 0 is the sample's number.
         let mut take = |count: usize| {
             at += count;
             &row[at - count..at]
         };
         let [q, qd] = [0; 2].map(|_| JointVector::from_column_slice(take(7)));
         let position = Translation3::from(Vector3::from_column_slice(take(3)));
-        // As it stands: nobody normalises it.
+        // Not normalised: the numbers count as they stand in the file.
         let rotation =
             UnitQuaternion::new_unchecked(Quaternion::from_vector(nalgebra::Vector4::from_column_slice(take(4))));
         let measurement = Measurement {
@@ -66,7 +66,7 @@ fn actions() -> HashMap<usize, Vec<f64>> {
     lines("actions.csv").iter().map(action).collect()
 }
 
-/// `torques.csv` as the crate has it now.
+/// The content of `torques.csv` that the present code gives.
 fn torques() -> String {
     let (measurements, actions) = (measurements(), actions());
     let arm = Arm { torque_max: LIMITS, torque_rate_max: [f64::INFINITY; 7], ..Arm::PANDA };
@@ -104,12 +104,12 @@ fn torques_are_those_on_record() {
     let then = lines("torques.csv");
     assert_eq!(now.len(), then.len(), "rows");
     for (now, then) in now.iter().zip(&then) {
-        // The shortest decimals that read back as the same bits: the text says it all.
+        // Numbers are the shortest decimals that read back as the same bits, so equal text means equal bits.
         assert_eq!(now, then);
     }
 }
 
-/// The files exercise what they are to vouch for.
+/// The record covers contact, limits and adaptation.
 #[test]
 fn contact_limits_and_adaptation_are_in_the_record() {
     let torques = torques();
@@ -126,7 +126,7 @@ fn contact_limits_and_adaptation_are_in_the_record() {
     let most = engagement.iter().copied().fold(0.0, f64::max);
     assert!(engagement[0] == 0.0 && most > 0.5 && engagement[39] < most, "contact begins and ends");
     assert!(column("aforce", 8).windows(2).any(|k| k[0] != k[1]), "K moves");
-    // In `aforce` no error of the record is beyond the tolerance, and K relaxes.
+    // In `aforce` no error of the record exceeds the tolerance, and K relaxes.
     assert!(column("aforce-shaped", 8).windows(2).any(|k| k[1] > k[0]), "K grows");
     assert!(column("aforce", 14).iter().any(|&f_ff| f_ff != 0.0));
     let wrist = rows.iter().filter(|row| row.1[6..=7].iter().any(|tau| tau.abs() == 12.0)).count();

@@ -1,5 +1,5 @@
-//! Two million cycles of anything: no panic, and every torque finite, within the limits of the arm and their rate, which counts from the
-//! torque that the arm took.
+//! Two million cycles with random and broken states: no panic, and every torque finite, within the limits of the arm and of their rate
+//! relative to the torque that the arm took.
 
 mod arm;
 
@@ -70,7 +70,7 @@ fn usual() -> ArmState {
     }
 }
 
-/// What a moving arm reports, seldom spoilt.
+/// The state of a moving arm, rarely spoilt.
 fn moving(random: &mut Random, arm: &BallArm) -> ArmState {
     let mut state = arm.state();
     let odd = random.odd();
@@ -187,7 +187,8 @@ fn whatever_is_measured_the_torque_is_one_that_the_arm_takes() {
         let (mut last, mut since_fault) = (None::<JointVector>, 0);
         for cycle in 0..cycles {
             let state = if moves { moving(&mut random, &arm) } else { state(&mut random) };
-            // Now and then the arm tells of a torque that it cannot have taken: rates count from the last that was sent.
+            // Now and then the arm reports a torque that it cannot have taken: the rate is then limited relative to the torque that was
+            // sent last.
             let strange = random.one_in(100);
             let nonsense = [f64::NAN, f64::NEG_INFINITY, 9.9e3, -99.0][random.bits() as usize % 4];
             let state = ArmState { tau: if strange { JointVector::repeat(nonsense) } else { arm.tau }, ..state };
@@ -206,7 +207,7 @@ fn whatever_is_measured_the_torque_is_one_that_the_arm_takes() {
             }
             let command = host.update(&state, dt);
             assert!(command.tau.iter().all(|tau| tau.is_finite()), "{:?}", command.status);
-            // What is no period counts as the nominal one.
+            // A `dt` that cannot be a period counts as the nominal one.
             let step = if dt >= 0.0 { dt.min(0.001) } else { 0.001 };
             for joint in 0..7 {
                 assert!(command.tau[joint].abs() <= Arm::PANDA.torque_max[joint]);
@@ -232,7 +233,7 @@ fn whatever_is_measured_the_torque_is_one_that_the_arm_takes() {
                 Status::Stopped => {}
                 Status::Running | Status::Limited(_) => running += 1,
             }
-            // Start again from the torque that the arm has; sometimes with a nonsensical state, which is refused.
+            // Start again from the torque that acts on the arm; sometimes with a nonsensical state, which is refused.
             if !matches!(command.status, Status::Running | Status::Limited(_)) && (since_fault > 5 || cycle == 0) {
                 if moves && since_fault > 5 {
                     arm = BallArm { tau: arm.tau, ..BallArm::at(HOME, ArmInterface::FRANKA) };

@@ -1,4 +1,4 @@
-//! A state whose parts contradict each other is refused, or is a fault before the tool has moved by 5 mm; a right one never is.
+//! A state whose parts contradict each other is refused, or is a fault before the tool has moved by 5 mm. A right state never is a fault.
 
 mod arm;
 
@@ -7,7 +7,7 @@ use aforce::{Arm, ControllerConfig, ForceConfig, Interpolation, JointMatrix, Joi
 use arm::{BallArm, HOME};
 
 const DT: f64 = 0.001;
-/// Cycles after which an arm that nothing is wrong with is in motion.
+/// Cycle at which an arm with a right state is in motion.
 const UNDERWAY: usize = 600;
 
 fn setup(space: &str, interface: ArmInterface) -> HostSetup {
@@ -28,11 +28,12 @@ fn setup(space: &str, interface: ArmInterface) -> HostSetup {
     }
 }
 
-/// What came of a spoilt state.
+/// Result of a drive with a spoilt state.
 #[derive(Debug)]
 enum Outcome {
     Refused(Fault),
-    /// The fault, cycles since the state was spoilt, those in which the tool was faster than 2 cm/s, and the way of the tool until the fault (m).
+    /// The fault, cycles since the state was spoilt, those in which the tool was faster than 2 cm/s, and the distance that the tool moved
+    /// until the fault (m).
     Fault {
         fault: Fault,
         cycles: usize,
@@ -115,7 +116,7 @@ fn swap_rows(state: &mut ArmState) {
 
 type Spoil = fn(&mut ArmState);
 
-/// The usual mistakes with models and interfaces. `at_once` are found in a resting arm.
+/// The usual mistakes with models and interfaces: name, whether it shows in a resting arm (`at_once`), and the function that makes it.
 fn mistakes() -> Vec<(&'static str, bool, Spoil)> {
     vec![
         ("Jacobian in tool axes", false, in_tool_axes),
@@ -176,8 +177,8 @@ fn gravity_of_another_sign_is_refused_or_moves_the_tool_by_less_than_5_mm() {
     let Outcome::Fault { fault, cycles, moved, .. } = drive(ArmInterface::PLAIN, UNDERWAY, negative) else { panic!() };
     assert!(matches!(fault, Fault::Jump { field: "gravity", .. }) && cycles == 0, "{fault}, {moved} m");
 
-    // Here the reported torque is the host's own, made with the same wrong gravity. Only the arm's motion shows the
-    // mistake: `truth` says who really compensates gravity.
+    // Here the reported torque is the host's own, made with the same wrong gravity. Only the arm's motion shows the mistake: `truth` tells
+    // who compensates gravity in the simulation.
     for (interface, truth) in [(ArmInterface::PLAIN, ArmInterface::FRANKA), (ArmInterface::FRANKA, ArmInterface::PLAIN)]
     {
         let setup = setup("aforce", interface);
@@ -232,7 +233,7 @@ fn jumps_are_faults_in_the_cycle_of_the_jump() {
     }
 }
 
-/// An interface that never reports the torque it took: rates count from what was sent, until the mismatch is a fault.
+/// An interface that never reports the torque it took: the rate is limited relative to the sent torque, until the mismatch is a fault.
 #[test]
 fn a_torque_that_is_never_told_is_a_fault() {
     let Outcome::Fault { fault, cycles, .. } = drive(ArmInterface::FRANKA, UNDERWAY, &|s| s.tau.fill(3.0)) else {
@@ -270,8 +271,8 @@ fn is_crossed(fault: Fault, state: &ArmState, limits: &HostLimits) -> bool {
     }
 }
 
-/// Right states, as arms have them: rounded to single precision, speeds that are filtered and noisy, commands and states that are lost,
-/// hands that push. `CYCLES=1000000` makes it as long as that.
+/// Right states with the errors of real arms: rounded to single precision, filtered and noisy speeds, lost commands and states, hands that
+/// push. `CYCLES=1000000` sets the number of cycles.
 #[test]
 fn a_right_state_is_never_a_fault() {
     let cycles: usize = std::env::var("CYCLES").map_or(60_000, |cycles| cycles.parse().expect("a number"));

@@ -77,7 +77,7 @@ fn the_control_step_allocates_nothing() {
     }
 }
 
-/// The same under the bounds of a host, and while it holds after a fault.
+/// The same for a host's cycle, with its bounds and while it holds the arm after a fault.
 #[test]
 fn a_hosts_cycle_allocates_nothing() {
     let mut arm = BallArm::at(HOME, ArmInterface::PLAIN);

@@ -1,4 +1,4 @@
-//! Every number of a host's set-up that is out of its range is refused by its name.
+//! Every number of a host's set-up that is out of its range is refused with its name.
 
 use aforce::host::HostSetup;
 

@@ -22,7 +22,7 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
     finish(file, path)
 }
 
-/// Gives a file its name, in place of the one that has it, once the disk has its bytes.
+/// Gives a temporary file the name `path`, in place of the file that has it, once the disk has its bytes.
 ///
 /// # Errors
 /// As [`replace`].
@@ -33,7 +33,7 @@ pub fn finish(file: NamedTempFile, path: &Path) -> Result<()> {
     sync_names(path)
 }
 
-/// Gives a file its name, which no other may have, once the disk has its bytes.
+/// Gives a temporary file the name `path`, which no file may have yet, once the disk has its bytes.
 ///
 /// # Errors
 /// If there is a file of this name, which stays as it is, or the disk does not take it.
@@ -53,8 +53,8 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Writes a CSV table, its header from the names of the rows' fields; what is no finite number leaves its cell empty. Without rows the file is
-/// empty too.
+/// Writes a CSV table, its header from the names of the rows' fields. The cell of a number that is not finite is empty. Without rows the
+/// file is empty too.
 ///
 /// # Errors
 /// As [`replace`], or if a row is not one of numbers and words.
@@ -62,7 +62,7 @@ pub fn write_table(path: &Path, rows: &[impl Serialize]) -> Result<()> {
     replace(path, &table(rows)?)
 }
 
-/// As [`replace`], but of a name that no other file may have.
+/// As [`replace`], but for a name that no file may have yet.
 ///
 /// # Errors
 /// As [`replace`], or if there is a file of this name, which stays as it is.
@@ -72,10 +72,10 @@ pub fn write_new(path: &Path, bytes: &[u8]) -> Result<()> {
     finish_new(file, path)
 }
 
-/// The text of a CSV table: a row for each, what is no finite number as an empty cell.
+/// The text of a CSV table with these rows. The cell of a number that is not finite is empty.
 ///
 /// # Errors
-/// If a row is no row of a table.
+/// If a row cannot be written as a row of a table.
 pub fn table(rows: &[impl Serialize]) -> Result<Vec<u8>> {
     let mut table = csv::Writer::from_writer(vec![]);
     for row in rows {
@@ -90,7 +90,7 @@ pub fn table(rows: &[impl Serialize]) -> Result<Vec<u8>> {
     Ok(table.into_inner()?)
 }
 
-/// Makes the folder of a file that is to come; fails now if the file could not be written then.
+/// Makes the folder of a file that will be written later. Fails now if the file could not be written.
 ///
 /// # Errors
 /// As [`replace`], or if the folder cannot be made.
@@ -111,13 +111,13 @@ pub fn unfinished(path: &Path) -> Result<NamedTempFile> {
     let name = path.file_name().with_context(|| format!("{} is a folder", path.display()))?;
     let folder = folder_of(path);
     let mut builder = tempfile::Builder::new();
-    // Permissions as of any new file: the user's umask says what others may do with it.
+    // Permissions as those of any new file: the user's umask applies.
     builder.prefix(name).suffix(".tmp").permissions(Permissions::from_mode(0o666));
     builder.tempfile_in(folder).with_context(|| path.display().to_string())
 }
 
-/// The absolute path of a file, links resolved: the same for every way to write it. The file need not exist, its folder
-/// has to.
+/// The absolute path of a file, with links resolved, so that different paths to a file give the same result. The file need
+/// not exist, its folder must.
 ///
 /// # Errors
 /// If `path` is a folder or a device, or its folder is missing.
@@ -127,7 +127,7 @@ pub fn place(path: &Path) -> Result<PathBuf> {
     Ok(fs::canonicalize(folder_of(&path))?.join(name))
 }
 
-/// The path at which a file of this name is written: of a link, the file that it leads to, so that the link stays.
+/// The path at which a file of this name is written: for a link the file that it leads to, so that the link stays.
 fn behind_links(path: &Path) -> Result<PathBuf> {
     match std::fs::metadata(path) {
         Ok(there) if there.is_dir() => bail!("{} is a folder", path.display()),

@@ -1,7 +1,7 @@
-//! What programs share: work on all cores, statistics, files that appear whole, the command and commit these come from,
-//! how errors are told.
+//! What programs share: work on all cores, statistics, files that appear whole, the command and commit that made them,
+//! and how errors are reported.
 //!
-//! Apart from the programs, so that those which learn nothing need no libtorch.
+//! This is a crate of its own, so that programs without a learner need no libtorch.
 
 pub mod file;
 pub mod parallel;
@@ -18,12 +18,12 @@ pub fn commit() -> String {
     env!("WORKBENCH_COMMIT").into()
 }
 
-/// Version and commit, which every program tells with `--version`.
+/// Version and commit, which every program prints with `--version`.
 pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (commit ", env!("WORKBENCH_COMMIT"), ")");
 
 /// The command line with the program's bare name, as it would be typed elsewhere.
 pub fn command() -> Vec<String> {
-    // A name that is no Unicode is told as nearly as text can.
+    // Bytes that are not Unicode are replaced.
     let mut command: Vec<String> = std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
     if let Some(program) = command.first_mut() {
         *program = Path::new(&*program).file_name().unwrap_or_default().to_string_lossy().into_owned();

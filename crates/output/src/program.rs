@@ -1,4 +1,4 @@
-//! How every program ends.
+//! How every program ends, and what it prints.
 
 use std::fmt::Display;
 use std::io::{ErrorKind, Write};
@@ -16,7 +16,7 @@ use signal_hook::flag;
 /// Exit code of wrong usage, the same that clap uses.
 const USAGE: u8 = 2;
 
-/// A setting that cannot be: wrong usage, as opposed to a failure.
+/// A setting that is not possible: wrong usage, as opposed to a failure.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct BadSetting(String);
@@ -33,7 +33,7 @@ pub fn bad(message: String) -> anyhow::Error {
 /// that is no error: the program ends silently, as other command-line programs do. A program that trains has work to lose and calls
 /// [`outlive_readers`] first.
 ///
-/// A panic is told on one line too. With `RUST_BACKTRACE` set, Rust tells it in its own way.
+/// A panic is reported on one line too. With `RUST_BACKTRACE` set, Rust's own report is printed.
 pub fn run(program: impl FnOnce() -> Result<ExitCode>) -> ExitCode {
     if std::env::var_os("RUST_BACKTRACE").is_none() {
         std::panic::set_hook(Box::new(tell_panic));
@@ -56,50 +56,50 @@ fn tell_panic(panic: &PanicHookInfo) {
 
 static ENDS_WITH_READERS: LazyLock<Arc<AtomicBool>> = LazyLock::new(|| Arc::new(AtomicBool::new(true)));
 
-/// From now on the program goes on without readers of its output: it has work that would be lost.
+/// From now on the program goes on if the reader of its output is gone, because it has work that would be lost.
 pub fn outlive_readers() {
     ENDS_WITH_READERS.store(false, Ordering::Relaxed);
 }
 
-/// Prints what a program was asked for.
+/// Prints to standard output what a program was asked for.
 ///
 /// # Errors
-/// If nobody takes it.
+/// If standard output cannot be written.
 pub fn print(text: impl Display) -> Result<()> {
     write!(std::io::stdout(), "{text}").context("standard output")
 }
 
-/// Whether a line was lost, on a full disk for example: the program goes on, and fails in the end.
+/// Whether a line was lost, on a full disk for example. The program goes on, and fails at its end.
 static LOST: AtomicBool = AtomicBool::new(false);
 
-/// Prints a line, even if nobody reads it any more.
+/// Prints a line to standard output. It is no error if the output's reader is gone.
 pub fn say(line: impl Display) {
     if writeln!(std::io::stdout(), "{line}").is_err_and(|error| error.kind() != ErrorKind::BrokenPipe) {
         LOST.store(true, Ordering::Relaxed);
     }
 }
 
-/// As [`say`], where progress and errors go.
+/// Prints a line to standard error, where progress and errors go.
 pub fn tell(line: impl Display) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 
-/// Says what a program wrote, a line each.
+/// Prints the files that a program wrote, a line each.
 pub fn written(files: &[impl AsRef<Path>]) {
     for file in files {
         say(format_args!("written: {}", file.as_ref().display()));
     }
 }
 
-/// Says what came of it, in the last line that a program prints.
+/// Prints the result of a program, in the last line that the program prints.
 pub fn result(line: impl Display) {
     say(format_args!("result:  {line}"));
 }
 
-/// Whether this program is several, which its first argument names.
+/// Whether this executable has several programs, of which its first argument names one.
 static SUBCOMMANDS: AtomicBool = AtomicBool::new(false);
 
-/// From now on the programs are subcommands of this one.
+/// From now on the programs are subcommands of this executable.
 pub fn as_subcommands() {
     SUBCOMMANDS.store(true, Ordering::Relaxed);
 }
@@ -112,11 +112,11 @@ pub fn again(program: &str, path: &Path) -> Command {
     command
 }
 
-/// Columns of a terminal that is not wide.
+/// Columns of a narrow terminal.
 const COLUMNS: usize = 80;
 
-/// Says what to do next: a command of this workspace, or of the package that has the programs as subcommands. A command that is longer
-/// than `COLUMNS` goes on in a second line, behind a backslash. Copied from a terminal that wraps it, it would be two commands.
+/// Prints what to do next: a command of this workspace, or of the package that has the programs as subcommands. A command that is longer
+/// than `COLUMNS` is continued on a second line after a backslash: copied from a terminal that wraps it, it would be two commands.
 pub fn next(program: &str, arguments: &[&str]) {
     let called = if SUBCOMMANDS.load(Ordering::Relaxed) { "-- " } else { "--bin " };
     let ends = if SUBCOMMANDS.load(Ordering::Relaxed) { "" } else { " --" };

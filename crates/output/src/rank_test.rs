@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::statistics::mean;
 
-/// Resamples behind a smallest detectable difference, and its halvings.
+/// Resamples behind a smallest detectable difference, and the steps of the bisection that finds it.
 const RESAMPLES: usize = 500;
 const HALVINGS: usize = 20;
 
@@ -62,7 +62,7 @@ fn doubled_ranks(a: &[f64], b: &[f64]) -> Vec<usize> {
     all().map(|value| rank(value) + 1).collect()
 }
 
-/// The p of several tests corrected so that all of them together err with the probability that one p says (Holm, 1979).
+/// The p of several tests, corrected so that a level holds for all of them together (family-wise error rate; Holm, 1979).
 pub fn holm(p: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..p.len()).collect();
     order.sort_by(|&i, &j| p[i].total_cmp(&p[j]));
@@ -117,7 +117,7 @@ mod tests {
         text.split_whitespace().map(|cell| cell.parse().unwrap()).collect()
     }
 
-    /// `scripts/rank_test_reference.py` asks SciPy.
+    /// `scripts/statistics_reference.py` asks SciPy.
     #[test]
     fn agrees_with_scipy() {
         let mut reader = csv::Reader::from_reader(&include_bytes!("../reference/rank_test.csv")[..]);
@@ -129,7 +129,7 @@ mod tests {
         assert_eq!(p_value(&[], &[1.0]), 1.0);
     }
 
-    /// `scripts/rank_test_reference.py` goes through every way to split each stratum.
+    /// `scripts/statistics_reference.py` goes through every way to split each stratum.
     #[test]
     fn strata_agree_with_every_split_counted() {
         let mut reader = csv::Reader::from_reader(&include_bytes!("../reference/stratified.csv")[..]);
@@ -154,7 +154,7 @@ mod tests {
         assert_eq!(holm(&[0.7, 0.6]), [1.0, 1.0]);
     }
 
-    /// Beside the t test's, which for normal samples of ten and a deviation of 14 is 18.5.
+    /// The result is compared with the t test's, which for normal samples of ten and a standard deviation of 14 is 18.5.
     #[test]
     fn more_seeds_detect_less() {
         let mut rng = ChaCha8Rng::seed_from_u64(1);

@@ -5,11 +5,11 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// Resamples behind an interval of at most [`FEW`] values, and the least for any number of values. In between there are
-/// fewer for more values, so that an interval takes the same time.
+/// Resamples behind an interval of at most [`FEW`] values, and the least number for any number of values. In between, more
+/// values have fewer resamples, so that an interval takes the same time.
 const RESAMPLES: usize = 10_000;
 const FEWEST_RESAMPLES: usize = 1000;
-/// The most values that have all resamples.
+/// Largest number of values with [`RESAMPLES`] resamples.
 const FEW: usize = 100;
 /// Share of resamples inside an interval.
 const CONFIDENCE: f64 = 0.95;
@@ -18,17 +18,17 @@ const CONFIDENCE: f64 = 0.95;
 /// lowest. Such a range must not be called a 95 % interval: that of three runs holds the true median in 75 % of the cases.
 pub const FEWEST_FOR_INTERVAL: usize = 5;
 
-/// Arithmetic mean; NaN of nothing.
+/// Arithmetic mean; NaN without values.
 pub fn mean(values: &[f64]) -> f64 {
     mean_of(values, |&value| value)
 }
 
-/// Arithmetic mean of a number of every item; NaN of nothing.
+/// Arithmetic mean of a number of every item; NaN without items.
 pub fn mean_of<T>(items: &[T], number: impl Fn(&T) -> f64) -> f64 {
     items.iter().map(number).sum::<f64>() / items.len() as f64
 }
 
-/// Standard deviation of the population that `values` are a sample of; NaN of fewer than two.
+/// Standard deviation of the population that `values` are a sample of (n - 1); NaN for fewer than two values.
 pub fn deviation(values: &[f64]) -> f64 {
     if values.len() < 2 {
         return f64::NAN;
@@ -37,12 +37,12 @@ pub fn deviation(values: &[f64]) -> f64 {
     (values.iter().map(|v| (v - centre).powi(2)).sum::<f64>() / (values.len() as f64 - 1.0)).sqrt()
 }
 
-/// The middle one, or the mean of the middle two.
+/// The middle value, or the mean of the middle two; NaN without values.
 pub fn median(values: &[f64]) -> f64 {
     quantile(values, 0.5)
 }
 
-/// What a `share` of `values` does not exceed, interpolated between the two nearest (as NumPy does); NaN of nothing.
+/// The `share` quantile of `values`, interpolated between the two nearest (as NumPy does); NaN without values.
 pub fn quantile(values: &[f64], share: f64) -> f64 {
     percentile(&sorted(values), share)
 }
@@ -57,10 +57,10 @@ pub fn iqm_interval(values: &[f64]) -> [f64; 2] {
     stratified_iqm_interval(&[values])
 }
 
-/// The interval of the interquartile mean of the values of all `groups`, where each group is redrawn by itself: of runs of several tasks, the
-/// aggregate of Agarwal et al. 2021.
+/// The interval of the interquartile mean of the values of all `groups`, where each group is redrawn by itself. For runs of several tasks it
+/// is that of the aggregate of Agarwal et al. 2021.
 pub fn stratified_iqm_interval(groups: &[&[f64]]) -> [f64; 2] {
-    // A sample redrawn from sorted values is sorted once it is known how often each was drawn.
+    // Counting how often each of the sorted values is drawn gives a sorted sample.
     let all: Vec<f64> = groups.concat();
     let mut order: Vec<usize> = (0..all.len()).collect();
     order.sort_by(|&i, &j| all[i].total_cmp(&all[j]));
@@ -81,7 +81,7 @@ pub fn stratified_iqm_interval(groups: &[&[f64]]) -> [f64; 2] {
     })
 }
 
-/// Of sorted values.
+/// Mean of sorted values without the lowest and the highest quarter (rounded down).
 fn middle_mean(sorted: &[f64]) -> f64 {
     let cut = sorted.len() / 4;
     mean(&sorted[cut..sorted.len() - cut])
@@ -97,12 +97,12 @@ pub fn probability_of_improvement(a: &[f64], b: &[f64]) -> f64 {
     0.5 * doubled_wins as f64 / (a.len() * b.len()) as f64
 }
 
-/// Lowest and highest value; infinity and minus infinity of nothing.
+/// Lowest and highest value; infinity and minus infinity without values.
 pub fn range(values: &[f64]) -> [f64; 2] {
     [values.iter().copied().fold(f64::INFINITY, f64::min), values.iter().copied().fold(f64::NEG_INFINITY, f64::max)]
 }
 
-/// The interval, or `None` if its ends are equal. Values that agree give equal ends, which do not tell how sure their mean is.
+/// The interval, or `None` if its ends are equal. Values that are all equal give equal ends, which do not tell how certain the mean is.
 pub fn with_width(interval: [f64; 2]) -> Option<[f64; 2]> {
     (interval[0] < interval[1]).then_some(interval)
 }
@@ -119,7 +119,7 @@ pub fn interval(groups: &[&[f64]], statistic: impl Fn(&[Vec<f64>]) -> f64) -> [f
     })
 }
 
-/// The interval that holds 95 % of what `outcome` tells of resamples of so many `values`.
+/// The interval that holds 95 % of the results of `outcome`, which draws one resample at each call; `values` is the size of a resample.
 fn bootstrap(values: usize, mut outcome: impl FnMut(&mut ChaCha8Rng) -> f64) -> [f64; 2] {
     let mut rng = ChaCha8Rng::seed_from_u64(0);
     let resamples = (RESAMPLES * FEW / values.max(FEW)).max(FEWEST_RESAMPLES);
@@ -127,9 +127,9 @@ fn bootstrap(values: usize, mut outcome: impl FnMut(&mut ChaCha8Rng) -> f64) -> 
     [(1.0 - CONFIDENCE) / 2.0, (1.0 + CONFIDENCE) / 2.0].map(|share| percentile(&outcomes, share))
 }
 
-/// Welch's interval of the mean of `a` less that of `b`: 95 %, of samples that are normal, each with a deviation of its own. It
-/// is wider than the bootstrap's of so few, which holds the truth less often than it says. `None` if one has fewer than two
-/// values, one that is not finite, or values too far apart to be squared.
+/// Welch's 95 % interval of the mean of `a` less that of `b`, for normal samples, each with its own standard deviation. For few values
+/// it is wider than the bootstrap's interval, which holds the true value in less than 95 % of the cases. `None` if a sample has fewer
+/// than two values, one that is not finite, or values too far apart to be squared.
 pub fn welch_interval(a: &[f64], b: &[f64]) -> Option<[f64; 2]> {
     // Square of the mean's standard error, and what it adds to the degrees of freedom.
     let [(a_error, a_part), (b_error, b_part)] = [a, b].map(|sample| {
@@ -150,13 +150,13 @@ pub fn welch_interval(a: &[f64], b: &[f64]) -> Option<[f64; 2]> {
     Some([difference - half, difference + half])
 }
 
-/// Student's interval of the mean: 95 %, of a sample that is normal; `None` as [`welch_interval`], which is Student's against a constant.
+/// Student's 95 % interval of the mean of a normal sample; `None` as in [`welch_interval`], which is Student's against a constant.
 pub fn student_interval(sample: &[f64]) -> Option<[f64; 2]> {
     welch_interval(sample, &[0.0; 2])
 }
 
 /// The 95 % interval of the mean of `a` divided by the mean of `b`. It is Welch's interval of the ratio's logarithm,
-/// for which each sample's standard error counts as a share of its mean. `None` as [`welch_interval`], or if a mean is
+/// for which each sample's standard error counts as a share of its mean. `None` as in [`welch_interval`], or if a mean is
 /// not above zero.
 pub fn ratio_interval(a: &[f64], b: &[f64]) -> Option<[f64; 2]> {
     let shares = |sample: &[f64]| sample.iter().map(|value| value / mean(sample)).collect::<Vec<_>>();
@@ -172,12 +172,12 @@ fn sorted(values: &[f64]) -> Vec<f64> {
     values
 }
 
-/// Of sorted values, interpolated linearly.
+/// The `share` quantile of sorted values, interpolated linearly; NaN without values.
 fn percentile(sorted: &[f64], share: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
     let at = share * last as f64;
     let (below, above) = (sorted[at.floor() as usize], sorted[at.ceil() as usize]);
-    // The difference of two infinite values is no number.
+    // The difference of two infinite values is NaN.
     if below == above && below.is_infinite() { below } else { below + (above - below) * at.fract() }
 }
 

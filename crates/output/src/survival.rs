@@ -2,23 +2,23 @@
 
 use std::cmp::Ordering;
 
-/// A run: how long it was watched, and whether it reached the target at the end of that time. If not, it is censored:
+/// A run: how long it was watched, and whether it reached the target at the end of that time. A run that did not is censored:
 /// it would have reached the target later, or never.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Watched {
-    /// In any unit.
+    /// Time for which the run was watched, in any unit.
     pub time: f64,
     /// Whether the run reached the target at `time`.
     pub came: bool,
 }
 
-/// The share of runs that have not reached the target yet, as steps: each time at which some did, and the share from
-/// then on.
+/// The share of runs that have not reached the target yet, as steps: each time at which some runs reached it, and the share
+/// from then on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Survival(Vec<(f64, f64)>);
 
 impl Survival {
-    /// The estimate of Kaplan and Meier. A run that is censored when another comes there counts as not there yet.
+    /// The estimate of Kaplan and Meier. A run that is censored at the time at which another reaches the target is still at risk then.
     pub fn of(runs: &[Watched]) -> Self {
         let mut runs = runs.to_vec();
         runs.sort_by(|a, b| a.time.total_cmp(&b.time));
@@ -34,12 +34,12 @@ impl Survival {
         Survival(steps)
     }
 
-    /// The time by which half of the runs came there; `None` if the estimated share of the others stays above one half.
+    /// The time by which half of the runs reached the target; `None` if the estimated share of the others stays above one half.
     pub fn median(&self) -> Option<f64> {
         self.0.iter().find(|(_, share)| *share <= 0.5 + 1e-12).map(|(time, _)| *time)
     }
 
-    /// Mean time to come there, where a run that is not there by `until` counts as `until`: the area under the steps.
+    /// Mean time to reach the target, where a run that has not reached it by `until` counts as `until`: the area under the steps.
     pub fn restricted_mean(&self, until: f64) -> f64 {
         let (mut area, mut from, mut share) = (0.0, 0.0, 1.0);
         for &(time, after) in self.0.iter().filter(|(time, _)| *time < until) {
@@ -54,7 +54,7 @@ impl Survival {
 mod tests {
     use super::*;
 
-    /// `scripts/survival_reference.py` asks lifelines.
+    /// `scripts/statistics_reference.py` asks lifelines.
     #[test]
     fn agrees_with_lifelines() {
         let mut reader = csv::Reader::from_reader(&include_bytes!("../reference/survival.csv")[..]);

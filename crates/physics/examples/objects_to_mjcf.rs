@@ -1,4 +1,4 @@
-//! Shows what is read of a file of objects: `objects_to_mjcf FILE.xml|FILE.urdf` checks the objects as a scene and
+//! Shows what is read from a file of objects: `objects_to_mjcf FILE.xml|FILE.urdf` checks the objects as a scene and
 //! prints the scene as MJCF.
 
 use std::error::Error;

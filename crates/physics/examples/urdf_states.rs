@@ -40,7 +40,7 @@ fn states(file: &Path, tool: &str, base: Option<String>) -> Result<String, Strin
     let document = Document::parse(&text).map_err(|error| error.to_string())?;
     let choices = Choices { tool: Some(tool.into()), base, without_shapes: true, ..Choices::default() };
     let mut robot = urdf::robot(&document, &choices, &RobotName::Fr3.robot()).map_err(|error| error.to_string())?;
-    // A URDF has no rotors.
+    // A URDF has no rotor inertia.
     robot.arm.rotor_inertia = [0.0; 7];
     let mut scene = Scene::default();
     let flange = robot.add_to(&mut scene, Pose::identity());

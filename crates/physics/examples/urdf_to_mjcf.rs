@@ -1,5 +1,5 @@
-//! Prints an arm as MJCF: `cargo run --release -p physics --example urdf_to_mjcf FILE [TOOL_LINK]`, FILE being a URDF, or a robot file without
-//! TOOL_LINK. Its joints are called joint1 to joint7, and its flange `right_hand`.
+//! Prints an arm as MJCF: `cargo run --release -p physics --example urdf_to_mjcf FILE [TOOL_LINK]`. FILE is a URDF, or without TOOL_LINK
+//! also a robot file. The arm's joints are called joint1 to joint7, and its flange `right_hand`.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -30,7 +30,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// The arm of a URDF, whether or not it reaches the start of the tasks. Rotors, which a URDF does not have, are the
+/// The arm of a URDF, whether or not it reaches the start of the tasks. Rotor inertia, which a URDF does not have, is the
 /// FR3's.
 fn of_urdf(file: &str, tool: &str) -> Result<Robot, String> {
     let text = std::fs::read_to_string(file).map_err(|error| error.to_string())?;

@@ -1,8 +1,8 @@
-//! The air that slows the bodies of a scene down, after MuJoCo's model of a body as a box.
+//! Drag of the air on the bodies of a scene, after MuJoCo's model, in which each body is a box.
 //!
 //! MuJoCo 3.2.7, documentation, Computation, "Fluid forces", "Inertia model"; `mj_inertiaBoxFluidModel` in
-//! `src/engine/engine_passive.c`. The box is homogeneous and has the body's mass and inertia. Light bodies with a large
-//! inertia have large boxes, whatever they look like: each of robosuite's finger tips, 10 g, drags one of 2.4 m.
+//! `src/engine/engine_passive.c`. The box is homogeneous and has the body's mass and inertia. A light body with a large
+//! inertia has a large box, whatever its shape: that of robosuite's finger tip (10 g) is 2.4 m wide.
 
 use std::f64::consts::PI;
 
@@ -27,7 +27,7 @@ pub(crate) struct Drag {
 }
 
 impl Drag {
-    /// Of a body with `inertial`, in the frame in which that is given.
+    /// Drag of a body with `inertial`, in the frame of `inertial`.
     fn new(air: &Air, inertial: &Inertial) -> Self {
         let principal = inertial.inertia.symmetric_eigen();
         let moments = principal.eigenvalues;
@@ -68,7 +68,7 @@ impl Drag {
 }
 
 impl Scene {
-    /// What resists the moving body `index`: itself and all that is welded to it, each as a box of its own.
+    /// Drags on the moving body `index`: its own, and that of each body welded to it.
     pub(crate) fn drags(&self, index: usize) -> Vec<Drag> {
         let Some(air) = &self.air else { return vec![] };
         let carried = self.bodies.iter().enumerate().filter(|(_, body)| body.inertial.mass > 0.0);

@@ -45,12 +45,12 @@ impl Camera {
         [forward, right, right.cross(&forward)]
     }
 
-    /// What it sees, upright.
+    /// The camera's view, upright.
     pub fn view(&self) -> View {
         View { eye: self.eye.into(), axes: self.axes(), field_of_view: self.field_of_view }
     }
 
-    /// Draws what the camera sees; where decals overlap, the last one.
+    /// Draws what the camera sees; where decals overlap, the last one is seen.
     pub fn render(&self, simulation: &Simulation, decals: &[Decal], width: usize, height: usize) -> Image {
         self.view().colors(simulation, decals, width, height)
     }

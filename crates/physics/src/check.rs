@@ -26,7 +26,7 @@ pub enum SceneError {
 }
 
 impl Scene {
-    /// Looks whether the scene can be simulated: names are unique, parents stand before their children and the arm before all
+    /// Checks that the scene can be simulated: names are unique, parents stand before their children and the arm before all
     /// other joints, everything that moves has mass, free bodies have something below them, and every number is finite
     /// and in its range. Whether geoms overlap depends on where the joints are: [`crate::Simulation::overlaps`].
     ///
@@ -77,7 +77,7 @@ impl Scene {
         self.check_values(&names[1])
     }
 
-    /// Whether what moves has mass, and what is free has ground.
+    /// Checks that a moving body has mass, and that a free body has ground below it.
     fn check_matter(&self, index: usize) -> Result<(), String> {
         let body = &self.bodies[index];
         let matter = self.merged_inertial(index);
@@ -147,7 +147,7 @@ impl Scene {
 }
 
 impl Body {
-    /// The numbers of a body by itself.
+    /// Checks the numbers of one body.
     fn check(&self) -> Result<(), String> {
         finite_pose("its pose", &self.pose)?;
         let Inertial { mass, com, inertia } = &self.inertial;
@@ -202,7 +202,7 @@ impl Geom {
     }
 }
 
-/// Whether matter resists every rotation.
+/// Whether all principal moments of inertia are above 0.
 fn is_solid(matter: &Inertial) -> bool {
     matter.inertia.symmetric_eigenvalues().min() > 0.0
 }

@@ -12,22 +12,21 @@ use crate::engine::ArmContacts;
 pub struct ContactReading {
     /// First-order low-pass of `raw` (N, Nm): what a wrist sensor would give a controller.
     pub filtered: Wrench,
-    /// A slower low-pass of `raw` (N, Nm): what penalties and safety records use. Rigid
-    /// contact turns an impact into one step of kilonewtons; a real one lasts tens of
-    /// milliseconds, and so does this one.
+    /// A slower low-pass of `raw` (N, Nm), which penalties and safety records use. Rigid contact turns an impact into one
+    /// step of kilonewtons. A real impact lasts tens of milliseconds, and so does this reading.
     pub sustained: Wrench,
     /// Impulses of the engine's last step, of 2 ms at most, divided by its length, and the force of the wiping tool's pad at its end (N, Nm).
     /// Single-step peaks of an impact are an artefact of rigid contact.
     pub raw: Wrench,
-    /// Whether anything beyond the wrist and the environment press on each other.
+    /// Whether the environment presses on anything beyond the wrist.
     pub touching: bool,
-    /// What no wrist sensor feels.
+    /// Contact of the links, which a wrist sensor does not measure.
     pub links: LinkReading,
     /// Whether two parts of the arm press on each other.
     pub touching_itself: bool,
 }
 
-/// Contact of the links short of the wrist, with the scene or with each other.
+/// Contact of the links short of the wrist (between base and wrist), with the scene or with each other.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct LinkReading {
     /// Low-pass of `raw` (N), as slow as that of the sustained wrench.
@@ -54,14 +53,13 @@ impl ContactReading {
         self.raw.fixed_rows::<3>(0).norm() + self.links.raw
     }
 
-    /// Whether anything presses on a link short of the wrist, or two parts of the arm touch. What the scene does to the hand does not count.
+    /// Whether anything presses on a link short of the wrist, or two parts of the arm touch. Contact of the scene with the hand does not count.
     pub fn arm_touches(&self) -> bool {
         self.links.raw > 0.0 || self.touching_itself
     }
 
-    /// Takes in the contacts of a step, `dt` seconds after the last, through first-order low-passes
-    /// with the given cut-offs (Hz) of the filtered and the sustained readings, discretised
-    /// exactly.
+    /// Updates the readings with the contacts of a step, `dt` seconds after the last. `cutoffs` (Hz) are those of the
+    /// first-order low-passes of the filtered and the sustained reading, which are discretised exactly.
     pub(crate) fn update(&mut self, contacts: &ArmContacts, cutoffs: [f64; 2], dt: f64) {
         let gains = cutoffs.map(|cutoff| 1.0 - libm::exp(-std::f64::consts::TAU * cutoff * dt));
         self.raw = contacts.beyond_wrist.unwrap_or_default();
@@ -99,8 +97,8 @@ mod tests {
         assert!((0..2).all(|i| (a[i] - b[i]).abs() < 1e-6), "{a:?}, not {b:?}");
     }
 
-    /// The answer of a first-order low-pass to 10 N is 10 (1 - exp(-2 pi f t)) N after a time t, and when they are gone
-    /// exp(-2 pi f t) of it is left after as long again.
+    /// The response of a first-order low-pass to 10 N is 10 (1 - exp(-2 pi f t)) N after a time t. After as long again
+    /// without force a share exp(-2 pi f t) of that is left.
     #[test]
     fn a_push_comes_and_goes_with_the_cut_offs() {
         let mut contact = ContactReading::default();
@@ -118,7 +116,7 @@ mod tests {
         assert_close(forces(&contact), [2.036070, 1.203836]);
     }
 
-    /// What is read does not depend on how a time is divided into steps.
+    /// The readings do not depend on how a time is divided into steps.
     #[test]
     fn two_short_steps_are_one_long_step() {
         let after = |steps: u32| {

@@ -1,13 +1,13 @@
-//! How the simulated plant deviates from what the controller's model says of it.
+//! How the simulated plant deviates from the controller's model.
 
 use aforce::Vector3;
 
 use crate::scene::{Body, Inertial, Joint, Scene, at};
 
-/// What only the simulation knows. The model that a controller reads is made from the scene as it is without this.
+/// Deviations of the simulated plant. The controller's model is made from the scene without them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Deviation {
-    /// Mass of a point at the controlled point, fixed to hand or tool (kg).
+    /// Point mass at the controlled point, fixed to hand or tool (kg).
     pub payload: f64,
     /// Factor on every coefficient of sliding friction.
     pub friction: f64,
@@ -17,13 +17,13 @@ pub struct Deviation {
     pub hinge_damping: f64,
     /// Stiffness that is added to the joint `hinge`, at rest when it is closed (Nm/rad).
     pub hinge_spring: f64,
-    /// By how much the shapes of the body `table` stand higher (m).
+    /// Distance by which the shapes of the body `table` are raised (m).
     pub table_height: f64,
     /// Changes of bodies and joints by name, each with its value.
     pub own: Vec<(Change, f64)>,
 }
 
-/// A change of one body or joint, whose value is a factor unless it says otherwise.
+/// A change of one body or joint. Its value is a factor, except for a spring.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Change {
     /// Mass and inertia of the body of this name.
@@ -154,7 +154,7 @@ mod tests {
         assert_eq!((hinge.spring, hinge.rest), (20.0, 0.15));
     }
 
-    /// Of a pair the larger friction counts, so that a shape that was left out would show in some pairs and not in others.
+    /// Every shape is checked: a contact has the larger friction of its two shapes, so that one left out would show in some contacts only.
     #[test]
     fn friction_is_multiplied_on_every_shape_of_every_scene() {
         let robot = RobotName::Robosuite.robot();

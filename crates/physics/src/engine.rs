@@ -1,5 +1,5 @@
-//! The Rapier world behind a simulation. Nothing outside knows the engine's types, but for the hull of points, which its
-//! geometry library finds.
+//! The Rapier world behind a simulation. Only this module uses the engine's types, and `scene/hull.rs`, which has its
+//! geometry library find the hull of points.
 
 mod contacts;
 mod convert;
@@ -31,7 +31,7 @@ use crate::model::GRAVITY;
 use crate::scene::{Axis, Inertial, Joint, Role, Scene};
 
 /// Approach speed up to which a contact is foreseen (m/s), unless the scene gives a distance. The Panda's flange
-/// reaches 1.7. What comes faster overlaps for a step.
+/// reaches 1.7. Bodies that approach faster overlap for a step.
 const FASTEST_APPROACH: f64 = 2.0;
 /// A body this fast (m/s) shows that the simulation has diverged.
 const MAX_BODY_SPEED: f64 = 1000.0;
@@ -75,7 +75,7 @@ pub(crate) struct Engine {
     geoms: Vec<(ColliderHandle, [u8; 3])>,
     /// Role by raw collider index.
     roles: Vec<Option<Role>>,
-    /// What moves through the air.
+    /// The bodies that the air slows down.
     movers: Vec<Mover>,
     /// The soft layer of the tool, if it has one.
     soft_layer: Option<SoftLayer>,
@@ -202,7 +202,7 @@ impl Engine {
             let (multibody, _) = multibody_joints.get_mut(joint.handle).expect("inserted above");
             multibody.set_self_contacts_enabled(true);
         }
-        // Dry friction comes with the efforts.
+        // Dry friction is added to the efforts, in `friction.rs`.
         for (joint, axis) in self.joints.iter().zip(&self.axes) {
             let (multibody, link) = multibody_joints.get_mut(joint.handle).expect("inserted above");
             let dof = multibody.link(link).expect("inserted above").assembly_id();
@@ -253,7 +253,7 @@ impl Engine {
         multibody.generalized_velocity_mut()[dof] = qd;
     }
 
-    /// Brings the bodies where the joints are.
+    /// Moves the bodies to the poses that the joints' positions give.
     pub fn settle(&mut self) {
         let PhysicsWorld { bodies, multibody_joints, .. } = &mut self.world;
         for joint in &self.joints {
@@ -359,7 +359,7 @@ impl Engine {
         body.add_force_at_point(vector(force), vector(point), true);
     }
 
-    /// Whether every body still has a finite state and a speed that a body can have.
+    /// Whether every body still has a finite state and a plausible speed.
     pub fn is_plausible(&self) -> bool {
         self.world.quarantine().is_empty()
             && self.bodies.iter().flatten().all(|&handle| {

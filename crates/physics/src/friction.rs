@@ -4,16 +4,16 @@
 //! zero, or as near as its limit allows. The engine can do the same among its constraints, but there every joint costs a
 //! solve with the mass matrix and a row in every sweep. Here the arm takes one factorisation of its own mass matrix.
 //!
-//! What a friction has to hold is predicted: the arm's model says gravity and Coriolis torques. Whatever else acted in
-//! the last step (contacts, a payload, the weight of a finger) is taken to act again. In a static contact friction and
-//! contact force may share a load in many ways. They keep the way in which the contact was made.
+//! The load that friction has to hold is predicted: gravity and Coriolis torques come from the arm's model, and whatever
+//! else acted in the last step (contacts, a payload, the weight of a finger) is assumed to act again. In a static contact
+//! friction and contact force may share a load in many ways. The share with which the contact was made persists.
 
 use aforce::{JointMatrix, JointVector, Measurement};
 use nalgebra::{Cholesky, SVector};
 
 use crate::scene::Axis;
 
-/// Sweeps over the joints of an arm of which some stand still; most need fewer.
+/// Largest number of sweeps over the joints, for an arm of which some joints stand still; mostly fewer are needed.
 const SWEEPS: usize = 50;
 /// Where the sweeps end: largest change of an impulse, as a part of its limit.
 const PRECISION: f64 = 1e-9;
@@ -47,8 +47,8 @@ struct Joint {
 }
 
 impl DryFriction {
-    /// Friction of the joints `axes`, of which [`DryFriction::apply`] is told the inertia of the first `of_arm`, and which have
-    /// the given `inertias` (kg m2 or kg); for steps of `dt` (s).
+    /// Friction of the joints `axes`, which have the given `inertias` (kg m2 or kg), for steps of `dt` (s). The first `of_arm`
+    /// joints are the arm's, of which [`DryFriction::apply`] gets the mass matrix.
     ///
     /// # Panics
     /// If a friction is below 0 or not finite.
@@ -78,7 +78,7 @@ impl DryFriction {
         }
     }
 
-    /// An episode starts: nothing was missed.
+    /// Starts an episode: no effort has been learned.
     pub fn reset(&mut self) {
         self.missed.fill(0.0);
     }
@@ -119,7 +119,7 @@ impl DryFriction {
         }
     }
 
-    /// The step is over, and the joints have the given `velocity`.
+    /// Learns the effort that the prediction missed from the `velocity` of each joint after the step (rad/s or m/s).
     pub fn learn(&mut self, velocity: impl Fn(usize) -> f64) {
         if self.arm_limit != JointVector::zeros() {
             let of_arm = self.of_arm;

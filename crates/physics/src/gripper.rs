@@ -1,7 +1,7 @@
 //! robosuite's Panda gripper: two fingers on slides, driven by position servos whose
 //! target is advanced by the sign of the command.
 //!
-//! The tool point lies between the pads. Of its frame z points out of the hand, x is the axis along which the fingers open, y lies
+//! The tool point lies between the pads. In its frame z points out of the hand, x is the axis along which the fingers open, y lies
 //! along the pads. The hand is a box of 20.4 cm along x, 6.3 cm along y and 9.2 cm along z, whose lower face is 3.1 cm above the tool
 //! point. A command has a sign and no size: -1 opens to 7.9 cm between the pads, +1 closes, with 20 N at most.
 
@@ -19,7 +19,7 @@ pub const FINGER_JOINTS: [&str; 2] = ["left_finger_joint", "right_finger_joint"]
 const TRAVEL: f64 = 0.04;
 /// Finger opening at the start of an episode (m).
 pub const INITIAL_OPENING: f64 = 0.020833;
-/// How far the inner face of a pad lies within its finger's coordinate (m).
+/// Distance of a pad's inner face from its finger's coordinate, towards the other pad (m).
 const PAD_FACE: f64 = 0.0005;
 /// Largest distance between the pads (m).
 pub const WIDEST: f64 = 2.0 * (TRAVEL - PAD_FACE);

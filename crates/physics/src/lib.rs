@@ -7,7 +7,7 @@
 //! is what a controller reads.
 //!
 //! SI units; world frame with z up; quaternions w, x, y, z; six-vectors linear part
-//! first. Only this crate knows Rapier.
+//! first. Only this crate uses Rapier.
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // See clippy.toml.
 

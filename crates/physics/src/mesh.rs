@@ -9,7 +9,7 @@ use thiserror::Error;
 
 use crate::scene::{Hull, HullError};
 
-/// Why a file has no hull, with its name.
+/// Why no hull was made from a file, with the file's name.
 #[derive(Debug, Error)]
 #[error("{}: {fault}", file.display())]
 pub struct MeshError {
@@ -25,19 +25,19 @@ pub enum MeshFault {
     /// It cannot be read.
     #[error("{0}")]
     Read(#[from] std::io::Error),
-    /// Neither of the two kinds.
+    /// It is neither an OBJ nor an STL by its name.
     #[error("a mesh ends in .obj or .stl")]
     Kind,
-    /// Not what its name says.
+    /// It is called an OBJ and is none.
     #[error("no OBJ: {0}")]
     Obj(#[from] tobj::LoadError),
-    /// Not what its name says.
+    /// It is called an STL and is none.
     #[error("no STL: {0}")]
     Stl(std::io::Error),
     /// No triangle in it.
     #[error("it has no faces")]
     Empty,
-    /// Faces that enclose nothing.
+    /// Its faces do not enclose a volume.
     #[error("{part}the mesh is not closed: {edges} edges belong to one face only, one of them from {from:?} to {to:?}")]
     Open {
         /// The group, if there are several.
@@ -49,7 +49,7 @@ pub enum MeshFault {
         /// Its other end.
         to: [f64; 3],
     },
-    /// Corners without a hull.
+    /// Its corners have no hull.
     #[error("{part}{fault}")]
     Hull {
         /// The group, if there are several.
@@ -107,7 +107,7 @@ fn read(file: &Path) -> Result<Vec<(String, Triangles)>, MeshFault> {
 
 fn read_obj(bytes: &[u8]) -> Result<Vec<(String, Triangles)>, MeshFault> {
     let options = tobj::LoadOptions { triangulate: true, ..Default::default() };
-    // Colours and textures are no part of a shape.
+    // Materials are not needed.
     let (models, _) = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, |_| Ok(Default::default()))?;
     let group = |model: tobj::Model| {
         let positions = model.mesh.positions.as_chunks::<3>().0;
@@ -124,10 +124,10 @@ fn read_stl(bytes: &[u8]) -> Result<Vec<(String, Triangles)>, MeshFault> {
     Ok(vec![(String::new(), triangles)])
 }
 
-/// The hull of `triangles`, if they enclose something.
+/// The hull of `triangles`, if they form a closed surface.
 fn closed_hull(part: &str, triangles: &Triangles) -> Result<Hull, MeshFault> {
     let hull = Hull::new(triangles.as_flattened()).map_err(|fault| MeshFault::Hull { part: part.into(), fault })?;
-    // Corners are the same where their coordinates are: an STL has every corner as often as it has faces there.
+    // Corners are compared by their coordinates, because an STL repeats a corner for each of its faces.
     let key = |p: &Vector3| [p.x, p.y, p.z].map(|x| (x + 0.0).to_bits());
     let mut edges = HashMap::new();
     for triangle in triangles {
@@ -137,7 +137,7 @@ fn closed_hull(part: &str, triangles: &Triangles) -> Result<Hull, MeshFault> {
             *edges.entry(ends).or_insert(0usize) += 1;
         }
     }
-    // A triangle with two equal corners has an edge without length, once, and its other edge twice.
+    // A triangle with two equal corners has one edge of no length, which is left out, and its other edge twice.
     let open: Vec<_> = edges.iter().filter(|(ends, count)| *count % 2 == 1 && ends[0] != ends[1]).collect();
     let Some(first) = open.iter().map(|(ends, _)| **ends).min() else { return Ok(hull) };
     let [from, to] = first.map(|point| point.map(f64::from_bits));
@@ -149,7 +149,7 @@ mod tests {
     use super::*;
     use crate::scene::{Inertial, Shape};
 
-    /// A tetrahedron with legs of 1, 2 and 3, and one more, apart from it.
+    /// A tetrahedron with legs of 1, 2 and 3, and a second one apart from it.
     const OBJ: &str = "o first\nv 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n\
                        g second\nv 5 0 0\nv 6 0 0\nv 5 1 0\nv 5 0 1\nf 5 7 6\nf 5 6 8\nf 5 8 7\nf -3 -2 -1\n";
 

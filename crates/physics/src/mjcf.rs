@@ -9,10 +9,10 @@ use aforce::Pose;
 /// The scene as an MJCF document with the given time step (s).
 ///
 /// Contact roles become contype and conaffinity masks, and every actuator a motor with its
-/// effort limit. The arm's stops are MuJoCo's own; springs become a `solreflimit`, which MuJoCo
-/// scales by the inertia at the joint: a light door's are softer there.
-/// Contact softness is the engine's own affair and stays at MuJoCo's default. `impratio` is
-/// robosuite's: a sliding block then obeys Coulomb's law to 2 %, instead of 5.
+/// effort limit. The arm's stops are MuJoCo's own. Stops with a spring become a `solreflimit`, which MuJoCo
+/// scales by the inertia at the joint, so that the stops of a light door are softer in MuJoCo.
+/// Contact softness is not exported and stays at MuJoCo's default. `impratio` is
+/// robosuite's: a sliding block then obeys Coulomb's law to 2 %, instead of 5 %.
 pub fn export(scene: &Scene, dt: f64) -> String {
     let mut out = String::new();
     let w = &mut out;
@@ -39,7 +39,8 @@ pub fn export(scene: &Scene, dt: f64) -> String {
     out
 }
 
-/// The hulls, each called as its geom. MuJoCo moves a mesh to its centre of mass, and the geom with it.
+/// The hulls, each with the name of its geom. MuJoCo moves a mesh to its centre of mass and the geom's frame with it, so the pose of the geom
+/// needs no correction.
 fn write_meshes(w: &mut String, scene: &Scene) {
     let geoms = scene.bodies.iter().flat_map(|body| &body.geoms);
     let hulls = geoms.filter_map(|geom| match &geom.shape {
@@ -101,7 +102,7 @@ fn write_axis(w: &mut String, axis: &Axis, kind: &str, pad: &str) {
         Stop::Spring { stiffness, damping } => format!("-{stiffness} -{damping}"),
         Stop::Constraint => "0.02 1".into(),
     };
-    // Without a range MuJoCo takes a joint for one without ends.
+    // Without a range a joint has no ends in MuJoCo.
     let [low, high] = axis.range;
     let range = if low.is_finite() { format!(r#" range="{low} {high}""#) } else { String::new() };
     writeln!(
@@ -142,7 +143,7 @@ fn write_geom(w: &mut String, geom: &Geom, never_touch: &[[u8; 2]], pad: &str) {
     .unwrap();
 }
 
-/// A name as an attribute's value.
+/// A name, escaped for the value of an attribute.
 fn escaped(name: &str) -> String {
     name.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }

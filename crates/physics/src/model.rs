@@ -14,7 +14,7 @@ use crate::scene::{Axis, Body, Inertial, Joint, Scene, at};
 /// Acceleration of gravity, which acts along -z (m/s2).
 pub const GRAVITY: f64 = 9.81;
 
-/// What never changes about the arm.
+/// The constant parameters of the arm.
 #[derive(Debug, Clone)]
 pub struct Model {
     /// Frame of link i in link i-1 (in the world for the first) at joint angle zero; the
@@ -30,7 +30,8 @@ pub struct Model {
     joints: usize,
 }
 
-/// Inertia in the mass matrix of a seventh joint that there is not (kg m2). It couples with nothing, so any number above 0 will do.
+/// Entry of the mass matrix for the seventh joint that an arm of six does not have (kg m2). It couples with nothing, so any number above 0
+/// will do.
 const NO_JOINT: f64 = 1.0;
 
 /// Where the links are.

@@ -1,4 +1,4 @@
-//! What is simulated apart from the scene, and how.
+//! What a simulation needs besides a scene.
 
 use aforce::{ConfigError, within};
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::deviation::Deviation;
 use crate::robots::Robot;
 
-/// The robot, the rate, the engine.
+/// The robot, the control rate, the engine settings, and the deviation from the controller's model.
 #[derive(Debug, Clone)]
 pub struct Plant {
     /// The robot.

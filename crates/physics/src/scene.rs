@@ -1,4 +1,4 @@
-//! What a scene consists of, as plain data: bodies, joints, collision shapes.
+//! A scene as plain data: bodies, joints, collision shapes.
 
 use aforce::{Pose, Vector3};
 use nalgebra::{Translation3, Unit, UnitQuaternion};
@@ -23,13 +23,13 @@ pub struct Scene {
     pub actuators: Vec<Actuator>,
     /// The one contact that gives way; every other is rigid.
     pub pad: Option<Pad>,
-    /// What the bodies move through; `None`: nothing.
+    /// The air around the bodies; `None`: no air.
     pub air: Option<Air>,
     /// Pairs of the robot's parts that never touch: [`crate::robots::Robot::never_touch`].
     pub never_touch: Vec<[u8; 2]>,
-    /// Geoms nearer than this (m) become a contact that the engine solves; `None`: the way of 2 m/s in a step, 4 mm at 2 ms.
-    /// Around a narrow hole a few times its clearance is enough and costs a third. What comes faster than this distance in a
-    /// step overlaps for that step.
+    /// Geoms nearer than this (m) become a contact that the engine solves; `None`: the distance covered at 2 m/s in a step, 4 mm
+    /// at 2 ms. Around a narrow hole a few times its clearance is enough and costs a third of the time. Geoms that approach by
+    /// more than this distance in a step overlap for that step.
     pub prediction: Option<f64>,
 }
 
@@ -120,14 +120,14 @@ pub enum Stop {
         /// Nm s/rad or N s/m.
         damping: f64,
     },
-    /// MuJoCo's joint limit, only for the joints of an arm. Under full torque one rests less than 0.004 rad beyond its
-    /// range; with a run-up of 0.2 rad it overshoots by up to 0.05 rad before.
+    /// MuJoCo's joint limit, only for the joints of an arm. Under full torque a joint rests less than 0.004 rad beyond its
+    /// range. If it starts 0.2 rad before the end, it first overshoots by up to 0.05 rad.
     Constraint,
 }
 
 impl Stop {
-    /// Effort (Nm or N) of a spring that pushes a joint at `q`, moving with `qd`, back into `range`; 0 of a constraint,
-    /// which depends on the whole arm. A stop pushes and never pulls.
+    /// Effort (Nm or N) of a spring that pushes a joint at `q`, moving with `qd`, back into `range`; 0 for a constraint,
+    /// whose torque depends on the whole arm. A stop pushes and never pulls.
     pub fn effort(&self, range: [f64; 2], q: f64, qd: f64) -> f64 {
         let Stop::Spring { stiffness, damping } = *self else { return 0.0 };
         if q < range[0] {
@@ -301,8 +301,8 @@ impl Scene {
         geoms.position(|g| g.name == name).unwrap_or_else(|| panic!("no geom {name:?} in the scene"))
     }
 
-    /// The body that `index` is welded to (itself if it moves), and its pose in that
-    /// body's frame.
+    /// The moving body that body `index` is welded to (itself if it moves; `None` is the world), and the pose of body
+    /// `index` in the frame of that body.
     pub fn moving_root(&self, index: usize) -> (Option<usize>, Pose) {
         let body = &self.bodies[index];
         match (&body.joint, body.parent) {

@@ -1,4 +1,4 @@
-//! What a ray that meets a surface looks like: its colour, the sun's light and shadow, haze.
+//! The colour of the surface that a ray meets: its own colour, sunlight and shadow, haze.
 
 use aforce::Vector3;
 
@@ -33,7 +33,7 @@ pub struct Image {
     pub rgb: Vec<u8>,
 }
 
-/// Towards the sun (unit length after normalisation).
+/// Direction towards the sun (world), not normalised.
 const LIGHT: [f64; 3] = [0.45, 0.6, 1.0];
 const SKY: [u8; 3] = [238, 241, 245];
 

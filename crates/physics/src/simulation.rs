@@ -22,7 +22,7 @@ mod placing;
 #[error("the simulation diverged")]
 pub struct Diverged;
 
-/// Two geoms in one place.
+/// Two geoms that overlap.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Overlap {
     /// Their names.
@@ -38,7 +38,7 @@ impl fmt::Display for Overlap {
     }
 }
 
-/// A force from outside on a moving body.
+/// An external force on a moving body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Push {
     /// Index of the body.
@@ -52,7 +52,7 @@ pub struct Push {
 /// Longest step of the engine (s). The joints' end stops and the contacts are too stiff for a longer one: it creates energy.
 const LONGEST_STEP: f64 = 0.002;
 
-/// A joint faster than this (rad/s) is a numerical accident: more than ten times what a built-in robot allows.
+/// A joint faster than this (rad/s) counts as a divergence: it is more than ten times the limit of any built-in robot.
 const MAX_JOINT_SPEED: f64 = 100.0;
 
 /// An arm with its tool in a scene.
@@ -73,13 +73,13 @@ pub struct Simulation {
     /// The arm after the last step, no wrench on it.
     arm: Measurement,
     contact: ContactReading,
-    /// After each of the engine's steps in the last step.
+    /// Readings after each of the engine's steps in the last step.
     contacts: Vec<ContactReading>,
-    /// Efforts from outside, one per joint of the engine.
+    /// External efforts (Nm or N), one per joint of the engine.
     loads: Vec<f64>,
-    /// Force from outside on the controlled point (N, world).
+    /// External force on the controlled point (N, world).
     push: Vector3,
-    /// Another force from outside, anywhere.
+    /// Another external force, on any moving body.
     hand: Option<Push>,
     /// The body that carries the controlled point.
     tool: usize,
@@ -156,11 +156,11 @@ impl Simulation {
         &self.model
     }
 
-    /// Loads joint `i` (its place in the scene, arm first) with an effort (Nm or N) from
-    /// outside, until it is set again or the simulation is reset.
+    /// Loads joint `i` (its place in the scene, arm first) with an external effort (Nm or N), until it is set again or the
+    /// simulation is reset.
     ///
     /// # Panics
-    /// If there is no such joint; so for every method that takes the place of a joint, a geom or a body.
+    /// If there is no such joint. Likewise every method that takes the place of a joint, a geom or a body.
     pub fn set_load(&mut self, i: usize, effort: f64) {
         self.loads[i] = effort;
     }
@@ -211,7 +211,7 @@ impl Simulation {
         self.model.energy(q, qd) + payload
     }
 
-    /// Takes in where the engine has brought the arm.
+    /// Updates the arm's measurement from the engine's joint positions and velocities.
     fn look(&mut self) {
         let joints = self.model.joints();
         let joint = |i, _| if i < joints { self.engine.coordinate(i) } else { (0.0, 0.0) };
@@ -223,8 +223,8 @@ impl Simulation {
     /// of `grip` (-1 opens, +1 closes).
     ///
     /// # Errors
-    /// If the state stops being finite or a joint of the arm turns at 100 rad/s or faster. The engine may have taken bodies out:
-    /// build the simulation anew.
+    /// If the state stops being finite or a joint of the arm turns at 100 rad/s or faster. The engine may have removed bodies then:
+    /// build a new simulation.
     pub fn step(&mut self, tau: &JointVector, grip: f64) -> Result<(), Diverged> {
         for part in 0..self.parts {
             self.advance(tau, grip, self.dt / self.parts as f64)?;
@@ -278,7 +278,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// What pressed on the arm at the end of the last step.
+    /// The contact reading at the end of the last step.
     pub fn contact(&self) -> &ContactReading {
         &self.contact
     }
@@ -327,20 +327,20 @@ impl Simulation {
         self.engine.overlap()
     }
 
-    /// Geoms that may touch and overlap by more than `allowed` (m) as they stand now: what a task's start should not have. The
-    /// engine pushes them apart with forces that no robot has.
+    /// Geoms that may touch and overlap by more than `allowed` (m) as they stand now. A task's start should have none, because the
+    /// engine pushes such geoms apart with forces that no robot has.
     pub fn overlaps(&self, allowed: f64) -> Vec<Overlap> {
         let name = |geom: usize| self.solids[geom].name.clone();
         let found = self.engine.overlaps(allowed).into_iter();
         found.map(|(geoms, depth)| Overlap { geoms: geoms.map(name), depth }).collect()
     }
 
-    /// Every collision shape, for whoever draws; [`Simulation::body_pose`] says where its body is.
+    /// Every collision shape, for drawing; [`Simulation::body_pose`] gives the pose of its body.
     pub fn solids(&self) -> &[Solid] {
         &self.solids
     }
 
-    /// Every collision shape as it stands now, for rays to find.
+    /// Every collision shape at its present pose, for ray casting.
     pub fn surfaces(&self) -> Surfaces<'_> {
         self.engine.surfaces()
     }

@@ -4,7 +4,7 @@ use aforce::Pose;
 
 use crate::scene::{Scene, Shape};
 
-/// A collision shape and what carries it.
+/// A collision shape and the body that carries it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solid {
     /// Name of the geom.

@@ -1,8 +1,8 @@
 //! What stops the arm's joints at the ends of their travel: MuJoCo's joint limit, with its default parameters.
 //!
 //! MuJoCo 3.2.7, documentation, Computation, "Constraint model" and "Parameters". Beyond its range a joint is to
-//! accelerate back with a = -b v - k r, r being the overshoot. Of whatever else drives the joint the stop leaves a
-//! small share, 1 - d. So it is hard at rest and critically damped on impact, on a heavy joint as on a light one.
+//! accelerate back with a = -b v - k r, r being the overshoot. Of the acceleration that everything else gives the joint,
+//! the stop leaves a small share, 1 - d. So the stop is hard at rest and critically damped on impact, whatever the joint's inertia.
 
 use aforce::{JointMatrix, JointVector, Measurement};
 
@@ -20,7 +20,7 @@ const PASSES: usize = 50;
 
 /// The stops of the arm's joints. An arm of six joints has none in the seventh place.
 pub(crate) struct ArmStops {
-    /// Infinite for a joint without such a stop (rad).
+    /// Range of each joint (rad); infinite for a joint without such a stop.
     range: [[f64; 2]; 7],
     /// Diagonal of M^-1 at joint angles zero (1/(kg m2)): scale of MuJoCo's regularisation (1 - d)/d.
     compliance: JointVector,
@@ -37,12 +37,12 @@ impl ArmStops {
                 _ => [f64::NEG_INFINITY, f64::INFINITY],
             }),
             compliance: inverse(&model.mass(&model.kinematics(&JointVector::zeros()))).diagonal(),
-            // Faster would be unstable.
+            // A shorter time constant would be unstable.
             time_constant: TIME_CONSTANT.max(2.0 * dt),
         }
     }
 
-    /// Torques (Nm) of the stops on joints that are as `arm` says and are driven by `tau`. They push and never pull.
+    /// Torques (Nm) of the stops on the joints in the state `arm`, which are driven by `tau` (Nm). Stops push and never pull.
     pub fn torque(&self, arm: &Measurement, tau: &JointVector) -> JointVector {
         // Sign of the direction into the range, and the overshoot (rad).
         let beyond: [Option<(f64, f64)>; 7] = std::array::from_fn(|i| match self.range[i] {

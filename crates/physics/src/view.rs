@@ -1,4 +1,4 @@
-//! What is seen from one place in one direction: colours or distances, by ray casting.
+//! A view from one place in one direction: colours or depths, by ray casting.
 
 use aforce::{Pose, Vector3};
 
@@ -30,7 +30,7 @@ impl View {
         View { eye, axes: [forward, right, right.cross(&forward)], field_of_view: HAND_FIELD }
     }
 
-    /// What it sees in colours; where decals overlap, the last one.
+    /// The view in colours; where decals overlap, the last one is seen.
     pub fn colors(&self, simulation: &Simulation, decals: &[Decal], width: usize, height: usize) -> Image {
         let light = sun();
         let mut rgb = Vec::with_capacity(3 * width * height);

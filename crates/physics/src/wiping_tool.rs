@@ -16,13 +16,13 @@ const RAIL_Y: f64 = 0.02;
 /// Names of the two rails' geoms.
 pub const RAILS: [&str; 2] = ["left_rail", "right_rail"];
 /// Stiffness of the level face against a hard surface (N/m), as measured in robosuite up
-/// to 25 N; there it rises to 68 kN/m at 127 N.
+/// to 25 N. In robosuite it rises to 68 kN/m at 127 N.
 const STIFFNESS: f64 = 45_000.0;
 /// Damping ratio of each point of contact. The arm on the whole face has the damping
 /// ratio of one point times the square root of the number of points, about 0.4 in all.
 const DAMPING_RATIO: f64 = 0.15;
-/// How far the face gives way (m): the level face under 450 N. robosuite's face has no such end; a tool that is pressed
-/// on with kilonewtons lies centimetres deep there.
+/// How far the face gives way (m), which the level face does under 450 N. robosuite's face has no such limit: a tool that is
+/// pressed on with kilonewtons lies centimetres deep in the table.
 const TRAVEL: f64 = 0.01;
 /// Number of points of contact of the level face: the corners of both rails.
 const CORNERS: f64 = 8.0;
@@ -53,8 +53,8 @@ pub fn add_wiping_tool(scene: &mut Scene, right_hand: usize) -> usize {
 
 /// The tool's soft layer against the geom `surface` (its place in the scene).
 ///
-/// Its damping is relative to the effective mass of a corner: what a push meets there while the arm, with its joints at `home` (rad),
-/// may give way to all sides.
+/// The damping is relative to the effective mass of a corner: the mass that a vertical push meets there while all joints of the arm, at
+/// `home` (rad), are free to move.
 pub fn pad(model: &Model, home: &JointVector, surface: usize) -> Pad {
     let k = model.kinematics(home);
     let (jacobian, mass) = (model.jacobian(&k), model.mass(&k).cholesky().expect("a mass matrix"));

@@ -1,6 +1,6 @@
-//! Contact forces are what statics and Coulomb say, within 1 %: of a block at rest, pressed and
-//! sliding, and of the arm that presses. Of the block at rest and pressed MuJoCo says the same. Its
-//! sliding block is not compared with ours: it hops, as MuJoCo's friction cone is relaxed to a convex
+//! Contact forces agree with statics and Coulomb's law within 1 %: of a block at rest, pressed and
+//! sliding, and of the arm that presses. MuJoCo's forces agree for the block at rest and pressed. Its
+//! sliding block is not compared: it hops, because MuJoCo relaxes the friction cone to a convex
 //! problem. `scripts/mujoco_reference.py` makes MuJoCo's answers.
 
 mod mujoco_reference;
@@ -20,8 +20,8 @@ use physics::{Deviation, Plant, Simulation, SimulationConfig};
 
 const SETS: [(&str, RobotName); 2] = [("robosuite", RobotName::Robosuite), ("identified", RobotName::Identified)];
 
-/// The Lift scene with a flat block instead of the cube, in which the table counts as the
-/// sensor: the contact reading is the wrench on it. Tools on rails come down or push.
+/// The Lift scene with a flat block instead of the cube. The table has the role of the hand, so that
+/// the contact reading is the wrench on the table. Tools on rails come down or push.
 /// (A cube that slides with friction coefficient 1 is at the brink of tipping.)
 struct Bench {
     simulation: Simulation,

@@ -1,4 +1,4 @@
-//! What only the simulation knows acts on the plant, and the controller's model stays as it was.
+//! Deviations act on the plant, and leave the controller's model as it is.
 
 use aforce::{JointVector, Vector3};
 use approx::assert_relative_eq;
@@ -45,14 +45,14 @@ fn a_cube_weighs_what_it_is_made_to() {
     assert_relative_eq!(pull(3.0), 3.0 * weight, max_relative = 0.02);
 }
 
-/// With dry friction of 1 Nm, 1.5 Nm open the door by 0.1 rad against a spring of 5 Nm/rad, and by what is left of the
-/// swing; without the spring as far as it goes.
+/// Against 1 Nm of dry friction and a spring of 5 Nm/rad, 1.5 Nm open the door by 0.1 rad, and somewhat more because the door
+/// swings. Without the spring they open it as far as it goes.
 #[test]
 fn a_hinge_has_the_spring_it_is_given() {
     let opened = |hinge_spring| {
         let deviation = Deviation { hinge_spring, ..Deviation::default() };
         let (mut simulation, door) = Door::simulate(&plant(deviation), &door::root(MIDDLE));
-        // Out of the way, and the latch held open.
+        // The arm is out of the way, and the latch is held open.
         let mut q = JointVector::from(HOME);
         q[0] = 1.5;
         simulation.reset(&q);
@@ -120,22 +120,22 @@ fn the_model_does_not_know_of_a_payload() {
     let start = simulation.measure();
     let tau = start.bias;
     simulation.step(&tau, 0.0).unwrap();
-    // The first step of what 9.81 N at the tool point accelerate, the payload's own inertia included.
+    // The acceleration of the first step is that of 9.81 N at the tool point, the payload's own inertia included.
     let (j, y) = (start.jacobian.fixed_rows::<3>(0).into_owned(), simulation.measure());
     let qdd = y.qd / 0.002;
     let inertia = start.mass + j.transpose() * j;
     let left = inertia * qdd + j.tr_mul(&Vector3::new(0.0, 0.0, 9.81));
-    // What is left is dry friction, 0.1 Nm at each joint, and a fraction for the bodies that are not rigid: the fingers.
+    // What is left is dry friction, 0.1 Nm at each joint, and a fraction for the fingers, which are not rigidly fixed.
     assert!(left.amax() < 0.15, "{left}");
     assert!(qdd.amax() > 0.5);
-    // The energy knows of it.
+    // The simulation's energy includes the payload.
     let own = simulation.model().energy(&y.q, &y.qd);
     let speed = y.twist.fixed_rows::<3>(0).norm();
     assert!(speed > 1e-3);
     assert_relative_eq!(simulation.energy() - own, 9.81 * y.pose.translation.z + speed.powi(2) / 2.0, epsilon = 1e-9);
 }
 
-/// A change by name does what the built-in deviation does that means the same body or joint.
+/// A change by name has the same effect as the built-in deviation of the same body or joint.
 #[test]
 fn a_change_by_name_is_that_of_the_body_or_joint_it_names() {
     let swings = |deviation: Deviation| {

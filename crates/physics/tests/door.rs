@@ -1,4 +1,4 @@
-//! The door: latch, handle, hinge, and what is read from them.
+//! The door: latch, handle, hinge, and the readings of their state.
 
 use aforce::{JointVector, Vector3};
 use approx::assert_relative_eq;
@@ -53,7 +53,7 @@ fn a_joint_that_was_put_somewhere_is_measured_there() {
     assert_eq!((simulation.joint(door.hinge).0, simulation.joints().0[0]), (0.2, 1.0));
 }
 
-/// robosuite's free play is 0.0149 rad; half turned, the latch holds as firmly.
+/// robosuite's free play is 0.0149 rad. With the handle half turned the latch still holds.
 #[test]
 fn latch_holds_until_the_handle_is_turned() {
     let (mut simulation, door) = door();
@@ -112,7 +112,7 @@ fn open_door_coasts_as_damping_and_friction_say() {
     assert!(simulation.joint(door.hinge).1.abs() < 1e-6);
 }
 
-/// Where robosuite's handle is, and where the door's motion takes it.
+/// The shut door's handle is where robosuite's is, and moves as hinge and shaft turn.
 #[test]
 fn handle_moves_on_the_arcs_of_hinge_and_shaft() {
     let (mut simulation, door) = door();

@@ -1,6 +1,6 @@
-//! Where Coulomb says that a cube slips it slips, with the acceleration that he says, and where he says that it stays
-//! it stays: between the finger pads and on a slope, near the critical coefficient of friction, along the edges and
-//! across. A grasped cube stays where it is in the hand while the arm shakes it.
+//! A cube slips or stays as Coulomb's law says, and slips with the acceleration that follows from the law: between the finger
+//! pads and on a slope, near the critical coefficient of friction, along the edges and across. A grasped cube stays where it is
+//! in the hand while the arm shakes it.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -60,7 +60,7 @@ impl Motion {
 }
 
 impl Bench {
-    /// `change` makes of the Lift scene what is tested.
+    /// `change` turns the Lift scene into the tested one.
     fn new(q: JointVector, change: impl FnOnce(&mut Scene)) -> Bench {
         let robot = RobotName::Robosuite.robot();
         let (mut scene, gripper) = lift::scene(&robot, Vector3::repeat(CUBE_HALF));
@@ -201,8 +201,8 @@ const SETS: [(&str, RobotName); 2] = [("robosuite", RobotName::Robosuite), ("ide
 /// prediction, and the root mean square of the hand's acceleration (m/s2).
 ///
 /// The prediction: the solver holds the cube by equal velocities at the contact points, with
-/// the Jacobian of the start of the step. A cube flies on straight within the step, a pad
-/// on its curve: dt^2 / 2 times J_dot qd apart, and friction has no memory of position.
+/// the Jacobian of the start of the step. Within the step the cube moves straight and the pad on
+/// a curve. They end dt^2 / 2 times J_dot qd apart, and friction does not correct positions.
 fn shaken_grasp(set: RobotName, swing: JointVector, rate: JointVector) -> (Vector3, Vector3, f64) {
     let dt = 0.002;
     let plant = Plant { robot: set.robot(), dt, config: SimulationConfig::default(), deviation: Deviation::default() };
@@ -260,8 +260,8 @@ fn grasp_holds_while_the_arm_accelerates() {
     }
 }
 
-/// In wider swings a grasped cube drifts, by what a first-order step makes of the curved
-/// path, and by next to nothing else: friction itself gives way by less than 50 um in 10 s.
+/// In wider swings a grasped cube drifts by the error that a first-order step makes on the curved
+/// path. Beyond this error friction gives way by less than 50 um in 10 s.
 #[test]
 fn a_grasped_cube_drifts_by_the_curvature_of_its_path_alone() {
     for (name, set) in SETS {

@@ -1,5 +1,6 @@
 //! The rigid-body model agrees with published numbers of the same arm and with itself (finite
-//! differences, energy), and every robot's with the same arm in MuJoCo. `plant.rs` compares it with the engine, `mujoco.rs` its motions with MuJoCo's.
+//! differences, energy), and every robot's model with the same arm in MuJoCo. `plant.rs` compares the model with the engine, `mujoco.rs`
+//! motions with MuJoCo's.
 
 mod mujoco_reference;
 
@@ -115,8 +116,8 @@ const PUBLISHED: [[f64; 2]; 6] = [
     [0.006_230_758_965_393_622, -0.000_488_352_108_512_765_7],
 ];
 
-/// The link masses and centres of mass are a second step from those estimates, a search for
-/// physically possible ones; what they leave over is at most 9 g at arm's length of 1 m.
+/// The link masses and centres of mass come from a second step, a search for physically possible
+/// values that fit those estimates. What remains is at most 9 g at a distance of 1 m.
 #[test]
 fn gravity_moments_of_the_identified_set_are_the_published_ones() {
     let robot = Robot { flange_inertial: Inertial::NONE, ..RobotName::Identified.robot() };
@@ -164,7 +165,7 @@ fn is_mujocos(name: &str, worst: [f64; 3]) {
     assert!(worst.into_iter().all(|difference| difference < 1e-9), "{name}: mass, bias, pose differ by {worst:?}");
 }
 
-/// Of every robot by name, as it is exported: `scripts/arms_reference.py` made the reference.
+/// Every built-in robot is compared with its MJCF export in MuJoCo: `scripts/arms_reference.py` made the reference.
 #[test]
 fn dynamics_are_those_of_the_exported_arm_in_mujoco() {
     let rows = reference("states_arms.csv", 1);
@@ -190,7 +191,7 @@ fn dynamics_of_the_fr3_are_those_of_its_makers_files_in_mujoco() {
     is_mujocos("fr3", worst(&model, rotors, rows.iter().map(|(_, numbers)| &numbers[..])));
 }
 
-/// The seventh joint of an arm of six moves nothing, and nothing moves it.
+/// The seventh joint, which an arm of six does not have, moves nothing, and nothing moves it.
 #[test]
 fn a_joint_that_there_is_not_is_empty() {
     let robot = RobotName::Ur5e.robot();

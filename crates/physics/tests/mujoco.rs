@@ -159,7 +159,7 @@ fn engine_accelerates_as_mujoco() {
 
 /// Over 2 s of free fall, of a push under gravity compensation, and of torques up to 25 Nm,
 /// with damping, dry friction and robosuite's air, the engine's step of 2 ms with one substep is about as
-/// accurate as MuJoCo's Euler step; with four, it is better. The truth is MuJoCo's RK4 at
+/// accurate as MuJoCo's Euler step; with four, it is better. The reference is MuJoCo's RK4 at
 /// a twentieth of the step, the torque held constant for 2 ms in all of them.
 ///
 /// Both schemes are of first order, but their errors differ in detail and may cross zero:
@@ -260,11 +260,11 @@ fn unaccounted_work(robot: &Robot, dt: f64) -> (f64, f64, f64) {
     (work - lost - (energy(&simulation) - start), exchanged, work)
 }
 
-/// Loads on hinge and handle (Nm), reached linearly in so many seconds.
+/// Loads on hinge and handle (Nm), and the time in which they are reached linearly (s).
 type Loads<'a> = &'a [(f64, f64, f64)];
 const TURNED: (f64, f64, f64) = (0.0, 1.45, 3.0);
 
-/// Opening and handle angle (rad) every 50 ms; the arm hangs aside.
+/// Opening and handle angle (rad) every 50 ms; the arm is held aside.
 fn door_motion(loads: Loads) -> Vec<[f64; 2]> {
     let robot = RobotName::Robosuite.robot();
     let plant = Plant { robot, dt: DT, config: SimulationConfig::default(), deviation: Deviation::default() };
@@ -304,9 +304,9 @@ fn door_differences(case: &str, loads: Loads) -> [f64; 2] {
     worst
 }
 
-/// What is left comes from the contact of latch and post, soft in MuJoCo, and from friction
-/// that holds still here and creeps there; a spring that swings back through the whole range
-/// amplifies it.
+/// The remaining differences come from the contact of latch and post, which is soft in MuJoCo, and
+/// from dry friction, which holds still here and creeps in MuJoCo. A handle that springs back through
+/// the whole range amplifies them.
 #[test]
 fn door_moves_as_mujocos() {
     let cases: [(&str, Loads, [f64; 2]); 5] = [
@@ -326,7 +326,7 @@ fn door_moves_as_mujocos() {
     }
 }
 
-/// The latch lets go at MuJoCo's load on the handle, to 0.1 Nm, whichever way it is turned.
+/// The latch releases at MuJoCo's load on the handle, to 0.1 Nm, whichever way the handle is turned.
 #[test]
 fn latch_releases_at_mujocos_load() {
     let rows = reference("release.csv", 0);

@@ -1,5 +1,5 @@
-//! Objects from files: what is read moves as in MuJoCo, and what is wrong is refused by name. MuJoCo's answers are those of
-//! `scripts/objects_reference.py`.
+//! Objects from files: objects that are read move as in MuJoCo, and errors in a file are refused by name. MuJoCo's answers come
+//! from `scripts/objects_reference.py`.
 
 mod mujoco_reference;
 
@@ -39,7 +39,7 @@ fn hold(simulation: &mut Simulation) {
     simulation.step(&(y.bias + y.mass * ((JointVector::from(HOME) - y.q) * 400.0 - y.qd * 40.0)), 0.0).unwrap();
 }
 
-/// How far apart the objects and MuJoCo's ever are, in steps of `dt` (s): ball (m), roof (m and rad), flap (rad), drawer (m).
+/// Largest differences of the objects' poses from MuJoCo's, in steps of `dt` (s): ball (m), roof (m and rad), flap (rad), drawer (m).
 fn apart_from_mujoco(dt: f64) -> [f64; 5] {
     let (mut scene, gripper, plant) = arm();
     scene.add_part(read_mjcf(&file("objects.xml")).unwrap(), &Pose::identity());
@@ -81,7 +81,7 @@ fn apart_from_mujoco(dt: f64) -> [f64; 5] {
 }
 
 /// A ball that rolls, a hull that falls on the floor and comes to rest, a hinge and a slide with springs at rest aside of
-/// zero, dry friction and damping. Steps an eighth as long come that much nearer.
+/// zero, dry friction and damping. With steps an eighth as long the differences are smaller.
 #[test]
 fn objects_move_as_mujocos() {
     for (dt, allowed) in [(DT, [1.5e-3, 1e-3, 1.5e-2, 4e-3, 4e-4]), (DT / 8.0, [2e-4, 1e-3, 5e-3, 4e-4, 5e-5])] {
@@ -113,7 +113,7 @@ fn mass_is_mujocos() {
     println!("within {worst:.1e}");
 }
 
-/// What `read` answers of a text, without the path of its file.
+/// The error of `read` for a text, without the path of the file.
 fn answer<T: std::fmt::Debug>(name: &str, text: &str, read: impl Fn(&Path) -> Result<T, ReadError>) -> String {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("roof.obj"), std::fs::read(file("roof.obj")).unwrap()).unwrap();

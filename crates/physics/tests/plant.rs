@@ -55,7 +55,7 @@ fn engine_agrees_with_the_model() {
         let qdd = (simulation.joints().1 - before.qd) * 1e6;
         let expected = before.mass.cholesky().unwrap().solve(&(tau - before.bias));
         // The fingers slide freely in the engine and are welded in the model.
-        // A light arm is faster, and what is left out grows with it.
+        // A light arm accelerates more, and the error of that grows with the acceleration.
         let epsilon = f64::max(2e-3, 1.2e-4 * expected.norm());
         let real = |qdd: &JointVector| qdd.rows(0, joints).into_owned();
         assert_relative_eq!(real(&qdd), real(&expected), max_relative = 2e-3, epsilon = epsilon);
@@ -88,7 +88,7 @@ fn draws_what_it_simulates(simulation: &Simulation) {
     }
 }
 
-/// A long control step has many engine steps. A blow that is over at its end is still in the readings of those steps.
+/// A long control step has many engine steps. An impact that is over at its end is still in the readings of these steps.
 #[test]
 fn a_blow_within_a_long_step_is_told() {
     let deviation = Deviation::default();
@@ -123,8 +123,8 @@ fn cube_rests_on_the_table() {
     assert!(!simulation.contact().touching);
 }
 
-/// A cube that falls on the forearm presses on a link and on nothing beyond the wrist. On the table
-/// it presses on neither, in the gripper on the fingers alone.
+/// A cube that falls on the forearm presses on a link and on nothing beyond the wrist. A cube on the table
+/// presses on neither, a cube in the gripper on the fingers alone.
 #[test]
 fn what_touches_the_arm_is_told_from_what_touches_the_hand() {
     let (mut simulation, cube) = lift(RobotName::Robosuite);
@@ -167,7 +167,8 @@ fn pull_until_it_touches(simulation: &mut Simulation, q: &JointVector) {
     panic!("it touches nothing on its way to {q}");
 }
 
-/// What lies on the table first is told: the fingers of an arm that bends down, the forearm of one that stretches over it, hand up.
+/// The readings tell which part of the arm touches the table first: the fingers of an arm that bends down, the forearm of one that
+/// stretches over the table with its hand up.
 #[test]
 fn an_arm_on_the_table_is_told_by_what_of_it_lies_there() {
     let (mut simulation, _) = lift(RobotName::Robosuite);

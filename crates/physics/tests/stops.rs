@@ -1,5 +1,5 @@
-//! What bounds an arm's postures. A joint that full torque pushes into its stop overshoots as in robosuite, recorded by
-//! `scripts/robosuite_motion.py`; and the arm meets itself.
+//! The limits of an arm's postures: end stops, and contact of the arm with itself. A joint that full torque pushes into its stop
+//! overshoots as in robosuite, recorded by `scripts/robosuite_motion.py`.
 
 mod mujoco_reference;
 
@@ -42,7 +42,7 @@ fn push(set: RobotName, joint: usize, end: usize, dt: f64) -> [f64; 2] {
     [largest, last]
 }
 
-/// Joint and end of its range, with what robosuite says.
+/// Joint, end of its range (0 lower, 1 upper), and robosuite's largest and last overshoot (rad).
 fn references() -> Vec<(usize, usize, [f64; 2])> {
     let rows = reference("robosuite_stops.csv", 2);
     assert_eq!(rows.len(), 14);
@@ -138,7 +138,7 @@ fn an_arm_whose_last_link_has_no_shape_meets_itself_too() {
     assert!(touches);
 }
 
-/// Two links that press on each other are pressed on by no part of the scene, nor is the hand.
+/// Contact between two links is not reported as contact with the scene or of the hand.
 #[test]
 fn links_that_meet_each_other_are_not_touched_by_the_scene() {
     let plant = plant();
@@ -163,7 +163,7 @@ fn links_that_meet_each_other_are_not_touched_by_the_scene() {
     assert!(met > 0);
 }
 
-/// On its way to where nothing is in the way it does not meet itself.
+/// An arm on a free path does not touch itself.
 #[test]
 fn a_free_arm_does_not_touch_itself() {
     let mut simulation = simulation();

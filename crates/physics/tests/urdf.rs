@@ -132,7 +132,7 @@ fn robot(test: &str, mesh: &str) -> Result<Robot, String> {
 
 const MILLIMETRES: &str = "scale=\"0.001 0.001 0.001\"";
 
-/// By a path that counts from the URDF, in full, and by the package's name.
+/// The mesh is named by a path relative to the URDF, by an absolute path, and by the package's name.
 #[test]
 fn a_mesh_is_its_hull_wherever_the_file_says_it_is() {
     let folder = package("found", &collision("box size=\"1 1 1\""));

@@ -1,4 +1,4 @@
-//! What public reports say about URDFs: read rightly, or refused by the name of the link or joint.
+//! Unusual and faulty URDFs from public reports: each is read correctly, or refused by the name of the link or joint.
 
 mod small_urdf;
 
@@ -27,7 +27,7 @@ fn with(old: &str, new: &str) -> String {
     text.replace(old, new)
 }
 
-/// The same with an element more.
+/// The arm of seven joints with another element.
 fn and(more: &str) -> String {
     with("</robot>", &format!("{more}</robot>"))
 }
@@ -129,7 +129,7 @@ fn links_that_are_asked_for_are_there() {
     assert_eq!(aside, "base: link \"tool\" is not on the way to \"l7\"");
     let pairs = vec![["l1".to_string(), "l9".to_string()]];
     assert!(wrong(Choices { never_touch: pairs, ..Choices::default() }).starts_with("never_touch: no link \"l9\""));
-    // Two ends, neither of them called as a flange is.
+    // Two end links, neither of them called `tool0`.
     let two = and(
         "<link name=\"camera\"/><joint name=\"c\" type=\"fixed\"><parent link=\"l7\"/><child link=\"camera\"/></joint>",
     );
@@ -140,7 +140,7 @@ fn links_that_are_asked_for_are_there() {
     let sliding = read(&arm(7).replace("revolute", "prismatic"), &Choices::default()).unwrap_err().to_string();
     assert_eq!(sliding, "no joint is revolute or continuous; an arm has six or seven that are");
     assert!(read(&two.replace("\"tool\"", "\"tool0\""), &Choices::default()).is_ok());
-    // An arm on what moves: the joints above the base do not count.
+    // An arm on a moving base: the joints above the link `base` do not count.
     let on_a_lift = with(
         "</robot>",
         "<link name=\"cart\"/><joint name=\"up\" type=\"prismatic\"><parent link=\"cart\"/><child link=\"base\"/></joint></robot>",
@@ -176,11 +176,11 @@ fn what_is_unusual_and_right_is_read() {
     let endless = small_urdf::limit_of("j3", "effort=\"80\" velocity=\"2\"")
         .replace("name=\"j3\" type=\"revolute\"", "name=\"j3\" type=\"continuous\"");
     assert_eq!(read(&endless, &Choices::default()).unwrap().arm.range[2], [-100.0, 100.0]);
-    // Without them the choices may say them.
+    // Without effort and speed in the file, the choices may give them.
     let silent = endless.replace("<limit effort=\"80\" velocity=\"2\"/>", "");
     let said = Choices { speed_max: Some(vec![2.0; 7]), torque_max: Some(vec![80.0; 7]), ..Choices::default() };
     assert_eq!(read(&silent, &said).unwrap().arm, read(&endless, &Choices::default()).unwrap().arm);
-    // A weight at a point, which is welded to a link; a frame without mass; a link that is named as one of this project's.
+    // A point mass, which is welded to a link and named as one of this project's links.
     let inertia = "<inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" iyz=\"0\" izz=\"0\"/>";
     let welded = and(&format!(
         "<link name=\"link3\"><inertial><mass value=\"0.5\"/>{inertia}</inertial></link>\
@@ -189,11 +189,11 @@ fn what_is_unusual_and_right_is_read() {
     let choices = Choices { tool: Some("tool".into()), ..Choices::default() };
     let heavier = read(&welded, &choices).unwrap();
     assert!((heavier.links[6].inertial.mass - plain.links[6].inertial.mass - 0.5).abs() < 1e-12);
-    // A frame with the numbers that makers write where they have none.
+    // A frame with the small numbers that makers write in place of zeros.
     let all = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"].map(|part| format!("{part}=\"1e-8\"")).join(" ");
     let tiny = format!("<inertial><mass value=\"1e-8\"/><inertia {all}/></inertial>");
     assert!(read(&with("<link name=\"tool\"/>", &format!("<link name=\"tool\">{tiny}</link>")), &choices).is_ok());
-    // Byte order mark, entities, a root that is called as MuJoCo calls its own.
+    // Byte order mark, entities, a root that is called `world`, as MuJoCo's own.
     let marked = format!(
         "\u{feff}<?xml version=\"1.0\"?><!DOCTYPE robot [<!ENTITY m \"2\">]>{}",
         with("value=\"2\"", "value=\"&m;\"")

@@ -1,5 +1,5 @@
-//! The wiping tool on the table: forces against statics, Coulomb and MuJoCo, compliance
-//! against robosuite, impacts, and the wrench that an observer estimates of it.
+//! The wiping tool on the table: its forces are compared with statics, Coulomb's law and MuJoCo, its compliance
+//! with robosuite's; impacts, and the wrench that a momentum observer estimates.
 
 use std::path::Path;
 
@@ -76,8 +76,8 @@ fn mujoco() -> Vec<[f64; 7]> {
     .collect()
 }
 
-/// At rest the table carries what presses, steadily; sliding, friction is mu times the
-/// normal force and opposes the motion. MuJoCo says the same.
+/// At rest the contact force equals the pressing force, steadily. While sliding, friction is mu times the
+/// normal force and opposes the motion. MuJoCo's forces are the same.
 #[test]
 fn pressing_and_sliding_forces() {
     let rows = mujoco();
@@ -106,8 +106,8 @@ fn pressing_and_sliding_forces() {
     }
 }
 
-/// robosuite's face, level: 5.3 N push it 0.13 mm in, 53 N 1.08 mm. The engine's springs are
-/// linear, robosuite's stiffen to 68 kN/m at 127 N.
+/// robosuite's level face gives way by 0.13 mm under 5.3 N and by 1.08 mm under 53 N. The pad's springs here are
+/// linear; robosuite's stiffen to 68 kN/m at 127 N.
 #[test]
 fn the_face_gives_way_as_robosuites() {
     const ROBOSUITE: [(f64, f64); 6] =
@@ -143,7 +143,7 @@ fn an_impact_is_modest() {
     assert!(speed > 0.02 && peak > 10.0 && peak < 1240.0 * speed && sustained < peak);
 }
 
-/// The builder's height and friction reach the table.
+/// The table has the height and friction that the scene is built with.
 #[test]
 fn another_table() {
     let mut bench = Bench::new(RobotName::Identified, TABLE_HEIGHT + 0.01, 0.3);
@@ -168,7 +168,7 @@ fn free_motion_reads_zero_and_contact_its_force() {
     let mut observer = MomentumObserver::new(25.0, damping, &y);
     let (mut in_the_air, mut speed) = (0.0f64, 0.0f64);
     let (mut estimated, mut exact) = (Wrench::zeros(), Wrench::zeros());
-    // The table pushes up all the time: this sum has a sign.
+    // The table pushes up all the time, so this sum keeps the sign.
     let mut upwards = [0.0, 0.0];
     for step in 0..6000 {
         let time = f64::from(step) * DT;
@@ -204,7 +204,7 @@ fn free_motion_reads_zero_and_contact_its_force() {
     assert_relative_eq!(upwards[0], upwards[1], max_relative = 0.05);
 }
 
-/// A resting arm that a force and a moment push at, and that is held all the same: the estimate is what pushes.
+/// An arm is held at rest against a force or a moment. The estimate equals this wrench.
 #[test]
 fn forces_and_moments_are_told_apart() {
     let plant = Plant {

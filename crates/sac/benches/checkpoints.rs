@@ -1,11 +1,11 @@
-//! Bytes that a run writes into its checkpoints: `cargo bench -p sac --bench checkpoints -- 10000000` takes so many actions, at the sizes of
-//! the Lift task and with the settings of `swift`, and saves itself every 50 000, as `train` does.
+//! Bytes that a run writes into its checkpoints. `cargo bench -p sac --bench checkpoints -- 10000000` imitates a run of 10 million actions,
+//! with the sizes of the Lift task and the settings of `swift`, that saves a checkpoint every 50 000 actions, as `train` does.
 
 use sac::{Checkpoint, Preset, Replay, Sac, Transition};
 
 const OBSERVATIONS: usize = 42;
 const ACTIONS: usize = 7;
-/// Actions between checkpoints, and in an episode.
+/// Actions between checkpoints, and actions in an episode.
 const SAVE_EVERY: usize = 50_000;
 const EPISODE: usize = 500;
 
@@ -36,7 +36,7 @@ fn main() {
     println!("{actions},{:.3}", (written() - before) as f64 / 1e9);
 }
 
-/// Bytes that this process has handed to the system so far.
+/// Bytes that this process has written so far, as Linux counts them.
 fn written() -> u64 {
     let counters = std::fs::read_to_string("/proc/self/io").expect("Linux counts them");
     let count =

@@ -1,7 +1,7 @@
-//! CPU time of one update, of the matrix products that it cannot do without, and of one action; one thread, at the sizes of the Lift task.
+//! CPU time of one update, of the matrix products that an update requires, and of one action; one thread, at the sizes of the Lift task.
 //!
 //! `cargo bench -p sac` prints a row for each set-up, `cargo bench -p sac -- 1 swift` one round of `swift` alone. Rounds of the set-ups
-//! alternate and the least counts, so that a neighbour on the machine does not.
+//! alternate and the least time counts, so that other load on the machine has little effect.
 
 use std::hint::black_box;
 
@@ -24,7 +24,7 @@ fn setups() -> Vec<(&'static str, Config)> {
     vec![("swift", Preset::SWIFT.settings()), ("128x2", small), ("256x2", desktop), ("256x2-batch-256", large_batch)]
 }
 
-/// What a set-up works with, and the least times so far (ms).
+/// The learner and the data of a set-up, and the least times so far (ms).
 struct Setup {
     name: &'static str,
     sac: Sac,
@@ -101,7 +101,7 @@ fn products(config: &Config) -> [Vec<[usize; 3]>; 2] {
     let network = |first: usize, last: usize| [&[first], config.hidden.as_slice(), &[last]].concat();
     let actor = network(OBSERVATIONS, 2 * ACTIONS);
     let critic = network(OBSERVATIONS + ACTIONS, 1);
-    // The critics' first layer, for the derivative by the action alone.
+    // The part of the critics' first layer that belongs to the action, for the derivative by the action.
     let asked = network(ACTIONS, 1);
     let twins = |of_one: Vec<[usize; 3]>| [of_one.clone(), of_one].concat();
     // Of each critic: its target's value, its own value, and its derivatives.

@@ -1,4 +1,4 @@
-//! The policy on its own: all that acting and evaluation need.
+//! The policy without the rest of the learner: for acting and evaluation.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -28,17 +28,17 @@ pub struct Actor {
     pub(crate) network: Networks,
     pub(crate) policy: SquashedGaussian,
     pub(crate) rng: ChaCha8Rng,
-    /// Where one observation goes through the network; nothing stays from one action to the next.
+    /// Memory for one observation on its way through the network; it holds nothing from one action to the next.
     observation: Matrix,
     pass: Pass,
     samples: Samples,
 }
 
 impl Actor {
-    /// What its network is called.
+    /// Name of the network in files.
     pub(crate) const NAMES: &[&str] = &["actor"];
 
-    /// Sizes of its network.
+    /// Sizes of the network's layers: input, hidden, output.
     pub(crate) fn sizes(config: &Config, observation_dim: usize, action_dim: usize) -> Vec<usize> {
         [&[observation_dim], config.hidden.as_slice(), &[2 * action_dim]].concat()
     }
@@ -73,7 +73,7 @@ impl Actor {
         self.act_with(observation, action, mode, |_, rng| StandardNormal.sample(rng));
     }
 
-    /// The same with noise from elsewhere: `noise(i, rng)` is that of entry `i`, standard normal.
+    /// As [`Actor::act`], with noise from the caller: `noise(i, rng)` is the standard normal noise of entry `i`.
     pub(crate) fn act_with(
         &mut self,
         observation: &[f32],

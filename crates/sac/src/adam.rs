@@ -1,4 +1,4 @@
-//! Adam (Kingma and Ba, 2015, algorithm 1). Written out because tch hides the optimiser's state, and without it no run can be continued.
+//! Adam (Kingma and Ba, 2015, algorithm 1). Written out because tch hides the optimiser's state, which is needed to continue a run.
 
 use crate::simd::wide;
 
@@ -25,7 +25,8 @@ impl Adam {
 
     /// Step number `t`, counted from 1, against `gradient`.
     pub fn step(&mut self, parameters: &mut [f32], gradient: &[f32], learning_rate: f64, t: u64) {
-        // Both moments start at zero; these two undo the bias that comes from it. In f64, because 1 - 0.999^t is small at first.
+        // Both moments start at zero; `step_size` and `scale_v` correct the bias of this start. In f64, because 1 - 0.999^t is small at
+        // first.
         let t = i32::try_from(t).unwrap_or(i32::MAX);
         let step_size = (learning_rate / (1.0 - BETA_1.powi(t))) as f32;
         let scale_v = (1.0 - BETA_2.powi(t)).sqrt().recip() as f32;
@@ -61,7 +62,7 @@ mod tests {
         adam.step(&mut p, &[1.0, 0.0], 0.1, 2);
         let expected = 0.9 - 0.1 * (0.145 / 0.19) / (1.249_75e-3_f32 / 1.999e-3).sqrt();
         approx::assert_relative_eq!(p[0], expected, max_relative = 1e-5);
-        // Second entry, g = 0: momentum goes on: m^ = -0.36 / 0.19, v^ = 0.999 * 0.016 / 0.001999.
+        // Second entry, g = 0: the mean of gradients still moves it: m^ = -0.36 / 0.19, v^ = 0.999 * 0.016 / 0.001999.
         let expected = 2.1 + 0.1 * (0.36 / 0.19) / (0.999 * 0.016_f32 / 1.999e-3).sqrt();
         approx::assert_relative_eq!(p[1], expected, max_relative = 1e-5);
     }

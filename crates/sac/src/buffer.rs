@@ -39,7 +39,7 @@ impl std::ops::Deref for Buffer {
         // SAFETY: the tensor was made by `zeros`: contiguous, f32, main memory, never resized, and kept alive by `self`. Matrix products
         // write through views, but only in calls that take no slice of the buffer they write to, so no slice lives while they run.
         match self.0.numel() {
-            // Its pointer may be null, which no slice may be.
+            // The pointer may be null, which a slice does not allow.
             0 => &[],
             length => unsafe { std::slice::from_raw_parts(self.0.data_ptr().cast(), length) },
         }
@@ -56,7 +56,8 @@ impl std::ops::DerefMut for Buffer {
     }
 }
 
-/// A buffer as a matrix, row by row, with the views that products take, which are made once: to make one takes libtorch half a microsecond.
+/// A buffer as a row-major matrix, with the views that products take. Views are made once, as libtorch takes half a microsecond to make
+/// one.
 #[derive(Debug)]
 pub(crate) struct Matrix {
     values: Buffer,
@@ -70,7 +71,7 @@ impl Matrix {
         Self { view: values.view(0, &[rows, columns]), values }
     }
 
-    /// Some of the columns.
+    /// A view of some of the columns.
     pub fn columns(&self, columns: std::ops::Range<usize>) -> Tensor {
         self.view.narrow(1, columns.start as i64, columns.len() as i64)
     }

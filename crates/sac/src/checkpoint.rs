@@ -1,4 +1,4 @@
-//! A folder from which a run goes on as if it had never stopped, and from which Python can read the weights.
+//! Checkpoints. A checkpoint is a folder from which a run continues with the same bits, and from which Python can read the weights.
 //!
 //! | file | content |
 //! |---|---|
@@ -7,7 +7,7 @@
 //! | `critic.safetensors`, `target.safetensors` | the same for `critic_1` and `critic_2`; with `config.layer_norm` in `state.json` a `LayerNorm(elementwise_affine=False)` stands before each `ReLU` |
 //! | `optimizer.safetensors` | Adam's moments (`.adam_m`, `.adam_v`) of `online_actor` and `critic`, and `log_temperature` with its own |
 //! | `state.json` | sizes, settings, number of updates (which `actor.safetensors` repeats), states of the random generators, what the caller adds, BLAKE3 of the files above, and a checksum of itself |
-//! | `replay.bin`, `replay_*.bin` | the replay memory with checksums of its own, if it was saved; a `replay_*.bin` that the checkpoint before had too is a second name of the same file |
+//! | `replay.bin`, `replay_*.bin` | the replay memory with its own checksums, if saved; unchanged `replay_*.bin` are hard links to older ones |
 
 use std::collections::BTreeMap;
 use std::os::unix::fs::MetadataExt;
@@ -34,10 +34,9 @@ const POLICY: &str = "actor.safetensors";
 const OPTIMIZER: &str = "optimizer.safetensors";
 /// The file of sizes, settings, counters and random generators.
 const STATE: &str = "state.json";
-/// Key of the policy's file under which it says which checkpoint it belongs to.
+/// Metadata key of the policy's file: its value, the number of updates, tells to which checkpoint the file belongs.
 const UPDATES: &str = "updates";
-/// How often the reading of a checkpoint is tried while a run replaces it. The pause between is longer than two renames
-/// take.
+/// Number of attempts to read a checkpoint while a run replaces it. The pause between attempts is longer than two renames take.
 const TRIES: u32 = 10;
 const PAUSE: Duration = Duration::from_millis(20);
 
@@ -48,13 +47,13 @@ pub struct Checkpoint {
     pub sac: Sac,
     /// The replay memory, if it was saved.
     pub replay: Option<Replay>,
-    /// What the caller saved beside them, such as its step counter and the state of its environment.
+    /// What the caller saved, such as its step counter and the state of its environment.
     pub caller: Value,
 }
 
 #[derive(Serialize, Deserialize)]
 struct State {
-    /// BLAKE3 of this file's text, with zeros in this place. Earlier checkpoints lack it.
+    /// BLAKE3 of this file's text, computed with zeros in place of this value. Older checkpoints lack it.
     checksum: Option<String>,
     format: u32,
     observation_dim: usize,
@@ -67,8 +66,8 @@ struct State {
     acting_rng: ChaCha8Rng,
     batch_rng: ChaCha8Rng,
     noise_rng: ChaCha8Rng,
-    /// BLAKE3 of the files of tensors, by name: a damaged one and one of another checkpoint are told from them. Earlier checkpoints have
-    /// none, or that of the policy alone.
+    /// BLAKE3 of the tensor files, by name, to detect a damaged file and a file of another checkpoint. Older checkpoints have no hashes, or
+    /// only that of the policy.
     #[serde(default)]
     hashes: BTreeMap<String, String>,
     #[serde(default, skip_serializing)]
@@ -77,11 +76,11 @@ struct State {
 }
 
 impl Checkpoint {
-    /// Writes a checkpoint to `folder`, in place of the one there. It is written beside it and then renamed, so that a kill at any moment
-    /// leaves the old or the new one, whole.
+    /// Writes a checkpoint to `folder`, in place of the one there. The new checkpoint is written to a folder beside the old one and then
+    /// renamed, so that after a kill at any moment one of the two is complete.
     ///
-    /// To go on with the same bits, save between episodes: after the last step of one and before [`Sac::begin_episode`] of the next. Pink
-    /// noise and a nudge of a running episode are not kept. A policy to be played can be saved at any time.
+    /// To continue with the same bits, save between episodes: after the last step of one and before [`Sac::begin_episode`] of the next.
+    /// Pink noise and a nudge of a running episode are not saved. For evaluation alone a policy can be saved at any time.
     ///
     /// # Errors
     ///
@@ -97,7 +96,7 @@ impl Checkpoint {
             }
         }
         fs::create_dir_all(&new)?;
-        // A full disk keeps the old checkpoint, and nothing of the new one.
+        // On an error, such as a full disk, the new folder is removed and the old checkpoint stays.
         write(&new, folder, sac, replay, caller).inspect_err(|_| drop(fs::remove_dir_all(&new)))?;
         if folder.exists() {
             fs::rename(folder, &old)?;
@@ -107,18 +106,18 @@ impl Checkpoint {
         if let Some(parent) = folder.parent() {
             synced_file::names(parent)?;
         }
-        // A network drive may keep files of the old checkpoint while somebody reads them. The next save removes them.
+        // On a network drive, files of the old checkpoint may remain while they are read. The next save removes them.
         let _ = fs::remove_dir_all(&old);
         Ok(())
     }
 
-    /// Whether there is a checkpoint in `folder`, if only under the name that a kill left it.
+    /// Whether there is a checkpoint in `folder`, or beside it under the name that a kill during a save leaves.
     #[must_use]
     pub fn exists(folder: &Path) -> bool {
         current(folder).exists()
     }
 
-    /// Reads the checkpoint in `folder`, to go on with `config` on a task with these sizes.
+    /// Reads the checkpoint in `folder`, to continue with `config` on a task with these sizes.
     ///
     /// # Errors
     ///
@@ -187,8 +186,8 @@ impl Actor {
             let at = |problem: &dyn ToString| Error::checkpoint(&folder.join(STATE), problem.to_string());
             let config = Config::deserialize(&state.config).map_err(|e| at(&e))?;
             config.validate().map_err(|e| at(&e))?;
-            // The kernels of a learner in the same process will do: an action differs by rounding, and no run goes on
-            // from it.
+            // A learner in the same process may have chosen other kernels. That is accepted here: an action differs by rounding only, and
+            // no run continues from it.
             config.kernels.choose()?;
             let policy = read_policy(folder, &state, &config)?;
             Ok((Self::new(&config, policy, ChaCha8Rng::seed_from_u64(seed)), state.caller))
@@ -196,7 +195,7 @@ impl Actor {
     }
 }
 
-/// Writes the folder of a checkpoint that will take the place of the one `before`.
+/// Writes the folder of a checkpoint. `before` is the checkpoint that the new one will replace.
 fn write(folder: &Path, before: &Path, sac: &Sac, replay: Option<&Replay>, caller: Value) -> Result<(), Error> {
     let (actor, critics, temperature) = (sac.actor.network.entries(), sac.critics.entries(), log_temperature());
     let mut hashes = BTreeMap::new();
@@ -243,7 +242,7 @@ fn write(folder: &Path, before: &Path, sac: &Sac, replay: Option<&Replay>, calle
     synced_file::names(folder)
 }
 
-/// What stands for the checksum of `state.json` while that is computed.
+/// Placeholder for the checksum of `state.json` while that is computed.
 fn unsummed() -> String {
     "0".repeat(2 * blake3::OUT_LEN)
 }
@@ -253,7 +252,7 @@ fn checksum(text: &str) -> String {
 }
 
 impl State {
-    /// An error if a file is not the one that this state was saved with. A state of an earlier program may not tell.
+    /// An error if a file is not the one that this state was saved with. States of older versions may lack the file's hash.
     fn names(&self, file: &str, tensors: &Tensors) -> Result<(), Error> {
         let hash = self.hashes.get(file).or(self.policy_hash.as_ref().filter(|_| file == POLICY));
         match hash {
@@ -301,14 +300,14 @@ fn read_policy(folder: &Path, state: &State, config: &Config) -> Result<Networks
         return Err(Error::checkpoint(&path, problem));
     }
     let sizes = Actor::sizes(config, state.observation_dim, state.action_dim);
-    // Before any network is made: settings that are not the file's must not ask for memory.
+    // Compared before any network is allocated: wrong settings must not allocate memory.
     let values = file.values(&network::entries(Actor::NAMES, &sizes), "")?;
     state.names(POLICY, &file)?;
     Ok(Networks::with_values(Actor::NAMES, &sizes, Buffer::from_slice(&values)))
 }
 
-/// Whether the settings are those with which a checkpoint was saved; the error tells the first difference. A setting
-/// that the saved file lacks counts as off.
+/// An error, which names the first difference, if the settings are not those with which a checkpoint was saved. A setting that the saved
+/// file lacks counts as off.
 fn same_settings(saved: &Value, config: &Config) -> Result<(), String> {
     let saved: Config = serde_json::from_value(saved.clone()).map_err(|e| e.to_string())?;
     let [saved, wanted] = [&saved, config].map(|config| serde_json::to_value(config).expect("plain data"));
@@ -322,9 +321,8 @@ fn same_settings(saved: &Value, config: &Config) -> Result<(), String> {
     }
 }
 
-/// What `read` finds in the folder of a checkpoint. A run that saves itself meanwhile renames that folder, so that what
-/// is read may be of two checkpoints or gone. Then it is read again. If the folder was not replaced, an error is the
-/// checkpoint's own.
+/// Calls `read` with the folder of a checkpoint. A run that saves meanwhile renames that folder, so that `read` may see parts of two
+/// checkpoints or no folder; `read` is then called again. If the folder was not replaced, an error is the checkpoint's own.
 fn whole<T>(folder: &Path, read: impl Fn(&Path) -> Result<T, Error>) -> Result<T, Error> {
     let place = || {
         let path = current(folder);
@@ -341,8 +339,8 @@ fn whole<T>(folder: &Path, read: impl Fn(&Path) -> Result<T, Error>) -> Result<T
     read(&current(folder))
 }
 
-/// Where the checkpoint is: a kill between the two renames of a save leaves it under its temporary name. Readers look there
-/// and rename nothing, as the run may be at work.
+/// The folder of the checkpoint. A kill between the two renames of a save leaves the checkpoint under a temporary name. Readers use that
+/// name and rename nothing, because a save may be running.
 fn current(folder: &Path) -> PathBuf {
     let old = beside(folder, "old");
     if !folder.exists() && old.exists() { old } else { folder.into() }

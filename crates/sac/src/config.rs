@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Error, Kernels, Preset};
 
-/// Settings of the learner. Some fields are newer than the first checkpoints. Where a file lacks such a field, the
-/// field is off, as the learner was before it existed.
+/// Settings of the learner. Some fields are newer than the first checkpoints. Where a file lacks such a field, the field is off, as in the
+/// learner of that time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
@@ -24,35 +24,35 @@ pub struct Config {
     pub temperature_learning_rate: f64,
     /// Discount per action, in [0, 1): rewards 1 / (1 - gamma) actions ahead still count.
     pub gamma: f64,
-    /// Rewards summed before the critic takes over (1: the textbook). More carries a late reward back faster, and adds a bias: the
-    /// actions in between are an older policy's, and their entropy is not counted.
+    /// Rewards summed before the critic's value is added (1: the textbook). A larger n carries a late reward back faster, and adds a bias:
+    /// the actions in between are an older policy's, and their entropy is not counted.
     pub n_step: usize,
     /// Fraction by which the target critics move towards the critics, in (0, 1].
     pub tau: f64,
-    /// Updates from one move of the target critics to the next.
+    /// Critic updates from one move of the target critics to the next.
     pub target_period: u64,
     /// Fraction by which the policy that is evaluated moves towards the actor after each step of the actor, in (0, 1]; 1 is the actor
-    /// itself. A mean over the last steps plays more evenly than any of them.
+    /// itself. The mean over the last steps performs more evenly than the actor of a single step.
     #[serde(default = "no_average")]
     pub policy_average: f64,
-    /// Updates of the critics for one of actor, averaged policy and temperature.
+    /// Critic updates per update of the actor, the averaged policy and the temperature.
     #[serde(default = "every_update")]
     pub actor_period: u64,
     /// Whether the critics normalise each hidden layer before its ReLU.
     #[serde(default)]
     pub layer_norm: bool,
-    /// Share of the episodes, each drawn at its start, whose sampled actions have pink noise: as strong at slow changes as at fast ones,
-    /// so that it moves the arm instead of shaking it. White otherwise. Random actions at the start stay white: pink ones fling the arm to
-    /// the ends of its reach.
+    /// Share of the episodes, each drawn at its start, whose sampled actions have pink noise; the others have white noise. Pink noise has
+    /// as much power in slow changes as in fast ones, so that it moves the arm instead of shaking it. The random actions at the start of a
+    /// run are white: pink ones drive the arm to the ends of its reach.
     #[serde(default)]
     pub pink_noise: f64,
-    /// Share of the episodes, each drawn at its start, in which now and then one entry of a sampled action keeps an end of its range for
-    /// 40 actions (two seconds at 20 Hz), and the policy commands the others.
+    /// Share of the episodes, each drawn at its start, in which now and then one entry of a sampled action stays at an end of its range for
+    /// 40 actions (two seconds at 20 Hz), while the policy commands the other entries.
     #[serde(default)]
     pub nudges: f64,
     /// Weight of the entropy at the start, in units of reward.
     pub initial_temperature: f64,
-    /// Entropy that the temperature steers to, in nat; absent: minus the number of entries of an action.
+    /// Entropy to which the temperature is adapted, in nat; absent: minus the number of entries of an action.
     pub target_entropy: Option<f64>,
     /// Smallest log standard deviation of the policy before the squashing.
     pub log_std_min: f64,
@@ -63,17 +63,17 @@ pub struct Config {
     pub kernels: Kernels,
     /// Actions drawn uniformly at the start of a run, before the first update.
     pub random_steps: u64,
-    /// Updates per environment step after the random ones; 0.5 is one every second step. More learns more from each step until the critics
-    /// overestimate.
+    /// Updates per environment step after the random ones; 0.5 is one at every second step. With more updates more is learned from each
+    /// step, until the critics overestimate.
     pub updates_per_step: f64,
-    /// Transitions kept; the oldest make room. One takes 4 (observation + action + 5) bytes, an
+    /// Transitions kept; new ones replace the oldest. A transition takes 4 (observation + action + 5) bytes, with the numbers of an
     /// observation being all that the critics see.
     pub replay_capacity: usize,
-    /// Episodes that a script plays before the run, and of which half of every batch is drawn; 0 for none
+    /// Episodes that a script plays before the run, and from which half of every batch is drawn; 0 for none
     /// ([`Sac::update_with_prior`](crate::Sac::update_with_prior)).
     #[serde(default)]
     pub prior_episodes: u32,
-    /// Whether the learner sees observations scaled to about +-1. The learning rates belong to that choice.
+    /// Whether the learner sees observations scaled to about +-1. The learning rates of each preset are tuned for its value of this field.
     pub scaled_observations: bool,
 }
 
@@ -124,7 +124,7 @@ impl Config {
     }
 
     /// Number of updates that follow environment step `step`, counted from 1: none up to `random_steps`, then as many as keep the total at
-    /// `updates_per_step` times the steps taken since. Depends on the step alone, so that a continued run needs no counter.
+    /// `updates_per_step` times the steps taken since. The number depends on `step` alone, so that a continued run needs no counter.
     pub fn updates_after(&self, step: u64) -> u64 {
         let total = |step: u64| (step.saturating_sub(self.random_steps) as f64 * self.updates_per_step).floor() as u64;
         total(step) - total(step.saturating_sub(1))
@@ -137,12 +137,12 @@ impl Default for Config {
     }
 }
 
-/// A value of a field, if it is `valid`.
+/// An error unless the value is `valid`.
 fn check(field: &'static str, value: &dyn ToString, valid: bool, allowed: &'static str) -> Result<(), Error> {
     if valid { Ok(()) } else { Err(Error::Config { field, value: value.to_string(), allowed }) }
 }
 
-/// A value within a range, which a NaN never is.
+/// An error unless the value is in `range`; NaN is in no range.
 fn within<T>(field: &'static str, value: T, range: impl RangeBounds<T>, allowed: &'static str) -> Result<(), Error>
 where
     T: PartialOrd + ToString,
@@ -150,7 +150,7 @@ where
     check(field, &value, range.contains(&value), allowed)
 }
 
-/// A fraction that is not zero.
+/// An error unless the value is above 0 and at most 1.
 fn rate(field: &'static str, value: f64) -> Result<(), Error> {
     within(field, value, (Excluded(0.0), Included(1.0)), "above 0, at most 1")
 }

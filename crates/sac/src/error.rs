@@ -1,4 +1,4 @@
-//! What can go wrong, each in one line that names the culprit.
+//! Errors, each with a message in one line that names the field or file.
 
 use std::path::PathBuf;
 
@@ -25,7 +25,7 @@ pub enum Error {
         /// The value found.
         value: f32,
     },
-    /// A file or folder could not be read or written. The message of the system names the path.
+    /// A file or folder could not be read or written. The message names the path.
     #[error(transparent)]
     Io(#[from] std::io::Error),
     /// A file of a checkpoint is damaged, or does not fit.

@@ -17,16 +17,16 @@ pub(crate) struct SquashedGaussian {
     half_range: f32,
 }
 
-/// Entries that are worked on side by side.
+/// Entries that are computed side by side.
 const LANES: usize = 8;
 
-/// Entries of sampled actions, row by row, each with what its derivatives need.
+/// Entries of sampled actions, row by row, with the values that their derivatives need.
 #[derive(Debug, Clone)]
 pub(crate) struct Samples {
     blocks: Vec<Block>,
 }
 
-/// Some entries beside each other.
+/// `LANES` entries of actions.
 #[derive(Debug, Clone, Copy, Default)]
 struct Block {
     mean: [f32; LANES],
@@ -71,7 +71,7 @@ impl SquashedGaussian {
 }
 
 wide! {
-    /// Computes what follows from mean, raw log std and noise.
+    /// Computes action, log-probability and derivatives from mean, raw log std and noise.
     fn squash(policy: SquashedGaussian, blocks: &mut [Block]) {
         let SquashedGaussian { log_std_min, half_range } = policy;
         let half_log_2_pi = 0.5 * LN_2_PI;
@@ -117,7 +117,7 @@ impl Samples {
         let a = block.action[lane];
         // d a / d u = 1 - a^2; d log_prob / d u = 2 a, with the noise held fixed.
         let grad_u = grad_action * (1.0 - a * a) + grad_log_prob * 2.0 * a;
-        // d log_prob / d log_std = -1, besides the way through u.
+        // d log_prob / d log_std = -1, besides the path through u.
         (grad_u, (grad_u * block.std_noise[lane] - grad_log_prob) * block.slope[lane])
     }
 

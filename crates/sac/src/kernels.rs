@@ -1,7 +1,7 @@
-//! Which of libtorch's kernels multiply matrices, and on how many threads: decided once per process, before its first product.
+//! Which of libtorch's kernels multiply matrices, and on how many threads: fixed once per process, before its first product.
 //!
-//! libtorch multiplies by Intel's MKL, which asks [`mkl_serv_intel_cpu_true`] whether the processor is Intel's, and is content with kernels
-//! for SSE2 or the like if it is not, whatever instructions the processor has.
+//! libtorch multiplies with Intel's MKL, which asks [`mkl_serv_intel_cpu_true`] whether the processor is Intel's. If the answer is no, MKL
+//! uses kernels for SSE2 or similar, whatever instructions the processor has.
 
 use std::ffi::{CStr, c_char, c_int};
 use std::sync::OnceLock;
@@ -14,21 +14,21 @@ use crate::Error;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kernels {
-    /// The fastest that the processor has instructions for, whoever made it.
+    /// The fastest kernels for the processor's instructions, whoever made the processor.
     #[default]
     Fast,
-    /// Those that give the same bits on every x86-64 processor (MKL's `MKL_CBWR=COMPATIBLE`): a fifth as fast as AVX-512.
+    /// Kernels that give the same bits on every x86-64 processor (MKL's `MKL_CBWR=COMPATIBLE`): a fifth as fast as those for AVX-512.
     Portable,
 }
 
-/// What this process multiplies with, and what came of asking MKL for it.
+/// The kernels of this process, and whether MKL accepted them.
 static CHOSEN: OnceLock<(Kernels, Result<(), &'static str>)> = OnceLock::new();
 
 impl Kernels {
-    /// Decides for this process. The first call counts; every call returns what was decided.
+    /// Chooses the kernels of this process. Only the first call has an effect; every call returns what the first one chose.
     ///
-    /// One thread multiplies: with another busy process beside it, threads that wait for each other slow an update some thirtyfold.
-    /// Use one process per seed instead.
+    /// The products use one thread: beside another busy process, threads that wait for each other slow an update about thirtyfold. Use one
+    /// process per seed instead.
     pub(crate) fn choose(self) -> Result<Self, Error> {
         let (chosen, made) = CHOSEN.get_or_init(|| {
             tch::set_num_interop_threads(1);
@@ -38,8 +38,7 @@ impl Kernels {
         made.map(|()| *chosen).map_err(|allowed| self.refused(allowed))
     }
 
-    /// As [`choose`](Self::choose), for a learner, whose numbers depend on the kernels: an error if other kernels were
-    /// decided on before.
+    /// As [`choose`](Self::choose), for a learner, whose numbers depend on the kernels: an error if other kernels were chosen before.
     pub(crate) fn insist(self) -> Result<(), Error> {
         match self.choose()? {
             chosen if chosen == self => Ok(()),
@@ -70,16 +69,16 @@ impl Kernels {
     }
 }
 
-/// MKL calls this function to ask whether the processor is Intel's. A definition in the program takes the place of MKL's own. It always
-/// answers yes, as MKL's kernels for AVX2 and AVX-512 work on every processor that has these instructions. The build script makes the
-/// linker show it to libtorch.
+/// MKL calls this function to ask whether the processor is Intel's. A definition in the program replaces MKL's own. It always answers yes,
+/// as MKL's kernels for AVX2 and AVX-512 work on every processor that has these instructions. The build script makes the linker export it
+/// to libtorch.
 #[unsafe(no_mangle)]
 extern "C" fn mkl_serv_intel_cpu_true() -> c_int {
     1
 }
 
-/// MKL's version, and what it says of the instructions that its kernels are made for, such as `Intel(R) Advanced Vector
-/// Extensions 2 (Intel(R) AVX2) enabled processors`. The first learner or actor of the process decides on the kernels.
+/// MKL's version, and its name for the instructions that its kernels use, such as `Intel(R) Advanced Vector Extensions 2 (Intel(R) AVX2)
+/// enabled processors`. The first learner or actor of the process chooses the kernels.
 pub fn kernel() -> String {
     /// MKL's `MKLVersion`.
     #[repr(C)]
@@ -103,7 +102,7 @@ pub fn kernel() -> String {
     }
 }
 
-/// What libtorch finds under a name.
+/// Address of a symbol, as libtorch finds it; `None` if there is none of this name.
 fn symbol(name: &CStr) -> Option<*const ()> {
     // SAFETY: looks a name up; calls nothing.
     let found = unsafe { libc::dlsym(libc::RTLD_DEFAULT, name.as_ptr()) };

@@ -1,35 +1,36 @@
-//! Layer normalisation (Ba et al., 2016, arXiv 1607.06450) without gain and shift of its own: the layers before and after have both.
+//! Layer normalisation (Ba et al., 2016, arXiv 1607.06450) without a gain and shift of its own, as the linear layers before and after have
+//! both.
 //!
-//! It bounds what a critic can say of actions that no transition holds, so that more updates do less harm (Ball et al., 2023, arXiv
-//! 2302.02948, section 4.2).
+//! Layer normalisation bounds a critic's values of actions that no transition holds, so that more updates do less harm (Ball et al., 2023,
+//! arXiv 2302.02948, section 4.2).
 
 use crate::simd::wide;
 
 /// Added to the variance, as in PyTorch.
 pub(crate) const EPSILON: f32 = 1e-5;
 
-/// `y = (x - mean) / std` over each run of `size` numbers, and what the way back needs.
+/// `y = (x - mean) / std` over each run of `size` numbers, and what the backward pass needs.
 #[derive(Debug)]
 pub(crate) struct LayerNorm {
     size: usize,
-    /// y of the last way forward.
+    /// y of the last forward pass.
     normal: Vec<f32>,
     /// 1 / std of each run.
     scale: Vec<f32>,
 }
 
 impl LayerNorm {
-    /// For so many runs of `size` numbers.
+    /// Memory for `runs` runs of `size` numbers.
     pub fn new(runs: usize, size: usize) -> Self {
         Self { size, normal: vec![0.0; runs * size], scale: vec![0.0; runs] }
     }
 
-    /// x becomes y.
+    /// Replaces x by y.
     pub fn forward(&mut self, x: &mut [f32]) {
         forward(self.size, x, &mut self.normal, &mut self.scale);
     }
 
-    /// The derivative by y becomes that by x.
+    /// Replaces the derivative by y with the derivative by x.
     pub fn backward(&self, delta: &mut [f32]) {
         backward(self.size, delta, &self.normal, &self.scale);
     }

@@ -1,7 +1,8 @@
-//! Soft Actor-Critic for continuous actions: the only crate that sees libtorch, and one that knows neither robots nor tasks.
+//! Soft Actor-Critic for continuous actions. This is the only crate of the workspace that calls libtorch, and it does not depend on robots
+//! or tasks.
 //!
-//! Observations, actions and rewards are `f32` slices; everything random comes from a seed; the same seed gives the same bits, also when
-//! a run is stopped between two episodes, saved ([`Checkpoint::save`]) and continued.
+//! Observations, actions and rewards are `f32` slices. All random numbers come from a seed. The same seed gives the same bits, even if a
+//! run is stopped between two episodes, saved ([`Checkpoint::save`]) and continued.
 //!
 //! ```
 //! use sac::{Act, Config, Replay, Sac, Transition};

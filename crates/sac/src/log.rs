@@ -1,21 +1,21 @@
-//! Rows of numbers that are only ever added to, in segments, so that a save writes what is new and leaves the rest as it is.
+//! An append-only log of rows of numbers, in segments, so that a save leaves old segments as they are and writes only what is new.
 
 use std::collections::VecDeque;
 
 use blake3::Hash;
 
-/// Rows in a segment. A save writes half a segment on average that the next writes once more.
+/// Rows in a segment. On average a save writes half a segment of rows that the next save writes again.
 pub(crate) const SEGMENT: usize = 1 << 14;
 
-/// Rows of equal width, counted from the first that there ever was; the oldest may be forgotten, a segment at a time.
+/// Rows of equal width, numbered from the first row ever pushed. The oldest rows may be forgotten, a segment at a time.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Log {
     pub width: usize,
     /// Full segments forgotten so far.
     pub forgotten: usize,
-    /// Full ones, oldest first.
+    /// Full segments, oldest first.
     pub segments: VecDeque<Segment>,
-    /// The rows after them.
+    /// The rows after the full segments.
     pub tail: Vec<f32>,
 }
 
@@ -23,7 +23,7 @@ pub(crate) struct Log {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Segment {
     pub numbers: Vec<f32>,
-    /// Of its bytes on disk: by it a save knows what is there already, and a load what is damaged.
+    /// BLAKE3 of the segment's bytes on disk: it tells a save which segments are there already, and a load which are damaged.
     pub hash: Hash,
 }
 
@@ -38,7 +38,7 @@ impl Log {
         Self { width, forgotten: 0, segments: VecDeque::new(), tail: Vec::new() }
     }
 
-    /// Rows so far, forgotten ones included.
+    /// Number of rows pushed so far, forgotten ones included.
     pub fn len(&self) -> usize {
         (self.forgotten + self.segments.len()) * SEGMENT + self.tail.len() / self.width
     }
@@ -53,7 +53,7 @@ impl Log {
         }
     }
 
-    /// Row `index`, counted from the first ever.
+    /// Row `index`, counted from the first row ever pushed.
     pub fn row(&self, index: usize) -> &[f32] {
         let (segment, row) = (index / SEGMENT - self.forgotten, index % SEGMENT);
         let numbers = self.segments.get(segment).map_or(&self.tail, |segment| &segment.numbers);
@@ -68,7 +68,7 @@ impl Log {
     }
 }
 
-/// Little endian, as on disk.
+/// The numbers in little endian, as on disk.
 pub(crate) fn bytes(numbers: &[f32]) -> Vec<u8> {
     numbers.iter().flat_map(|x| x.to_le_bytes()).collect()
 }

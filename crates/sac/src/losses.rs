@@ -1,8 +1,8 @@
-//! What an update reports.
+//! The numbers that an update reports.
 
 use crate::simd::wide;
 
-/// What an update reports, averaged over its batch.
+/// The numbers that an update reports, averaged over its batch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Losses {
     /// Sum of both critics' mean squared errors, in reward^2.
@@ -11,18 +11,18 @@ pub struct Losses {
     pub grad_norm_critic: f32,
     /// alpha after the update, in reward per nat.
     pub temperature: f32,
-    /// Of the actor's step, if this update made one.
+    /// Numbers of the actor's step, if this update made one.
     pub actor: Option<ActorLosses>,
 }
 
-/// What a step of the actor reports, averaged over its batch.
+/// The numbers that a step of the actor reports, averaged over its batch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ActorLosses {
     /// mean(alpha log pi - Q), in reward, where Q is the smaller of the two critics' values.
     pub loss: f32,
     /// -mean(log pi), in nat.
     pub entropy: f32,
-    /// Mean of that Q on the policy's own actions, in reward. Climbing while returns fall means overestimation.
+    /// Mean of that Q for the policy's own actions, in reward. If it rises while returns fall, the critics overestimate.
     pub q_mean: f32,
     /// Euclidean norm of the actor's gradient.
     pub grad_norm: f32,

@@ -1,9 +1,9 @@
-//! exp, log(1 + x) and tanh in f32: the same bits on every processor, which the platform's functions do not promise, and in a form that
-//! the compiler does eight at a time. The tests hold them against f64.
+//! exp, log(1 + x) and tanh in f32. They give the same bits on every processor, which the platform's functions do not promise, and the
+//! compiler can vectorise them. The tests compare them with f64.
 
 use std::f32::consts::LOG2_E;
 
-/// e^x, off by 1.5e-7 of its value at most. Below -87 and above 88 it is that of the bound: nothing underflows or overflows.
+/// e^x, with a relative error of at most 1.5e-7. x is clamped to [-87, 88], so that nothing underflows or overflows.
 #[inline(always)]
 pub(crate) fn exp(x: f32) -> f32 {
     /// Adding 1.5 * 2^23 leaves no bits for a fraction: a sum is rounded to an integer, which stands in its lowest bits.
@@ -20,18 +20,18 @@ pub(crate) fn exp(x: f32) -> f32 {
     (p * r * r + r + 1.0) * power_of_two
 }
 
-/// log(1 + x) for x in [0, 1], off by 1.5e-7 of its value at most.
+/// log(1 + x) for x in [0, 1], with a relative error of at most 1.5e-7.
 #[inline(always)]
 pub(crate) fn ln_1p(x: f32) -> f32 {
-    // 2 artanh(s) = 2 (s + s^3 / 3 + s^5 / 5 + ...); s is 1/3 at most, so the term left out is 2e-8 of the sum at most. 2 s is x - s x: of
-    // the two, the rounding of s weighs less in the second.
+    // 2 artanh(s) = 2 (s + s^3 / 3 + s^5 / 5 + ...); s is 1/3 at most, so the first omitted term is 2e-8 of the sum at most. 2 s is
+    // computed as x - s x, in which the rounding of s weighs less.
     let s = x / (2.0 + x);
     let z = s * s;
     let series = polynomial(z, [1.0 / 13.0, 1.0 / 11.0, 1.0 / 9.0, 1.0 / 7.0, 1.0 / 5.0, 1.0 / 3.0]);
     x - s * (x - 2.0 * z * series)
 }
 
-/// tanh x, off by 1.5e-7 of its value at most.
+/// tanh x, with a relative error of at most 1.5e-7.
 #[inline(always)]
 pub(crate) fn tanh(x: f32) -> f32 {
     // Cephes' tanhf: a polynomial near zero, where the difference below would cancel.
@@ -52,7 +52,7 @@ fn polynomial<const N: usize>(x: f32, coefficients: [f32; N]) -> f32 {
 mod tests {
     use super::*;
 
-    /// Largest relative error over so many numbers between the ends, evenly spaced, and the ends.
+    /// Largest relative error over a million evenly spaced numbers from `low` to `high`.
     fn largest_error(f: fn(f32) -> f32, exact: fn(f64) -> f64, [low, high]: [f32; 2]) -> f64 {
         let n = 1_000_000;
         let at = |i: i32| low + (high - low) * (i as f32 / n as f32);

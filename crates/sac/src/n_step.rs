@@ -13,17 +13,16 @@ pub struct Transition<'a> {
     pub reward: f32,
     /// Observation after the step: the true last one at the end of an episode, not the first of the next.
     pub next_observation: &'a [f32],
-    /// The episode ended in a state without a future: nothing can be earned after it.
+    /// The episode ended in a terminal state: no reward follows it.
     pub terminated: bool,
-    /// The episode was cut short, by its time limit for instance: the state has a future, and the critic's estimate of
-    /// it is used.
+    /// The episode was cut short, by its time limit for instance: rewards would follow, and the critic's estimate of them is used.
     pub truncated: bool,
 }
 
 /// A step whose n rewards are not complete yet.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Pending {
-    /// Where the memory keeps the observation before the action.
+    /// Row of the observation before the action in the memory's log.
     pub observation: usize,
     pub action: Vec<f32>,
     /// sum_k gamma^k r_k over the rewards seen so far.
@@ -61,7 +60,7 @@ impl NStep {
         let ended = step.terminated || step.truncated;
         while self.pending.len() >= self.n || (ended && !self.pending.is_empty()) {
             let first = self.pending.pop_front().expect("not empty");
-            // A time limit is not a failure: only a termination takes the future away.
+            // A time limit is no terminal state: only after a termination is the value of the next observation 0.
             emit(&first, if step.terminated { 0.0 } else { first.discount });
         }
     }
@@ -71,7 +70,7 @@ impl NStep {
 mod tests {
     use super::*;
 
-    /// Feeds rewards 1, 2, 4, ... of one episode and lists (first observation, reward, discount, next observation) of what comes out.
+    /// Pushes rewards 1, 2, 4, ... of one episode and lists (first observation, reward, discount, next observation) of each complete step.
     fn run(n: usize, steps: usize, terminated: bool, truncated: bool) -> Vec<(f32, f32, f32, f32)> {
         let mut n_step = NStep::new(n, 0.5);
         let mut out = Vec::new();

@@ -1,4 +1,5 @@
-//! Multi-layer perceptrons whose weights lie in one flat vector: one Adam step, one target move and one file each.
+//! Multi-layer perceptrons whose weights lie in one flat vector, so that Adam, the move of the targets and the files each handle a single
+//! vector.
 
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -27,7 +28,7 @@ pub(crate) struct Networks {
     pub values: Buffer,
     /// `layers[network][layer]`.
     pub layers: Vec<Vec<Layer>>,
-    /// The first weights of all networks, `(networks * first hidden, input)`.
+    /// The first layer's weights of all networks, `(networks * first hidden, input)`.
     pub first: Tensor,
     /// `(input, networks * first hidden)`.
     pub first_transposed: Tensor,
@@ -86,7 +87,7 @@ impl Networks {
         entries(&self.names, &self.sizes)
     }
 
-    /// Where the biases of `layer` lie, those of all networks one after the other.
+    /// Range of the biases of `layer` in the flat vector: those of all networks, one after the other.
     pub fn biases(&self, layer: usize) -> std::ops::Range<usize> {
         let end = self.names.len() * self.sizes[..layer + 2].windows(2).map(|s| (s[0] + 1) * s[1]).sum::<usize>();
         end - self.names.len() * self.sizes[layer + 1]..end

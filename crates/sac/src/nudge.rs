@@ -1,17 +1,17 @@
-//! Nudges: now and then one entry of the action keeps an end of its range for a while, and the policy commands the others.
+//! Nudges: now and then one entry of the action stays at an end of its range for a while, and the policy commands the other entries.
 //!
-//! Exploration that lasts (as in temporally extended epsilon-greedy, Dabney et al., 2021, ICLR), an entry at a time: what the policy does
-//! already, such as holding a handle, goes on while something is tried.
+//! A nudge is temporally extended exploration (as in temporally extended epsilon-greedy, Dabney et al., 2021, ICLR) of one entry at a time:
+//! what the policy can do already, such as holding a handle, goes on meanwhile.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// Actions of a nudge: two seconds at 20 Hz. A door's handle that a soft arm holds has to be pulled for one and a half.
+/// Length of a nudge in actions: two seconds at 20 Hz. An arm of low stiffness has to pull the door's handle for one and a half seconds.
 const LENGTH: u32 = 40;
 /// Probability with which an action without a nudge begins one: every 50 actions, on average.
 const RATE: f64 = 0.02;
 
-/// What an episode with nudges tries.
+/// The nudges of one episode.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Nudges {
     under_way: Option<Nudge>,
@@ -68,7 +68,7 @@ mod tests {
                 _ => assert!(changed.is_empty() && nudges.under_way.is_none()),
             }
         }
-        // One in 50 - 1 + 40 actions, of 40 each.
+        // On average one nudge begins in 50 - 1 + 40 actions, and lasts for 40.
         assert!((1000..1250).contains(&begun.len()), "{}", begun.len());
         assert!(nudged.abs_diff(begun.len() * LENGTH as usize) < LENGTH as usize);
         for entry in 0..3 {

@@ -1,7 +1,8 @@
-//! Forward and backward pass of [`Networks`], written out: libtorch multiplies matrices, loops here do the rest, in memory made once.
+//! Forward and backward pass of [`Networks`], written out: libtorch multiplies matrices, and loops here do the rest, in memory that is
+//! allocated once.
 //!
-//! Autograd would do the same products, and besides them the gradients that nobody asks for, with a new tensor for every step between.
-//! The tests hold this file against it.
+//! Autograd would compute the same products, and besides them gradients that are not needed, with a new tensor for every intermediate step.
+//! The tests compare this file with autograd.
 
 use tch::Tensor;
 
@@ -10,14 +11,14 @@ use crate::layer_norm::LayerNorm;
 use crate::network::Networks;
 use crate::simd::wide;
 
-/// Memory for one batch on its way through the networks and, if it has one, back.
+/// Memory for the forward pass of one batch and, if it is needed, for the backward pass.
 #[derive(Debug)]
 pub(crate) struct Pass {
     networks: usize,
     rows: usize,
     /// Output of each layer, after the ReLU.
     output: Vec<Numbers>,
-    /// Derivative of the loss with respect to what each layer computes before its ReLU; empty where no gradient is asked for.
+    /// Derivative of the loss with respect to what each layer computes before its ReLU; empty without a backward pass.
     delta: Vec<Numbers>,
     /// The layer norms between bias and ReLU, one per hidden layer; empty for networks without layer norm.
     norms: Vec<LayerNorm>,
@@ -44,7 +45,7 @@ impl Numbers {
 }
 
 impl Pass {
-    /// For batches of `rows`; without `back` there is only the way forward.
+    /// Memory for batches of `rows`. Without `back` there is only the forward pass.
     pub fn new(networks: &Networks, rows: usize, back: bool) -> Self {
         let count = networks.layers.len();
         let numbers = || networks.sizes[1..].iter().map(|&size| Numbers::zeros(rows, count, size)).collect();
@@ -90,7 +91,7 @@ impl Pass {
         &self.output.last().expect("at least one layer").all
     }
 
-    /// [`Pass::result`], and where the derivative of the loss by it is to be written before [`Pass::backward`].
+    /// [`Pass::result`], and the memory into which the derivative of the loss by it is written before [`Pass::backward`].
     pub fn result_and_gradient(&mut self) -> (&[f32], &mut [f32]) {
         let (result, gradient) = (self.output.last(), self.delta.last_mut());
         (&result.expect("at least one layer").all, &mut gradient.expect("a way back").all)
@@ -110,7 +111,7 @@ impl Pass {
         }
     }
 
-    /// After [`Pass::backward`]: the derivative by every weight and bias, for the `input` of the way forward.
+    /// After [`Pass::backward`]: the derivative by every weight and bias, for the `input` of the forward pass.
     pub fn parameter_gradient(&self, input: &Tensor, gradient: &mut Networks) {
         multiply(&gradient.first, &self.delta[0].all_transposed, input);
         for (layer, delta) in self.delta.iter().enumerate() {
@@ -159,7 +160,7 @@ wide! {
         }
     }
 
-    /// Zero where the ReLU was closed.
+    /// Sets the derivative to zero where the ReLU's output is zero.
     fn mask_relu(delta: &mut [f32], output: &[f32]) {
         for (d, &y) in delta.iter_mut().zip(output) {
             *d = if y > 0.0 { *d } else { 0.0 };

@@ -1,15 +1,15 @@
 //! Pink noise: power 1/f, so that an episode explores slow and fast changes alike (Eberhard et al., 2023, ICLR).
 //!
-//! The noise is a sum of first-order processes, each of which forgets at half the rate of the one before: the usual
-//! approximation of 1/f by octaves. Eberhard et al. draw a whole episode at once by a Fourier transform. Every number
-//! is standard normal on its own, as white noise is.
+//! The noise is a sum of first-order processes, each with twice the time constant of the one before: the usual approximation of 1/f by
+//! octaves. Eberhard et al. draw a whole episode at once by a Fourier transform. Every number is standard normal on its own, as in white
+//! noise.
 
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use crate::math::exp;
 
-/// Octaves: the slowest process forgets in 2^8 = 256 actions, half an episode.
+/// Number of octaves: the slowest process has a time constant of 2^8 = 256 actions, half an episode.
 const OCTAVES: usize = 9;
 
 /// The noise of one episode.
@@ -20,7 +20,7 @@ pub(crate) struct Pink {
 }
 
 impl Pink {
-    /// At the start of an episode: drawn as after an endless past.
+    /// The noise at the start of an episode, drawn from the stationary distribution.
     pub fn new(actions: usize, rng: &mut ChaCha8Rng) -> Self {
         let mut processes = vec![[0.0; OCTAVES]; actions];
         processes.as_flattened_mut().fill_with(|| StandardNormal.sample(rng));
@@ -61,7 +61,8 @@ mod tests {
     fn each_number_is_standard_normal_and_slow_changes_are_as_strong_as_fast_ones() {
         let powers = [1, 4, 16, 64].map(power);
         assert!((powers[0] - 1.0).abs() < 0.05, "{powers:?}");
-        // White noise would lose three quarters with each factor of four; 1/f loses the same amount each time: two octaves of nine.
+        // White noise would lose three quarters with each factor of four in `window`; 1/f loses the same amount each time: two octaves of
+        // nine.
         for (fast, slow) in powers.iter().zip(&powers[1..]) {
             assert!((0.1..0.3).contains(&(fast - slow)), "{powers:?}");
         }

@@ -14,9 +14,9 @@ use crate::{Config, Kernels};
 /// A named set of settings.
 #[derive(Clone, Copy)]
 pub struct Preset {
-    /// What command lines and files call it.
+    /// Name of the preset in command lines and files.
     pub name: &'static str,
-    /// For whom it is, in a line.
+    /// Purpose of the preset, in one line.
     pub summary: &'static str,
     settings: fn() -> Config,
 }
@@ -33,7 +33,7 @@ impl Preset {
         settings: desktop,
     };
 
-    /// `desktop` at half the time per action, with exploration that opens doors.
+    /// `desktop` at half the time per action. Half of the episodes have pink noise, which the Door task needs.
     pub const SWIFT: Preset = Preset {
         name: "swift",
         summary: "desktop at half the time per action: 2 x 128, actor at every second update, half the episodes with pink noise",
@@ -47,7 +47,7 @@ impl Preset {
         settings: plain,
     };
 
-    /// `swift`, which also learns from the script: its runs are not to be compared with others.
+    /// `swift`, which also learns from episodes of a script: its runs are not comparable with those of other presets.
     pub const SWIFT_PRIOR: Preset = Preset {
         name: "swift-prior",
         summary: "swift; half of each batch from 20 episodes of the script",
@@ -57,7 +57,7 @@ impl Preset {
     /// Every preset.
     pub const ALL: &[Preset] = &[Preset::PAPER, Preset::DESKTOP, Preset::SWIFT, Preset::PLAIN, Preset::SWIFT_PRIOR];
 
-    /// Its settings.
+    /// The settings of the preset.
     pub fn settings(self) -> Config {
         (self.settings)()
     }
@@ -92,7 +92,7 @@ fn paper() -> Config {
     }
 }
 
-/// The reasons stand beside the differences.
+/// The reason for each difference from `paper` stands beside it.
 fn desktop() -> Config {
     Config {
         // Time: an update takes 4.5 ms instead of 415, and there are half as many.
@@ -104,33 +104,33 @@ fn desktop() -> Config {
         critic_learning_rate: 5e-4,
         temperature_learning_rate: 5e-4,
         scaled_observations: true,
-        // A late reward is carried back over fewer updates.
+        // The reward at the end of a task reaches earlier steps in fewer updates.
         n_step: 3,
         gamma: 0.97,
         target_period: 1,
-        // Over the last 3300 steps of the actor: evaluations swing less from one to the next, and are higher.
+        // A mean over the last 3300 steps of the actor: evaluations differ less from one to the next, and are higher.
         policy_average: 3e-4,
         random_steps: 3300,
         ..paper()
     }
 }
 
-/// What each difference buys: `results/learner`.
+/// `results/learner` shows what each difference from `desktop` brings.
 fn swift() -> Config {
     Config {
-        // Time: the small network takes a third of the products. The actor, the averaged policy and the temperature
-        // make half as many steps.
+        // Time: the small network needs a third of the products. The actor, the averaged policy and the temperature make half as many
+        // steps.
         hidden: vec![128, 128],
         actor_period: 2,
-        // White noise opens no doors, pink noise alone slows Lift.
+        // With white noise alone the door is not opened; with pink noise in every episode Lift is learned more slowly.
         pink_noise: 0.5,
         ..desktop()
     }
 }
 
-/// Stable-Baselines3 2.9's `SAC("MlpPolicy", env)`. Four things are this crate's: the weights begin orthogonal; the log standard deviation
-/// is bounded through a tanh (in Stable-Baselines3 it is clamped), so that the first policy's noise is 0.2 before the squashing and not 1; its
-/// lower bound is -5 and not -20; the temperature's gradient is multiplied by the temperature.
+/// Stable-Baselines3 2.9's `SAC("MlpPolicy", env)`. Four things differ: the weights begin orthogonal; the log standard deviation is bounded
+/// through a tanh (in Stable-Baselines3 it is clamped), so that the first policy's noise is 0.2 before the squashing and not 1; its lower
+/// bound is -5 and not -20; the temperature's gradient is multiplied by the temperature.
 fn plain() -> Config {
     Config {
         hidden: vec![256, 256],
@@ -182,7 +182,7 @@ impl<'de> Deserialize<'de> for Preset {
 mod tests {
     use super::*;
 
-    /// As in the first `config.toml` that named them: with all fields that were there, and without those that came later.
+    /// The presets as in the first `config.toml` that named them: with the fields of that time, and without later ones.
     const FROZEN: &str = "
         [paper]
         hidden = [1024, 1024]
@@ -287,7 +287,7 @@ mod tests {
         scaled_observations = true
     ";
 
-    /// Fails if a preset changes, is not frozen or is gone, or if a field that came later is on in one of them.
+    /// Fails if a preset changes, is not frozen or is removed, or if a later field is on in one of them.
     #[test]
     fn presets_are_frozen() {
         let frozen: toml::Table = toml::from_str(FROZEN).unwrap();

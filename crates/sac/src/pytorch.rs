@@ -1,5 +1,5 @@
-//! Three updates, and the mean actions of a checkpoint, against those of PyTorch: its autograd, its distributions, its Adam.
-//! `scripts/pytorch_reference.py` recorded them in `reference/` and tells how.
+//! Compares three updates, and the mean actions of a checkpoint, with those of PyTorch: its autograd, its distributions, its Adam.
+//! `scripts/pytorch_reference.py` recorded PyTorch's numbers in `reference/` and describes how.
 //!
 //! Properties:
 //! - every loss, gradient, moment, weight, target and the temperature that an update leaves is PyTorch's, up to the rounding of f32;
@@ -33,7 +33,7 @@ fn path(file: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("reference").join(file)
 }
 
-/// The records: critics that see what the actor sees, and critics that see more.
+/// The records: one whose critics see what the actor sees, and one whose critics see more.
 const RECORDS: [&str; 2] = ["pytorch.safetensors", "pytorch_asymmetric.safetensors"];
 
 /// What PyTorch computed.
@@ -55,7 +55,7 @@ impl Record {
     }
 
     fn config(&self) -> Config {
-        // The record names what decides an update, and nothing else.
+        // The record names only the settings that decide an update.
         let mut config = serde_json::to_value(Config::default()).unwrap();
         for (key, value) in self.about()["config"].as_object().unwrap() {
             config[key] = value.clone();
@@ -84,7 +84,7 @@ impl Record {
         sac
     }
 
-    /// Puts the batch and the noise of update `t` where the learner looks for them.
+    /// Puts the batch and the noise of update `t` into the learner's scratch memory.
     fn load_batch(&self, sac: &mut Sac, t: usize) {
         let get = |name| self.get(&format!("batch.{name}@{t}"));
         let rows = |observation: Vec<f32>, action: Vec<f32>| -> Vec<f32> {
@@ -94,23 +94,23 @@ impl Record {
         };
         let batch = &mut sac.scratch.batch;
         batch.input = rows(get("observation"), get("action"));
-        // The policy's action belongs in the place of the NaN.
+        // The learner replaces each NaN by the policy's action.
         batch.next_input = rows(get("next_observation"), vec![f32::NAN; get("action").len()]);
         (batch.reward, batch.discount) = (get("reward"), get("discount"));
         (sac.scratch.next.noise, sac.scratch.present.noise) = (get("next_noise"), get("noise"));
     }
 }
 
-/// Largest error relative to the largest entry: rounding errors of a sum are as large as those of its largest terms.
+/// Largest error relative to the largest entry, because the rounding error of a sum is relative to its largest terms.
 fn error(found: &[f32], expected: &[f32]) -> f32 {
     assert_eq!(found.len(), expected.len());
-    // Keeps a NaN, unlike `max`.
+    // Unlike `f32::max`, this keeps a NaN.
     let larger = |a: f32, b: f32| if b > a || b.is_nan() { b } else { a };
     let largest = |values: &mut dyn Iterator<Item = f32>| values.map(f32::abs).fold(0.0, larger);
     largest(&mut found.iter().zip(expected).map(|(a, b)| a - b)) / largest(&mut expected.iter().copied())
 }
 
-/// A change to what an update works on.
+/// A change to what an update works with.
 type Slip = fn(&mut Sac);
 
 /// Does the three updates of a record, each after `slip`, and returns what differs from PyTorch's by more than rounding.
@@ -223,7 +223,7 @@ fn a_checkpoint_means_the_same_policy_to_pytorch() {
     }
 }
 
-/// Writes the checkpoint that PyTorch is asked about: `cargo test -p sac --lib -- --ignored write_the_checkpoint`, then the script.
+/// Writes the checkpoint that PyTorch evaluates: `cargo test -p sac --lib -- --ignored write_the_checkpoint`, then the script.
 #[test]
 #[ignore = "writes into the repository"]
 fn write_the_checkpoint() {
@@ -242,7 +242,7 @@ fn write_the_checkpoint() {
         replay.push(&step).unwrap();
     }
     let mut sac = Sac::new(&config, (OBSERVATIONS, ACTIONS), 1).unwrap();
-    // Until no bias is zero any more.
+    // Enough updates that no bias is zero any more.
     for _ in 0..100 {
         sac.update(&replay);
     }

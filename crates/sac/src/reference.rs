@@ -1,4 +1,4 @@
-//! The losses of SAC as the papers write them, differentiated by libtorch: the written-out derivatives are held against them.
+//! The losses of SAC as the papers write them, differentiated by libtorch's autograd. The crate's own derivatives are compared with them.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -8,7 +8,7 @@ use crate::layer_norm;
 use crate::network::Networks;
 use crate::{Config, Replay, Sac, Sizes, Transition};
 
-/// `networks` as a function of one vector of parameters that gradients can be asked for.
+/// `networks` as a function of one vector of parameters, with autograd for that vector.
 struct Differentiable<'a> {
     networks: &'a Networks,
     parameters: Tensor,
@@ -64,7 +64,7 @@ fn squashed_gaussian(config: &Config, output: &Tensor, noise: &Tensor) -> (Tenso
     (action.to_kind(Kind::Float), log_prob.to_kind(Kind::Float))
 }
 
-/// A learner in the middle of a run, on random data: temperature, targets and moments are all away from their first values.
+/// A learner after 20 updates, on random data: temperature, targets and moments have all left their initial values.
 fn learner(config: &Config, sizes: Sizes) -> (Sac, Replay) {
     let (observations, actions) = (sizes.whole_observation(), sizes.action);
     let mut rng = ChaCha8Rng::seed_from_u64(3);
@@ -99,7 +99,7 @@ fn relative_error(a: &[f32], b: &[f32]) -> f64 {
     norm(&mut a.iter().zip(b).map(|(a, b)| f64::from(a - b))) / norm(&mut b.iter().map(|b| f64::from(*b)))
 }
 
-/// One update by hand against the same update by libtorch's autograd; f32 rounding leaves errors of about 1e-7.
+/// Compares one update of the crate with the same update by libtorch's autograd; f32 rounding leaves errors of about 1e-7.
 #[test]
 fn every_derivative_agrees_with_autograd() {
     let plain = Config { batch_size: 64, target_period: 1, ..Config::default() };
@@ -161,7 +161,7 @@ fn every_derivative_agrees_with_autograd() {
         {
             approx::assert_relative_eq!(*new, 0.995 * old + 0.005 * critic, epsilon = 1e-6);
         }
-        // Temperature: up exactly when the entropy is below its target.
+        // The temperature rises exactly when the entropy is below its target.
         assert_eq!(f64::from(losses.temperature) > alpha, actors.entropy < -(actions as f32));
     }
 }

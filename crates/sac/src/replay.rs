@@ -1,4 +1,4 @@
-//! The memory of past transitions, drawn from uniformly.
+//! The replay memory: past transitions, sampled uniformly.
 
 use std::ops::Range;
 
@@ -11,15 +11,15 @@ use crate::{Config, Error, Sizes};
 
 /// The last [`Config::replay_capacity`] transitions, in f32.
 ///
-/// The reward of a transition sums up to n rewards, and its discount multiplies the value of the next observation (see
-/// [`Config::n_step`]); 0 after a termination. An observation is kept once: the one after a step is mostly the one before the next step.
+/// The reward of a transition sums up to n rewards, and its discount multiplies the value of the next observation (see [`Config::n_step`]);
+/// the discount is 0 after a termination. An observation is kept once: the one after a step is mostly the one before the next step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Replay {
     /// Numbers in an observation: all that the critics see.
     pub(crate) whole_observation: usize,
     pub(crate) action_dim: usize,
     pub(crate) capacity: usize,
-    /// As they were seen.
+    /// The observations, in the order in which they came.
     pub(crate) observations: Log,
     /// A row for each transition: `[action | reward | discount | place of its observation (2 numbers) | rows from there
     /// to the next observation]`.
@@ -27,17 +27,17 @@ pub struct Replay {
     pub(crate) n_step: NStep,
 }
 
-/// Numbers of a row besides the action. The place of an observation takes two of them, as an f32 counts to 2^24 only.
+/// Numbers of a row besides the action. The place of an observation takes two of them, as an f32 holds every integer only up to 2^24.
 const BESIDES_ACTION: usize = 5;
 /// A place is the first of its two numbers times this, plus the second.
 const RADIX: usize = 1 << 20;
 
-/// Transitions drawn for one update, laid out for it.
+/// Transitions drawn for one update, in the layout of the networks' inputs.
 #[derive(Debug)]
 pub(crate) struct Batch {
-    /// `(batch, observation + action)`: what was seen and done.
+    /// `(batch, observation + action)`: the observations with the actions that were taken.
     pub input: Vec<f32>,
-    /// `(batch, observation + action)`: what was seen next; the action columns are left for the policy to fill.
+    /// `(batch, observation + action)`: the next observations; the policy fills the columns of the action.
     pub next_input: Vec<f32>,
     /// `(batch)`.
     pub reward: Vec<f32>,
@@ -46,7 +46,7 @@ pub(crate) struct Batch {
 }
 
 impl Batch {
-    /// Of `size` transitions, all zero.
+    /// A batch of `size` transitions, all zero.
     pub fn zeros(size: usize, whole_observation: usize, action_dim: usize) -> Self {
         let input = vec![0.0; size * (whole_observation + action_dim)];
         Self { next_input: input.clone(), input, reward: vec![0.0; size], discount: vec![0.0; size] }
@@ -118,10 +118,10 @@ impl Replay {
         Ok(())
     }
 
-    /// Where an observation is kept: it is the last one, or is added.
+    /// Row of an observation in the log. If it is not the last row, the observation is added.
     fn place_of(&mut self, observation: &[f32]) -> usize {
         let last = self.observations.len().checked_sub(1);
-        // By bits: a zero may have a sign.
+        // Compared by their bits, which differ between 0.0 and -0.0.
         let same = |row: &[f32]| row.iter().zip(observation).all(|(a, b)| a.to_bits() == b.to_bits());
         match last.filter(|last| same(self.observations.row(*last))) {
             Some(last) => last,
@@ -155,7 +155,7 @@ impl Replay {
         oldest + (drawn + self.capacity - oldest % self.capacity) % self.capacity
     }
 
-    /// Where a transition's observation and its next one are kept.
+    /// Rows of a transition's observation and next observation in the log.
     fn places(&self, transition: usize) -> [usize; 2] {
         let row = self.transitions.row(transition);
         let [high, low, further] = [2, 3, 4].map(|i| row[self.action_dim + i] as usize);
@@ -191,7 +191,7 @@ mod tests {
         replay.push(&step).unwrap();
     }
 
-    /// Draws so many of what [`push`] pushed, each whole; which ones.
+    /// Draws `count` transitions, checks that each is one that [`push`] pushed, and returns their numbers.
     fn drawn(replay: &Replay, count: usize) -> Vec<usize> {
         let mut batch = Batch::zeros(count, 2, 1);
         replay.sample(0..count, &mut ChaCha8Rng::seed_from_u64(1), &mut batch);
@@ -205,7 +205,7 @@ mod tests {
         (0..count).map(one).collect()
     }
 
-    /// A ring of whole rows, as this memory was once.
+    /// A ring buffer of whole rows, as the replay memory once was.
     struct Ring {
         rows: Vec<Vec<f32>>,
         oldest: usize,
@@ -231,7 +231,7 @@ mod tests {
         }
     }
 
-    /// Steps of episodes of all lengths, of which some begin where the last one ended, and now and then a step that begins anywhere.
+    /// Steps of episodes of all lengths. Each episode begins at [0, -0], and so does now and then a step within an episode.
     fn steps(count: usize, mut take: impl FnMut(&Transition)) {
         let mut rng = ChaCha8Rng::seed_from_u64(2);
         let mut observation = [0.0, -0.0];
@@ -280,7 +280,7 @@ mod tests {
         let mut replay = replay(20_000);
         (0..100_000).for_each(|k| push(&mut replay, k as f32));
         assert_eq!((replay.len(), replay.observations.len(), replay.transitions.len()), (20_000, 100_001, 100_000));
-        // 80 000 of each are not needed, four segments and a part of the fifth.
+        // The first 80 000 rows of each log are not needed: four segments and a part of the fifth.
         assert_eq!((replay.observations.forgotten, replay.transitions.forgotten), (4, 4));
         assert_eq!((replay.observations.segments.len(), replay.transitions.segments.len()), (2, 2));
     }
@@ -295,7 +295,7 @@ mod tests {
         assert!(seen.iter().all(|&n| (20..=80).contains(&n)), "{seen:?}");
     }
 
-    /// Beyond 2^20 the place of an observation needs the first of its two numbers, however little is remembered.
+    /// Beyond 2^20 the place of an observation needs the first of its two numbers, even if few rows are kept.
     #[test]
     fn a_long_run_draws_what_was_pushed_after_the_first_million() {
         const PUSHED: usize = 1_100_000;

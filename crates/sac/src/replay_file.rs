@@ -1,7 +1,8 @@
-//! The replay memory on disk, in a checkpoint's folder: a file for each full segment of its logs, which never changes, and `replay.bin`
-//! with all the rest: their hashes, the rows after them, the steps that wait for their rewards, and a checksum of it all. Little endian.
+//! The replay memory on disk, in a checkpoint's folder. Each full segment of its two logs is a file that never changes. `replay.bin` holds
+//! the rest: the hashes of the segments, the rows after them, the steps that wait for their rewards, and a checksum of the file. Numbers
+//! are little endian.
 //!
-//! A save links the segments that the checkpoint before it has (a second name of the same file), and writes the others.
+//! A save makes hard links to the segments that the previous checkpoint has, and writes the others.
 
 use std::collections::HashMap;
 use std::io::Read;
@@ -16,9 +17,9 @@ use crate::{Config, Error, Replay, Sizes, synced_file};
 
 const FILE: &str = "replay.bin";
 const MAGIC: &[u8; 8] = b"SACRPLY2";
-/// Of earlier programs.
+/// Magic number of an earlier version.
 const OLD_MAGIC: &[u8; 8] = b"SACRPLY1";
-/// What the files of the two logs are called.
+/// Names of the two logs in file names.
 const NAMES: [&str; 2] = ["observations", "transitions"];
 const HASH_BYTES: usize = 32;
 
@@ -27,20 +28,20 @@ pub(crate) fn exists(folder: &Path) -> bool {
     folder.join(FILE).exists()
 }
 
-/// What `replay.bin` says before its numbers.
+/// The header of `replay.bin`.
 struct Head {
-    /// Observations, actions, capacity.
+    /// Numbers in an observation, numbers in an action, capacity in transitions.
     sizes: [usize; 3],
-    /// Of each log: segments forgotten, full segments, numbers after them.
+    /// Of each log: number of segments forgotten, number of full segments, count of numbers after the segments.
     lengths: [[usize; 3]; 2],
-    /// Steps that wait for their rewards.
+    /// Number of steps that wait for their rewards.
     pending: usize,
-    /// Of each log's full segments.
+    /// Hashes of each log's full segments.
     hashes: [Vec<Hash>; 2],
 }
 
 impl Head {
-    /// Reads the head of a whole file, and returns what follows it: the numbers and the checksum.
+    /// Reads the header from the whole content, and returns also what follows it: the numbers and the checksum.
     fn read(content: &[u8]) -> Result<(Self, &[u8]), Error> {
         let mut rest = &content[MAGIC.len()..];
         let (sizes, lengths) = (counts(&mut rest)?, [counts(&mut rest)?, counts(&mut rest)?]);
@@ -65,7 +66,7 @@ fn whole(content: &[u8]) -> Result<(), &'static str> {
     if agrees { Ok(()) } else { Err("the checksum does not agree: damaged or cut off") }
 }
 
-/// Hashes of the segments that a checkpoint has, by their paths; none if it has no whole replay memory.
+/// Hashes of the segments that a checkpoint has, by their paths; empty if it has no undamaged replay memory.
 fn segments_of(folder: &Path) -> HashMap<PathBuf, Hash> {
     let content = fs::read(folder.join(FILE)).unwrap_or_default();
     let head = whole(&content).ok().and_then(|()| Head::read(&content).ok());
@@ -77,8 +78,8 @@ fn segments_of(folder: &Path) -> HashMap<PathBuf, Hash> {
         .collect()
 }
 
-/// Writes `replay` into the new folder of a checkpoint, where `before` is the checkpoint that it will take the place of, and waits until
-/// it is on the disk.
+/// Writes `replay` into the new folder of a checkpoint, and waits until it is on the disk. `before` is the checkpoint that the new one will
+/// replace.
 pub(crate) fn write(folder: &Path, before: &Path, replay: &Replay) -> Result<(), Error> {
     let logs = [&replay.observations, &replay.transitions];
     let there = segments_of(before);
@@ -87,7 +88,7 @@ pub(crate) fn write(folder: &Path, before: &Path, replay: &Replay) -> Result<(),
             let (file, old) = (segment_path(folder, name, number), segment_path(before, name, number));
             let same = there.get(&old) == Some(&segment.hash) && is_long(&old, 4 * segment.numbers.len());
             let linked = same && fs::hard_link(&old, &file).is_ok();
-            // Not every drive knows second names, and a file that was cut off is written anew.
+            // Some file systems have no hard links, and a file that was cut off must be written again.
             if !linked {
                 synced_file::write(&file, &bytes(&segment.numbers))?;
             }
@@ -112,7 +113,7 @@ pub(crate) fn write(folder: &Path, before: &Path, replay: &Replay) -> Result<(),
     synced_file::write(&folder.join(FILE), &out)
 }
 
-/// Whether a file has so many bytes.
+/// Whether a file has this many bytes.
 fn is_long(file: &Path, bytes: usize) -> bool {
     fs::metadata(file).is_ok_and(|there| there.len() == bytes as u64)
 }
@@ -178,7 +179,7 @@ fn counts<const N: usize>(rest: &mut &[u8]) -> Result<[usize; N], Error> {
     Ok(counts)
 }
 
-/// The next bytes. That they are there is known: the checksum has been compared.
+/// The next `N` bytes. They exist, as the checksum has been compared.
 fn array<const N: usize>(rest: &mut &[u8]) -> Result<[u8; N], Error> {
     let mut bytes = [0; N];
     rest.read_exact(&mut bytes)?;
@@ -219,7 +220,7 @@ mod tests {
         }
     }
 
-    /// A checkpoint's folder with the memory after so many steps, its predecessor being `before`.
+    /// Saves the memory into a checkpoint's folder whose predecessor is `before`.
     fn save(root: &Path, before: &str, replay: &Replay) -> PathBuf {
         let folder = root.join(replay.observations.len().to_string());
         fs::create_dir(&folder).unwrap();
@@ -247,7 +248,8 @@ mod tests {
         let numbered = |numbers: std::ops::Range<usize>| {
             numbers.map(|n| format!("replay_transitions_{n:06}.bin")).collect::<Vec<_>>()
         };
-        // 35 000 are two segments and a bit; of 90 000, five and a bit, the first 50 000 are not needed: three segments.
+        // 35 000 rows fill two segments. 90 000 rows fill five; the first 50 000 are not needed, and the three segments with only such rows
+        // are forgotten.
         assert_eq!((names(&first), names(&second)), (numbered(0..2), numbered(3..5)));
         assert_eq!(read(&second, &config(), (2, 1)).unwrap(), replay);
 
@@ -257,7 +259,7 @@ mod tests {
         for name in names(&second) {
             assert_eq!(inode(&second, &name), inode(&third, &name), "{name} was written again");
         }
-        // A checkpoint goes, and the next keeps what it shared with it.
+        // After a checkpoint is removed, the next one keeps the segments that the two shared.
         fs::remove_dir_all(&second).unwrap();
         let mut loaded = read(&third, &config(), (2, 1)).unwrap();
         assert_eq!(loaded, replay);

@@ -21,14 +21,14 @@ use crate::{Config, Error, Sizes};
 pub struct Sac {
     pub(crate) config: Config,
     pub(crate) sizes: Sizes,
-    /// Learns, and explores.
+    /// The actor that learns and explores.
     pub(crate) actor: Actor,
-    /// Running mean of the actor's parameters: what is evaluated.
+    /// Running mean of the actor's parameters: the policy that is evaluated.
     pub(crate) average: Networks,
-    /// `[observation | what only they see | action] -> value`, twice.
+    /// Two critics: `[observation | what only the critics see | action] -> value`.
     pub(crate) critics: Networks,
     pub(crate) targets: Networks,
-    /// log alpha: alpha stays positive whatever the step.
+    /// log alpha, so that alpha stays positive after any step.
     pub(crate) log_temperature: f32,
     pub(crate) actor_adam: Adam,
     pub(crate) critic_adam: Adam,
@@ -37,14 +37,14 @@ pub struct Sac {
     pub(crate) updates: u64,
     pub(crate) batch_rng: ChaCha8Rng,
     pub(crate) noise_rng: ChaCha8Rng,
-    /// Noise of the present episode, if it is to be pink. Not saved: checkpoints to go on from lie between episodes.
+    /// Pink noise of the present episode; `None` if its noise is white. Not saved: a run continues from checkpoints between episodes.
     pink: Option<Pink>,
-    /// Nudges of the present episode, if it has any. They are not saved either.
+    /// Nudges of the present episode, if it has any. Not saved either.
     nudges: Option<Nudges>,
     pub(crate) scratch: Scratch,
 }
 
-/// Streams of random numbers, one for each purpose: a new consumer must not shift the others.
+/// Streams of random numbers, one for each purpose: a new use must not shift the numbers of the others.
 #[derive(Debug, Clone, Copy)]
 enum Stream {
     Initialisation,
@@ -106,11 +106,10 @@ impl Sac {
         }
     }
 
-    /// To be called at the start of each episode. Draws whether its noise is pink, the past of the pink noise, and
-    /// whether it has nudges.
+    /// Call this at the start of each episode. Draws whether the episode has pink noise, the initial state of that noise, and whether the
+    /// episode has nudges.
     pub fn begin_episode(&mut self) {
-        // For an option that is off nothing is drawn, so that a run without it has the bytes that it had before the
-        // option existed.
+        // Nothing is drawn for an option that is off, so that a run without the option has the same bytes as before the option existed.
         let in_this_one = |share: f64, rng: &mut ChaCha8Rng| share > 0.0 && rng.random_bool(share);
         let (actions, rng) = (self.actor.action_dim(), &mut self.actor.rng);
         self.pink = in_this_one(self.config.pink_noise, rng).then(|| Pink::new(actions, rng));
@@ -133,8 +132,8 @@ impl Sac {
         }
     }
 
-    /// The policy as it stands: the running mean of the actor, to be evaluated and kept. Its noise comes from `seed`, so that evaluating
-    /// it does not shift the noise of training.
+    /// The present policy for evaluation and storage: the running mean of the actor. Its noise comes from `seed`, so that evaluation does
+    /// not shift the noise of training.
     pub fn policy(&self, seed: u64) -> Actor {
         Actor::new(&self.config, self.average.clone(), ChaCha8Rng::seed_from_u64(seed))
     }
@@ -144,7 +143,7 @@ impl Sac {
         &self.config
     }
 
-    /// Lengths of what is observed and done.
+    /// Lengths of observations and actions.
     pub fn sizes(&self) -> Sizes {
         self.sizes
     }
@@ -168,8 +167,8 @@ impl Sac {
         self.learn_from(&[replay])
     }
 
-    /// Learns from a batch of which half is drawn from `replay` and half from `prior`, transitions that this learner did not collect (RLPD: Ball et al.,
-    /// 2023, arXiv 2302.02948).
+    /// Learns from a batch of which half is drawn from `replay` and half from `prior`, transitions that this learner did not collect (RLPD:
+    /// Ball et al., 2023, arXiv 2302.02948).
     ///
     /// # Panics
     ///
@@ -178,8 +177,7 @@ impl Sac {
         self.learn_from(&[replay, prior])
     }
 
-    /// Learns from a batch with equally many transitions from each memory; of an odd batch the last memory has one
-    /// more.
+    /// Learns from a batch with equally many transitions from each memory; if the batch is odd, the last memory gives one more.
     fn learn_from(&mut self, memories: &[&Replay]) -> Losses {
         let n = self.config.batch_size;
         for (k, replay) in memories.iter().enumerate() {
@@ -209,7 +207,7 @@ impl Sac {
         Losses { critic_loss, grad_norm_critic, temperature: self.temperature(), actor }
     }
 
-    /// Steps that the actor has made, the present one included.
+    /// Number of steps of the actor so far, the present one included.
     fn actor_steps(&self) -> u64 {
         self.updates / self.config.actor_period
     }
@@ -225,7 +223,7 @@ impl Sac {
 
         let share = 1.0 / batch.reward.len() as f32;
         let mut loss = 0.0;
-        // A row has the value of each critic.
+        // Each row holds the values of both critics.
         let (values, gradient) = critic_pass.result_and_gradient();
         let (values, gradient) = (values.as_chunks::<2>().0, gradient.as_chunks_mut::<2>().0);
         let targets = target_pass.result().as_chunks::<2>().0;

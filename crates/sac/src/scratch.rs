@@ -1,4 +1,4 @@
-//! Space that updates work in, made once.
+//! Memory in which updates work, allocated once.
 
 use tch::Tensor;
 
@@ -10,7 +10,7 @@ use crate::pass::Pass;
 use crate::replay::Batch;
 use crate::{Config, Sizes};
 
-/// Space that an update works in; holds nothing from one update to the next.
+/// Memory in which an update works; it holds nothing from one update to the next.
 #[derive(Debug)]
 pub(crate) struct Scratch {
     pub batch: Batch,
@@ -18,7 +18,7 @@ pub(crate) struct Scratch {
     pub next: Drawn,
     /// The policy's actions for the present observations.
     pub present: Drawn,
-    /// `(batch, whole observation + action)`: what was seen and done.
+    /// `(batch, whole observation + action)`: the observations with the actions that were taken.
     pub done: Matrix,
     /// `(batch, action)`.
     pub action_gradient: Matrix,
@@ -39,7 +39,7 @@ pub(crate) struct Drawn {
     pub samples: Samples,
     /// log pi, `(batch)`.
     pub log_prob: Vec<f32>,
-    /// The observations with the policy's actions, `(batch, whole observation + action)`: what the critics are asked.
+    /// The observations with the policy's actions, `(batch, whole observation + action)`: the input of the critics.
     pub input: Matrix,
     /// `(batch, observation)`: the actor's part.
     pub observations: Tensor,

@@ -1,4 +1,4 @@
-//! Loops that are compiled twice: for AVX2, taken where the processor has it, and for every x86-64 processor.
+//! Loops that are compiled twice: for AVX2, used where the processor has it, and for every x86-64 processor.
 //!
 //! Both give the same bits. The compiler may do eight additions at once, but neither reorders the sum of a loop nor fuses a product
 //! with an addition, unless it is told to.

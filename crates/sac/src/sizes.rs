@@ -1,6 +1,6 @@
-//! How many numbers a learner deals with.
+//! Lengths of observations and actions.
 
-/// Lengths of what is observed and done.
+/// Lengths of observations and actions.
 ///
 /// An observation in a [`Transition`](crate::Transition) and in the replay memory is `[what the actor sees | what only the critics
 /// see]`; [`Sac::act`](crate::Sac::act) is given the actor's part alone.
@@ -8,7 +8,7 @@
 pub struct Sizes {
     /// Numbers that the actor sees.
     pub observation: usize,
-    /// Numbers that only the critics see, after those; 0 in textbook SAC.
+    /// Numbers that only the critics see; 0 in textbook SAC.
     pub privileged: usize,
     /// Numbers in an action.
     pub action: usize,

@@ -1,4 +1,4 @@
-//! Files that are on the disk when they are written: a rename that follows must not overtake them.
+//! Writes files and waits until they are on the disk, so that a rename that follows cannot reach the disk first.
 
 use std::io::Write;
 use std::path::Path;
@@ -12,9 +12,9 @@ pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     Ok(file.sync_all()?)
 }
 
-/// Waits until the names in `folder` are on the disk, as they are now.
+/// Waits until the directory entries of `folder` are on the disk.
 pub(crate) fn names(folder: &Path) -> Result<(), Error> {
-    // An empty path is the parent of a name alone.
+    // The parent of a bare file name is an empty path.
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     Ok(fs_err::File::open(folder)?.sync_all()?)
 }

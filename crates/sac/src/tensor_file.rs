@@ -11,7 +11,7 @@ use crate::Error;
 use crate::network::Entry;
 use crate::synced_file;
 
-/// Writes groups of entries, each under its name and the group's suffix, and a note about them; BLAKE3 of the file.
+/// Writes groups of entries, each under its name and the group's suffix, and a note about them. Returns the BLAKE3 hash of the file.
 pub(crate) fn write_tensors(
     path: &Path,
     groups: &[(&[Entry], &str, &[f32])],
@@ -56,8 +56,8 @@ impl Tensors {
         Ok(header.metadata().as_ref().and_then(|notes| notes.get(key).cloned()))
     }
 
-    /// The numbers of every entry, each under its name and `suffix`, one after the other. Memory is asked for only once a shape is
-    /// found to be the file's.
+    /// The numbers of every entry, each under its name and `suffix`, one after the other. Memory is allocated only after an entry's shape
+    /// has been compared with the file's.
     pub fn values(&self, entries: &[Entry], suffix: &str) -> Result<Vec<f32>, Error> {
         let error = |problem: String| Error::checkpoint(&self.path, problem);
         let file = SafeTensors::deserialize(&self.bytes).map_err(|e| error(format!("damaged or cut off ({e})")))?;

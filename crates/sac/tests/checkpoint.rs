@@ -1,4 +1,4 @@
-//! Stop, save, load, go on: the same bytes; and what is damaged is refused by name.
+//! A run that is saved, loaded and continued gives the same bytes, and a damaged file is refused by name.
 
 use std::fs;
 use std::path::Path;
@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 const OBSERVATIONS: usize = 5;
 const ACTIONS: usize = 2;
 const PLAIN: Sizes = Sizes { observation: OBSERVATIONS, privileged: 0, action: ACTIONS };
-/// Two of the numbers are for the critics alone.
+/// Two of the numbers are seen by the critics alone.
 const ASYMMETRIC: Sizes = Sizes { observation: OBSERVATIONS - 2, privileged: 2, action: ACTIONS };
 
 fn config() -> Config {
@@ -28,7 +28,7 @@ fn start() -> (Sac, Replay) {
 fn start_with(config: &Config, sizes: Sizes) -> (Sac, Replay) {
     let mut sac = Sac::new(config, sizes, 11).unwrap();
     let mut replay = Replay::new(config, sizes);
-    // More steps than the memory holds, so that the oldest have made room.
+    // More steps than the memory holds, so that the oldest have been replaced.
     (0..200).for_each(|k| step(&mut sac, &mut replay, k));
     (sac, replay)
 }
@@ -52,7 +52,7 @@ fn step(sac: &mut Sac, replay: &mut Replay, k: usize) {
 }
 
 fn go_on(sac: &mut Sac, replay: &mut Replay, steps: std::ops::Range<usize>) {
-    // Not saved: whoever goes on makes it anew.
+    // The prior episodes are not saved; a run that continues makes them again.
     let prior = (sac.config().prior_episodes > 0).then(|| start().1);
     for k in steps {
         step(sac, replay, k);
@@ -63,7 +63,7 @@ fn go_on(sac: &mut Sac, replay: &mut Replay, steps: std::ops::Range<usize>) {
     }
 }
 
-/// Every byte that decides how the run goes on.
+/// Every byte that decides how the run continues.
 fn bytes(folder: &Path, sac: &Sac, replay: &Replay) -> Vec<(String, Vec<u8>)> {
     Checkpoint::save(folder, sac, Some(replay), json!({ "step": 1 })).unwrap();
     let mut files: Vec<_> = fs::read_dir(folder).unwrap().map(|file| file.unwrap().path()).collect();
@@ -78,13 +78,13 @@ fn a_continued_run_gives_the_bytes_of_an_unbroken_one() {
     same_bytes(&options(), ASYMMETRIC, 240);
 }
 
-/// Without pink noise and nudges all that is left of an episode are the steps that wait for their rewards, and those are saved.
+/// Without pink noise and nudges, the only state of a running episode is the steps that wait for their rewards, and those are saved.
 #[test]
 fn with_white_noise_a_run_may_be_saved_within_an_episode() {
     same_bytes(&config(), PLAIN, 251);
 }
 
-/// Compares a run that goes on from a checkpoint at step `at` with one that was not stopped, up to step 300.
+/// Compares a run that continues from a checkpoint at step `at` with one that was not stopped, up to step 300.
 fn same_bytes(config: &Config, sizes: Sizes, at: usize) {
     let folder = tempfile::tempdir().unwrap();
     let (mut sac, mut replay) = start_with(config, sizes);
@@ -193,7 +193,7 @@ fn a_missing_damaged_or_foreign_checkpoint_is_refused_in_one_line() {
     );
     fs::write(path.join("replay.bin"), whole).unwrap();
 
-    // A bit that flips where every number stays finite.
+    // A flipped bit after which every number is still finite.
     for file in ["actor", "online_actor", "critic", "target", "optimizer"] {
         let file = format!("{file}.safetensors");
         let whole = fs::read(path.join(&file)).unwrap();
@@ -219,8 +219,8 @@ fn a_missing_damaged_or_foreign_checkpoint_is_refused_in_one_line() {
     assert!(message(OBSERVATIONS).ends_with("last/actor.safetensors: holds no actor.0.weight"));
 }
 
-/// A run goes on only with the settings that its checkpoint was saved with. A setting that the file lacks is off there,
-/// and does not take today's default.
+/// A run continues only with the settings that its checkpoint was saved with. A setting that the file lacks counts as off, whatever today's
+/// default is.
 #[test]
 fn a_checkpoint_goes_on_with_the_settings_it_was_saved_with() {
     let folder = tempfile::tempdir().unwrap();
@@ -240,7 +240,7 @@ fn a_checkpoint_goes_on_with_the_settings_it_was_saved_with() {
     Actor::load(folder.path(), OBSERVATIONS, ACTIONS, 0).unwrap();
 }
 
-/// Layers that would take gigabytes are compared with those of the file first.
+/// Layers that would take gigabytes are compared with those of the file before they are allocated.
 #[test]
 fn layers_that_are_not_the_files_are_refused_before_they_are_made() {
     let folder = tempfile::tempdir().unwrap();
@@ -259,7 +259,7 @@ fn layers_that_are_not_the_files_are_refused_before_they_are_made() {
     assert!(deep.ends_with("is out of range: one to eight layers of 1 to 16384 units"), "{deep}");
 }
 
-/// What a reader finds who is between the two renames of a save: the state of one checkpoint, the policy of another.
+/// What a reader may find between the two renames of a save: the state of one checkpoint and the policy of another.
 #[test]
 fn parts_of_two_checkpoints_are_not_put_together() {
     let folder = tempfile::tempdir().unwrap();
@@ -274,7 +274,7 @@ fn parts_of_two_checkpoints_are_not_put_together() {
     assert!(error.ends_with("actor.safetensors: has seen 10 updates, state.json beside it 0"), "{error}");
 }
 
-/// As by `evaluate` of a run that trains: whatever the moment, one checkpoint is found, whole.
+/// As when `evaluate` reads a run that trains: at any moment the reader finds one complete checkpoint.
 #[test]
 fn a_reader_finds_a_whole_checkpoint_while_a_run_saves_itself() {
     let folder = tempfile::tempdir().unwrap();
@@ -295,7 +295,7 @@ fn a_reader_finds_a_whole_checkpoint_while_a_run_saves_itself() {
     });
 }
 
-/// What a kill between the two renames of a save leaves: the old folder under its side name, the new one complete beside it.
+/// What a kill between the two renames of a save leaves: the old folder under its temporary name, and beside it the new one, complete.
 #[test]
 fn a_save_that_was_killed_leaves_a_whole_checkpoint() {
     let folder = tempfile::tempdir().unwrap();
@@ -304,21 +304,21 @@ fn a_save_that_was_killed_leaves_a_whole_checkpoint() {
     Checkpoint::save(&path, &sac, Some(&replay), json!("old")).unwrap();
     go_on(&mut sac, &mut replay, 200..210);
     Checkpoint::save(&folder.path().join(".last.new"), &sac, Some(&replay), json!("new")).unwrap();
-    // Killed before the renames: the old one counts.
+    // Killed before the renames: the old checkpoint counts.
     assert_eq!(Checkpoint::load(&path, &config(), (OBSERVATIONS, ACTIONS)).unwrap().caller, json!("old"));
-    // Killed between them.
+    // Killed between the renames.
     fs::rename(&path, folder.path().join(".last.old")).unwrap();
     assert!(Checkpoint::exists(&path));
     assert_eq!(Checkpoint::load(&path, &config(), (OBSERVATIONS, ACTIONS)).unwrap().caller, json!("old"));
     assert_eq!(Actor::load(&path, OBSERVATIONS, ACTIONS, 0).unwrap().1, json!("old"));
     assert!(!path.exists(), "who reads must not come in the way of a run that is between its renames");
-    // And the next save cleans up.
+    // The next save removes what the kill left.
     Checkpoint::save(&path, &sac, Some(&replay), json!("newer")).unwrap();
     assert_eq!(Checkpoint::load(&path, &config(), (OBSERVATIONS, ACTIONS)).unwrap().caller, json!("newer"));
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "no leftovers");
 }
 
-/// The actor of a run plays without what only its critics saw. For the run to go on, the critics have to see it again.
+/// The actor of a run can be loaded without what only its critics saw. To continue the run, the critics have to see it again.
 #[test]
 fn critics_that_see_more_are_not_taken_for_others() {
     let folder = tempfile::tempdir().unwrap();

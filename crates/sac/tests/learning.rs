@@ -1,4 +1,4 @@
-//! Problems so small that success is certain.
+//! Problems so small that a correct learner solves them every time.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -15,7 +15,8 @@ fn small() -> Config {
     }
 }
 
-/// A point on a line, pushed by the action, is rewarded for being at the origin. Episodes of 20 steps end by their time limit.
+/// A point on a line is pushed by the action, and its reward is minus its distance from the origin. Episodes of 20 steps end by their time
+/// limit.
 struct Point {
     x: f32,
     v: f32,
@@ -93,12 +94,12 @@ fn a_point_is_brought_to_the_origin() {
     for seed in [1, 2] {
         let before = Point::evaluate(&learn_point(1, seed));
         let after = Point::evaluate(&learn_point(2500, seed));
-        // From 0.5 away on average, at about 0.3 per step: the best policy gets about -1.
+        // The point starts 0.5 away on average and moves about 0.3 per step: the best policy gets about -1.
         assert!(after > -1.6 && after > before + 3.0, "seed {seed}: {before} -> {after}");
     }
 }
 
-/// Without a future and with the best action written in the observation, the policy must copy it.
+/// Each episode has one step, and its best action is the observation: the policy must copy it.
 #[test]
 fn the_action_asked_for_is_given() {
     let config = Config { random_steps: 200, ..small() };
@@ -161,13 +162,14 @@ fn nudges_are_of_sampled_actions_in_their_share_of_the_episodes() {
         }
         at_an_end as f64 / 10_000.0
     };
-    // 40 of 89 actions.
+    // Nudges take 40 of 89 actions.
     assert!((0.35..0.5).contains(&nudged(1.0, Act::Sample)));
     assert!((0.1..0.35).contains(&nudged(0.5, Act::Sample)));
     assert_eq!((nudged(0.0, Act::Sample), nudged(1.0, Act::Mean)), (0.0, 0.0));
 }
 
-/// A part of the reward that nobody sees is noise to the critics; if they see what it hangs on, little of their loss is left.
+/// A part of the reward depends on a number. If the critics do not see the number, that part is noise to them; if they see it, little of
+/// their loss is left.
 #[test]
 fn critics_use_what_only_they_see() {
     let loss = |privileged: usize| {
@@ -196,6 +198,6 @@ fn critics_use_what_only_they_see() {
         last[last.len() - 100..].iter().sum::<f32>() / 100.0
     };
     let (seeing, blind) = (loss(1), loss(0));
-    // Two critics, and the variance of the hidden part is 4/3.
+    // There are two critics, and the variance of the part that depends on the number is 4/3.
     assert!(blind > 2.0 && seeing < 0.1 * blind, "{seeing} {blind}");
 }

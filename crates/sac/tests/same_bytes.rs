@@ -1,5 +1,5 @@
-//! The same bytes on another processor. glibc and MKL choose functions by the processor's instructions. Neither choice
-//! may change a learner with portable kernels, and with fast kernels only MKL's may.
+//! A run gives the same bytes on another processor. glibc and MKL choose functions by the processor's instructions. Neither choice may
+//! change a learner with portable kernels, and with fast kernels only MKL's may.
 
 use std::process::Command;
 
@@ -8,12 +8,12 @@ use sac::{Act, Checkpoint, Config, Kernels, Preset, Replay, Sac, Transition};
 /// Set in a child process, which prints what its parent compares: kernels are decided on once per process.
 const CHILD: &str = "SAME_BYTES_CHILD";
 
-/// What makes glibc (2.33 or later) believe in a processor without these instructions.
+/// Makes glibc (2.33 or later) choose functions as on a processor without these instructions.
 const OLDER_FOR_GLIBC: (&str, &str) = ("GLIBC_TUNABLES", "glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX512F");
 /// The same for MKL.
 const OLDER_FOR_MKL: (&str, &str) = ("MKL_ENABLE_INSTRUCTIONS", "SSE4_2");
 
-/// Of every byte of a checkpoint after 150 updates.
+/// Hash of every byte of a checkpoint after 150 updates.
 fn digest(kernels: Kernels) -> String {
     let swift = Preset::SWIFT.settings();
     let config = Config { kernels, batch_size: 32, random_steps: 50, updates_per_step: 1.0, pink_noise: 1.0, ..swift };
@@ -49,7 +49,7 @@ fn digest(kernels: Kernels) -> String {
     hash.finalize().to_hex().to_string()
 }
 
-/// A digest of what the platform's own sine says, which does depend on glibc's choice.
+/// A hash of values of the platform's own sine, which do depend on glibc's choice.
 fn platforms_sine() -> String {
     let mut hash = blake3::Hasher::new();
     for i in 0..100_000 {
@@ -58,13 +58,13 @@ fn platforms_sine() -> String {
     hash.finalize().to_hex().to_string()
 }
 
-/// What a process of its own finds in this environment: the digest, and the name of the kernel.
+/// What a process of its own computes in this environment: the digest, and the name of the kernel.
 fn in_child(kernels: &str, environment: &[(&str, &str)]) -> [String; 2] {
     let [digest, kernel, _] = told_by_child(kernels, environment);
     [digest, kernel]
 }
 
-/// The same, and the platform's sine.
+/// The same, and the hash of the platform's sine.
 fn told_by_child(kernels: &str, environment: &[(&str, &str)]) -> [String; 3] {
     let mut child = Command::new(std::env::current_exe().unwrap());
     child.args(["--exact", "child", "--nocapture"]).env(CHILD, kernels).envs(environment.iter().copied());
@@ -75,7 +75,7 @@ fn told_by_child(kernels: &str, environment: &[(&str, &str)]) -> [String; 3] {
     })
 }
 
-/// Does nothing unless a parent asks.
+/// Does nothing unless a parent process sets [`CHILD`].
 #[test]
 fn child() {
     if let Ok(kernels) = std::env::var(CHILD) {
@@ -104,7 +104,7 @@ fn portable_kernels_are_the_same_on_an_older_processor() {
     if is_x86_feature_detected!("avx2") {
         assert!(digest != older_digest, "{kernel}");
     }
-    // Of a processor that is not Intel's MKL tells the same name whatever kernels it takes.
+    // On a processor that is not Intel's, MKL reports the same name whatever kernels it uses.
     let is_intel = std::fs::read_to_string("/proc/cpuinfo").unwrap().contains("GenuineIntel");
     if is_intel {
         assert!(kernel != portable[1], "{kernel}");

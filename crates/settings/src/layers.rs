@@ -15,7 +15,7 @@ use crate::{robots, setup, spaces};
 /// What an error says of a file that holds no settings.
 pub const WANTED: &str = "a TOML file is wanted, such as a run's config.toml";
 
-/// The file `path` with this text as a layer: its keys, the action space worked out.
+/// The file `path` with this text as a layer: its keys, with the action space as a complete record.
 ///
 /// # Errors
 /// Names the file and what is wrong in it.
@@ -46,7 +46,7 @@ pub fn layered<T: DeserializeOwned>(mut base: Table, layers: Vec<(Source, Table)
         robots::work_out(&mut table).map_err(|problem| anyhow!("{}: {problem}", source.at("env.robot")))?;
         robots::make_room(&mut base, &table);
         spaces::lay_over(&mut base, table);
-        // Each layer at once: what is wrong is told with the layer that it is in.
+        // The settings are checked after each layer, so that an error names the layer that it is in.
         record::read::<T>(base.clone()).map_err(|problem| anyhow!("{}: {problem}", source.at(&problem.key)))?;
     }
     record::read(base).map_err(Error::from)

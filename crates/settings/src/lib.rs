@@ -1,8 +1,8 @@
 //! The settings of an environment: layers of keys, of which the last wins; files; names of action spaces, robots and
 //! set-ups.
 //!
-//! This crate needs no libtorch. The programs put a learner's settings beside these; environments in Python have no
-//! other settings.
+//! This crate needs no libtorch. The training programs have a learner's settings besides these; environments in Python
+//! have no other settings.
 
 mod layers;
 pub mod robots;

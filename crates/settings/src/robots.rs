@@ -1,4 +1,4 @@
-//! Robots as people name them: a built-in name, a URDF, or a robot file.
+//! Robots as settings name them: a built-in name, a URDF, or a robot file.
 //!
 //! A file is read once. From then on the configuration has the robot with every number, so that a run, a copy of the
 //! run elsewhere and a run that continues it do not depend on the file.
@@ -8,10 +8,10 @@ use std::path::Path;
 use physics::robots::{self, Robot, RobotChoice};
 use toml::{Table, Value};
 
-/// A built-in robot by its name, or a file, counted from `folder`.
+/// A built-in robot by its name, or a robot from a file, whose path is relative to `folder`.
 ///
 /// # Errors
-/// Names the file and what is wrong in it; of an unknown name the nearest known one and all others.
+/// Names the file and what is wrong in it; for an unknown name the nearest known one and all others.
 pub fn named(text: &str, folder: &Path) -> Result<RobotChoice, String> {
     if robots::is_file(text) {
         let robot = robots::read(&folder.join(text)).map_err(|error| error.to_string())?;
@@ -20,7 +20,7 @@ pub fn named(text: &str, folder: &Path) -> Result<RobotChoice, String> {
     text.parse().map(RobotChoice::Named)
 }
 
-/// Rewrites the file that a layer of settings names as its `env.robot`: its path counts from `folder` before, and from
+/// Rewrites the path of a robot's file in the `env.robot` of a layer of settings: it is relative to `folder` before, and to
 /// the current folder after.
 pub fn count_from(layer: &mut Table, folder: &Path) {
     if let Some(Value::String(text)) = of(layer) {
@@ -28,13 +28,13 @@ pub fn count_from(layer: &mut Table, folder: &Path) {
     }
 }
 
-/// The setting `env.robot` of a file in `folder`, as seen from the current folder: a robot's file with its path, a name
-/// as it is.
+/// The value of `env.robot` in a file in `folder`, for use in the current folder: a robot's file with its path, a name
+/// unchanged.
 pub fn counted_from(text: &str, folder: &Path) -> String {
     if robots::is_file(text) { folder.join(text).to_string_lossy().into_owned() } else { text.into() }
 }
 
-/// Puts the robot in the place of the file that a layer of settings names as its `env.robot`.
+/// Replaces the file that a layer of settings names as its `env.robot` by the robot itself.
 ///
 /// # Errors
 /// As [`named`].
@@ -46,7 +46,7 @@ pub(crate) fn work_out(layer: &mut Table) -> Result<(), String> {
     Ok(())
 }
 
-/// Takes the robot out of `base` that a layer replaces as a whole: nothing of one robot may stay in another.
+/// Removes the robot from `base` if the layer replaces it as a whole, so that no value of one robot stays in another.
 pub(crate) fn make_room(base: &mut Table, layer: &Table) {
     let robot = layer.get("env").and_then(|env| env.get("robot"));
     let is_whole = |robot: &Value| robot.clone().try_into::<Robot>().is_ok() || !robot.is_table();
@@ -69,7 +69,7 @@ mod tests {
     use super::*;
     use crate::{Source, env};
 
-    /// A robot of one's own in a configuration, from the values that a file of it would have.
+    /// A configuration with a user's own robot, as it is read from the robot's file.
     fn own(name: &str) -> Table {
         let robot = Robot { name: name.into(), ..RobotName::Ur5e.robot() };
         let choice = Value::try_from(RobotChoice::Own(Box::new(robot))).unwrap();

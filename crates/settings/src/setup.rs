@@ -18,7 +18,7 @@ pub struct Setup {
     pub purpose: &'static str,
 }
 
-/// All that have a name.
+/// All named set-ups.
 pub const SETUPS: [Setup; 3] = [
     Setup {
         name: "paper-steps",
@@ -67,7 +67,7 @@ pub fn in_words(env: &EnvConfig) -> String {
 mod tests {
     use super::*;
 
-    /// What a name sets is what it is recognised by.
+    /// A set-up is recognised by the values that its name sets.
     #[test]
     fn a_set_up_is_told_by_its_name() {
         for Setup { name, steps, stops, .. } in SETUPS {

@@ -1,4 +1,4 @@
-//! Where settings come from, so that what is wrong with one is told with its place.
+//! Where settings come from, so that errors name the file and the line.
 
 use std::io::{Error, ErrorKind, Read, Result as IoResult};
 use std::path::Path;
@@ -10,7 +10,7 @@ use zip::ZipArchive;
 /// Reads a TOML document.
 ///
 /// # Errors
-/// In words: place, key and what is wrong.
+/// A text with place, key and what is wrong.
 pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     record::parse(text).map_err(|problem| problem.to_string())
 }
@@ -22,7 +22,7 @@ const LONGEST: u64 = 4 << 20;
 /// 4 MiB are read, as a device such as `/dev/zero` never ends.
 ///
 /// # Errors
-/// If the file cannot be read, is no text or is longer than 4 MiB.
+/// If the file cannot be read, is not text or is longer than 4 MiB.
 pub fn text(path: &Path) -> IoResult<String> {
     let mut text = String::new();
     let file = fs_err::File::open(path)?;
@@ -46,7 +46,7 @@ pub fn text(path: &Path) -> IoResult<String> {
 #[derive(Debug, Clone)]
 pub struct Source {
     name: String,
-    /// What is written there; empty if it is no file.
+    /// The file's text; empty if the source is not a file.
     text: String,
 }
 
@@ -56,17 +56,17 @@ impl Source {
         Source { name, text }
     }
 
-    /// Something else, by its name.
+    /// A source that is not a file, such as the command line, by its name.
     pub fn named(name: impl Into<String>) -> Self {
         Source { name: name.into(), text: String::new() }
     }
 
-    /// Its name.
+    /// The source's name.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Its name, and the line of a dotted key where there is one.
+    /// The source's name, and the line of a dotted key if the text has the key.
     pub fn at(&self, key: &str) -> String {
         match place_of(&self.text, key) {
             Some((line, _)) => format!("{}, line {line}", self.name),

@@ -1,4 +1,4 @@
-//! Action spaces as people name them: a built-in name, a file, or a table in a configuration.
+//! Action spaces as settings name them: a built-in name, a file, or a table in a configuration.
 
 use std::path::Path;
 
@@ -7,8 +7,8 @@ use aforce::record::{self, overlay};
 use anyhow::{Context, Result, bail, ensure};
 use toml::{Table, Value};
 
-/// A built-in space by its name, or a record of one's own from a file that ends with `.toml`, counted from `folder`. Without a
-/// `name` the record is called as its file is.
+/// A built-in space by its name, or a user's own record from a file that ends with `.toml`, whose path is relative to `folder`. Without
+/// a `name` the record has the name of its file.
 ///
 /// # Errors
 /// Names the file, the key and what is allowed.
@@ -38,7 +38,7 @@ pub fn of_value(value: Value, folder: &Path) -> Result<ActionSpace> {
     }
 }
 
-/// A record that somebody wrote. Tables tell spaces apart by their names, so it may not have one that is taken.
+/// A user's own record. Tables tell spaces apart by their names, so it must not have the name of a different built-in space.
 fn own(table: Table, name: &str) -> Result<ActionSpace> {
     let space = ActionSpace::from_table(table, name)?;
     if let Ok(built_in) = space.name.parse::<ActionSpace>() {
@@ -51,8 +51,8 @@ fn own(table: Table, name: &str) -> Result<ActionSpace> {
     Ok(space)
 }
 
-/// Works out the `env.space` of a layer of settings: a name, a file or a table that extends a built-in space becomes a
-/// complete record. A table of single keys stays what it is: changes of the space that the layers below have.
+/// Resolves the `env.space` of a layer of settings: a name, a file or a table that extends a built-in space becomes a
+/// complete record. A table of single keys is left as it is: it changes the space of the layers below.
 ///
 /// # Errors
 /// As [`named`].
@@ -78,7 +78,7 @@ pub fn lay_over(base: &mut Table, layer: Table) {
     overlay(base, layer);
 }
 
-/// A record, and not changes of one.
+/// Whether a table is a complete record, not changes of one.
 fn is_whole(table: &Table) -> bool {
     ["name", "goal", "stiffness"].iter().all(|key| table.contains_key(*key)) && !table.contains_key("extends")
 }

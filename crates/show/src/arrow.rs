@@ -33,8 +33,8 @@ fn draw(image: &mut Image, tail: [f64; 2], tip: [f64; 2]) {
             // Along the arrow from its tail, and across it.
             let (along, across) = ((x * dx + y * dy) / length, (x * dy - y * dx).abs() / length);
             let shaft = (half_width - across).min(along).min(length - head - along);
-            // The head's half width is half of the distance to the tip. 0.9, the cosine of its flank's slope, makes a
-            // distance from the flank of the distance across.
+            // The head's half width is half of the distance to the tip. The factor 0.9, the cosine of the flank's slope, turns
+            // the distance across into the distance from the flank.
             let flank = 0.9 * ((length - along) / 2.0 - across);
             let cover = shaft.max(flank.min(along - (length - head))) + 0.5;
             let cover = cover.clamp(0.0, 1.0);
@@ -50,7 +50,7 @@ fn draw(image: &mut Image, tail: [f64; 2], tip: [f64; 2]) {
 mod tests {
     use super::*;
 
-    /// Looking along +y, a force upwards points upwards from where it acts, as long as it is strong.
+    /// Seen along +y, a force upwards is an arrow upwards from its point, with a length in proportion to the force.
     #[test]
     fn an_arrow_stands_on_its_point() {
         let camera = Camera { eye: [0.0, -2.0, 1.0], target: [0.0, 0.0, 1.0], field_of_view: 1.0 };

@@ -37,15 +37,15 @@ impl Range {
         Range { low: 10f64.powf(self.low), high: 10f64.powf(self.high) }
     }
 
-    /// "250k" rather than "250000", so that environment steps do not run into each other; no more decimals than the
-    /// distance between two ticks asks for.
+    /// "250k" rather than "250000", so that the labels of environment steps do not run into each other; no more decimals
+    /// than the distance between two ticks needs.
     pub fn tick_label(&self, value: f64) -> String {
         let extent = self.high - self.low;
         if value != 0.0 && (self.size() >= 1e12 || self.size() < 1e-3) {
             return format!("{value:.2e}").replace('-', "−");
         }
         let (unit, suffix) = match value.abs() {
-            // On such an axis neighbours would read alike in these units.
+            // On such an axis the labels of neighbouring ticks would be the same in the units below.
             _ if self.size() < 1e4 || extent < 1e-2 * self.size() => (1.0, ""),
             size if size >= 1e9 => (1e9, "G"),
             size if size >= 1e6 => (1e6, "M"),

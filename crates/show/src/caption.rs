@@ -43,7 +43,7 @@ fn dots(text: &str) -> usize {
     6 * text.len() + 1
 }
 
-/// Each dot has `scale` pixels each way.
+/// Draws a text; each dot is `scale` pixels wide and high.
 fn letters(image: &mut Image, text: &str, scale: usize) {
     let dots = dots(text);
     for row in 0..(STRIP * scale).min(image.height) {
@@ -59,7 +59,7 @@ fn letters(image: &mut Image, text: &str, scale: usize) {
     }
 }
 
-/// 45 dots, rows from the top, leftmost first, the last dot in the lowest bit. The last two rows are below the line.
+/// 45 dots, rows from the top, leftmost first, the last dot in the lowest bit. The last two rows are below the baseline.
 fn glyph(byte: u8) -> u64 {
     match byte {
         b'g' => 0x0003e318bc2e,
@@ -72,7 +72,7 @@ fn glyph(byte: u8) -> u64 {
     }
 }
 
-/// Space to tilde, drawn for this file: the seven rows above the line.
+/// Space to tilde, drawn for this file: the seven rows above the baseline.
 #[rustfmt::skip]
 const FONT: [u64; 95] = [
     0x000000000, 0x108421004, 0x294a00000, 0x295f57d4a, 0x11f4717c4, 0x672222273, 0x325264e4d, 0x108400000, 0x088842082,

@@ -2,7 +2,7 @@
 
 use tasks::Env;
 
-/// Before each action the observation, unscaled, and the action.
+/// The unscaled observation before each action, and the action.
 #[derive(Debug, Clone, Default)]
 pub struct Inputs {
     names: Vec<String>,
@@ -10,7 +10,7 @@ pub struct Inputs {
 }
 
 impl Inputs {
-    /// Takes in an `action` of `env` and the `observation` before it.
+    /// Adds an `action` of `env` and the `observation` before it.
     pub fn add(&mut self, env: &Env, observation: &[f32], action: &[f64]) {
         if self.names.is_empty() {
             let observed = env.observation_components().iter().map(|c| format!("Observation, {} ({})", c.name, c.unit));

@@ -1,6 +1,6 @@
-//! An episode to be looked at: played once, and then a page for a browser, pictures, curves, numbers.
+//! Plays an episode and shows it: as a page for a browser, as pictures, curves or tables.
 //!
-//! Needs no libtorch: whoever plays is a closure from the environment to an action.
+//! This crate needs no libtorch: a closure from the environment to an action plays the episode.
 //!
 //! ```
 //! use show::{Playback, page};

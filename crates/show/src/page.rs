@@ -1,4 +1,4 @@
-//! An episode, or two side by side, as one HTML page that needs nothing else.
+//! An episode, or two side by side, as one HTML page that loads nothing else.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ use crate::{arrow, palette};
 const TEMPLATE: &str = include_str!("../assets/replay.html");
 const DATA: &str = "{{data}}";
 
-/// Panels whose axis is logarithmic: stiffness runs over two decades, and the softer of two arms would lie on the axis.
+/// Panels with a logarithmic axis: stiffness runs over two decades, and on a linear axis the curve of a soft arm would lie at zero.
 const LOGARITHMIC: [&str; 2] = ["Stiffness", "Rotational stiffness"];
 
 /// Writes the page; the second episode, if any, stands to the right of the first, and the `notes` above both, a paragraph each.
@@ -38,7 +38,7 @@ fn page(episodes: &[Playback], notes: &[String]) -> String {
     TEMPLATE.replace(DATA, &data.to_string().replace('<', "\\u003c"))
 }
 
-/// A word as a shell takes it for one.
+/// A word, quoted for a shell where that is needed.
 fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_=./:,+@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) { word.into() } else { format!("'{}'", word.replace('\'', "'\\''")) }
@@ -65,14 +65,14 @@ fn json(playback: &Playback) -> Value {
     episode["detail"] = json!(playback.detail);
     episode["metresPerNewton"] = json!(arrow::METRES_PER_NEWTON);
     episode["rate"] = json!(playback.rate);
-    // What the spaces differ in comes first.
+    // The stiffness, in which the spaces differ, comes first.
     let mut panels = playback.traces.panels();
     panels.sort_by_key(|panel| panel.title != LOGARITHMIC[0]);
     episode["panels"] = panels.iter().map(panel).collect();
     episode
 }
 
-/// What the curves of a panel are, where their names do not say it.
+/// Explains the curves of a panel, where their names are not enough.
 fn note(panel: &str) -> &'static str {
     match panel {
         "Contact force" => {
@@ -152,7 +152,7 @@ mod tests {
             }
         }
 
-        // Decals have the colours they had, and penalties their moments.
+        // Decals have the right colour in every frame, and penalties are in the right frames.
         assert!(wiped.first() != wiped.last(), "something is wiped");
         for (frame, (decals, penalised, fulfilled)) in wiped.iter().enumerate() {
             for decal in decals {
@@ -172,7 +172,7 @@ mod tests {
         }
     }
 
-    /// Folders may be called anything.
+    /// The name of a folder may have any characters.
     #[test]
     fn whatever_it_is_called_the_data_reads_back() {
         let mut names = ["</script>", "<!--<script>", "-->", "]]>", "\u{2028}\0\u{7f}", "{{data}}", "\\u003c", "'\"`"]

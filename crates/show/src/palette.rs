@@ -1,10 +1,10 @@
 //! Colours. An action space and its variant have the same colour in every figure and page, and nothing else in a figure
 //! has it.
 //!
-//! A label is `SPACE`, `SPACE,VARIANT` or one of these with `, NAME preset` after it, or any other words. A space that is known here has a
-//! colour of its own. A variant has a shade of its space's colour, which its name chooses. Whatever else is drawn, another space or no space
-//! at all, has one of eight colours that no known space has; its name chooses which, and where two of a figure choose the same, the later
-//! one has the next.
+//! A label is `SPACE`, `SPACE,VARIANT` or one of these with `, NAME preset` after it, or any other words. A space that is listed here has a
+//! colour of its own. A variant has a shade of its space's colour; a hash of its name chooses which. Any other label has one of eight
+//! colours that no listed space has, also chosen by a hash of its name. Where two labels of a figure choose the same colour, the later one
+//! gets the next.
 
 /// Colours of the built-in spaces, and of those of the committed runs. Many are Okabe and Ito's, which colour-blind
 /// readers can tell apart. A space with force has a colour like that of the same space without.
@@ -53,27 +53,27 @@ const SPACES: [(&str, &str); 42] = [
     ("printed-draw-38", "#d6336c"),
 ];
 
-/// Colours for whatever is not in [`SPACES`]: far from what is there, and from each other.
+/// Colours for labels that are not in [`SPACES`]: far from the colours there, and from each other.
 const OTHERS: [&str; 8] = ["#00b400", "#dd22ee", "#770055", "#3388ff", "#ff8080", "#005500", "#e00000", "#0000bb"];
 
 /// Shades of a colour: the grey with which it is mixed (0 is black, 255 white), and the share of the grey.
 const SHADES: [(u8, f64); 8] =
     [(0, 0.2), (255, 0.2), (0, 0.35), (255, 0.35), (0, 0.5), (255, 0.5), (128, 0.45), (128, 0.7)];
 
-/// The colour of an action space by its name, in whichever case; `None` of one without a colour of its own.
+/// The colour of an action space by its name, upper or lower case; `None` for one without a colour of its own.
 pub fn of_space(name: &str) -> Option<&'static str> {
     SPACES.iter().find(|(space, _)| space.eq_ignore_ascii_case(name)).map(|(_, color)| *color)
 }
 
-/// The colour that the variant of a known space has in every figure; `None` of other labels. Only where two
-/// variants of a space in one figure choose the same shade does [`colors`] give the later one the next.
+/// The colour that the variant of a known space has in every figure; `None` for other labels. Only where two
+/// variants of a space in one figure choose the same shade, [`colors`] gives the later one the next.
 pub fn of_label(label: &str) -> Option<String> {
     let (space, variant) = parts(label);
     of_space(space).map(|color| if variant.is_empty() { color.into() } else { shades(color, variant).remove(0) })
 }
 
-/// The colours of all labels of a figure, each `#rrggbb`. No two are the same while no space has more than eight variants: what is
-/// no known space has eight colours, then the shades of these.
+/// The colours of all labels of a figure, each `#rrggbb`. No two are the same if no space has more than eight variants: labels that are
+/// no known space get eight colours, then the shades of these.
 pub fn colors(labels: &[&str]) -> Vec<String> {
     let mut spaces: Vec<(&str, String)> = vec![];
     for (space, _) in labels.iter().map(|label| parts(label)) {
@@ -110,7 +110,7 @@ fn parts(label: &str) -> (&str, &str) {
     }
 }
 
-/// The colours that something without one of its own may have, in the order in which they are tried.
+/// The colours that a label without one of its own may have, in the order in which they are tried.
 fn others(name: &str) -> Vec<String> {
     let plain = chosen(&OTHERS, name).map(|color| color.to_string());
     plain.chain(chosen(&OTHERS, name).flat_map(|color| shades(color, name))).collect()
@@ -130,7 +130,7 @@ fn chosen<'a, T>(items: &'a [T; 8], name: &str) -> impl Iterator<Item = &'a T> {
     items.iter().cycle().skip((hash % 8) as usize).take(items.len())
 }
 
-/// The first of `wanted` that nobody has, or else the first.
+/// The first of `wanted` that is not taken, or else the first.
 fn unused(wanted: &[String], taken: &[(&str, String)]) -> String {
     let free = |color: &&String| taken.iter().all(|(_, other)| other != *color);
     wanted.iter().find(free).unwrap_or(&wanted[0]).clone()

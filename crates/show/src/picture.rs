@@ -24,13 +24,13 @@ pub fn write_png(image: &Image, path: &Path) -> Result<()> {
     replace(path, &bytes)
 }
 
-/// An endless film. Nothing appears under its name before [`GifWriter::finish`].
+/// A GIF film that repeats endlessly. The file appears under its name only with [`GifWriter::finish`].
 pub struct GifWriter {
     path: PathBuf,
     encoder: gif::Encoder<BufWriter<NamedTempFile>>,
     frames_per_second: f64,
     frames: usize,
-    /// What a viewer shows by now, up to the loss of colours.
+    /// What a viewer shows after the frames so far, in the colours of their palettes.
     shown: Image,
 }
 
@@ -38,7 +38,7 @@ impl GifWriter {
     /// Starts a film of `width` x `height` pixels. Browsers slow down above 50 frames per second.
     ///
     /// # Errors
-    /// If GIF has no such size or rate, or the disk does not take the file.
+    /// If a GIF cannot have this size or rate, or the disk does not take the file.
     pub fn create(path: &Path, width: usize, height: usize, frames_per_second: f64) -> Result<Self> {
         let name = path.display();
         ensure!(
@@ -65,7 +65,7 @@ impl GifWriter {
             && image.rgb.len() == 3 * image.width * image.height;
         ensure!(fits, "{}: a frame of {} x {} does not fit", self.path.display(), image.width, image.height);
         let mut frame = self.changes(image);
-        // In hundredths of a second; differences of rounded times, so that 30 frames per second keep in time.
+        // In hundredths of a second. As differences of rounded times, so that the rounding does not add up at 30 frames per second.
         let time = |frames: usize| (100.0 * frames as f64 / self.frames_per_second).round();
         frame.delay = (time(self.frames + 1) - time(self.frames)) as u16;
         self.encoder.write_frame(&frame).with_context(|| format!("cannot write to {}", self.path.display()))?;
@@ -78,7 +78,7 @@ impl GifWriter {
     fn changes(&mut self, image: &Image) -> gif::Frame<'static> {
         /// NeuQuant learns from every tenth pixel.
         const SPEED: i32 = 10;
-        /// Nobody sees a smaller difference, and what an earlier palette got wrong by more is mended.
+        /// A smaller difference is not visible. A larger error of an earlier palette counts as a change and is corrected.
         const TOLERANCE: u8 = 4;
         let width = image.width;
         let (old, new) = (self.shown.rgb.as_chunks::<3>().0, image.rgb.as_chunks::<3>().0);

@@ -1,4 +1,4 @@
-//! An episode that was played to be shown.
+//! An episode that is played to be shown.
 
 use std::path::Path;
 
@@ -22,13 +22,13 @@ pub struct Playback {
     pub title: String,
     /// Name of the action space.
     pub space: String,
-    /// The action space as people call it.
+    /// The action space's name in texts.
     pub called: String,
     /// Where its stiffness comes from, in words.
     pub stiffness: &'static str,
     /// Name of the task.
     pub task: String,
-    /// Who plays.
+    /// What plays: a policy or the script.
     pub who: String,
     /// What happened, in a sentence or two.
     pub story: String,
@@ -51,7 +51,7 @@ pub struct Playback {
 }
 
 impl Playback {
-    /// Of an episode of `env` that begins.
+    /// A playback of an episode of `env` that begins.
     pub fn begin(env: &Env) -> Playback {
         let config = env.config();
         let title = format!("{} {}", env.task().name(), config.space);
@@ -67,7 +67,7 @@ impl Playback {
         }
     }
 
-    /// Takes in what an `action` led to; `observation` is the one before it.
+    /// Adds the outcome of an `action`; `observation` is the one before it.
     pub fn add(&mut self, env: &Env, observation: &[f32], action: &[f64], step: &Step) {
         self.total += step.reward;
         self.over = step.terminated || step.truncated;
@@ -77,7 +77,7 @@ impl Playback {
         self.episode.add(*step);
     }
 
-    /// No more of the episode of `env` is played; `who` says who played.
+    /// Ends the playback of an episode of `env`; `who` names what played.
     pub fn end(&mut self, env: &Env, who: &str) {
         let outcome = self.episode.outcome();
         let limit = env.config().force_penalty.limit;
@@ -89,8 +89,8 @@ impl Playback {
         self.detail = format!("{what}: return {total:.1} in {actions} actions, {energy:.2} J per action");
     }
 
-    /// Plays the first `actions` of an episode from `seed`, `act` choosing them in [-1, 1]^n; `who` says who that is.
-    /// `on_step` sees the playback grow after every action.
+    /// Plays the first `actions` of an episode from `seed`. `act` chooses them in [-1, 1]^n; `who` names what plays.
+    /// `on_step` is called after every action, with the playback so far.
     ///
     /// # Errors
     /// The first error of `on_step`.
@@ -133,7 +133,7 @@ impl Playback {
     /// A picture of the present moment: the scene, the contact force as an arrow, a caption.
     pub fn picture(&self, env: &Env, step: &Step, view: View, width: usize, height: usize) -> Image {
         let mut image = scene(env, view, width, height);
-        // Of constant length: the shorter a caption, the larger its letters.
+        // Padded to a constant length, because a shorter caption would have larger letters.
         let done = if step.success { "done" } else { "" };
         let (time, total) = (self.traces.time(), self.total);
         caption(&mut image, &format!("{}  {time:5.2} s  return {total:5.1} {done:4}", self.title));
@@ -152,7 +152,7 @@ impl Playback {
         let mut image = scene(env, view, width, height);
         let done = if self.episode.outcome().number("time_to_success_s").is_some() { "done" } else { "" };
         let fast = if speed == 1.0 { String::new() } else { format!("{speed}x ") };
-        // Without ` + force`: both pictures are of spaces with it.
+        // Without ` + force`, which both pictures' spaces have.
         let name = self.called.split(" + ").next().unwrap_or_default();
         heading(
             &mut image,
@@ -171,13 +171,13 @@ fn scene(env: &Env, view: View, width: usize, height: usize) -> Image {
     image
 }
 
-/// The name of a space as people call it: "AFORCE", "variable", "AFORCE + force".
+/// The name of a space in texts: "AFORCE", "variable", "AFORCE + force".
 fn called(space: &ActionSpace) -> String {
     let name = space.name.replace("aforce", "AFORCE");
     name.strip_suffix("-force").filter(|_| space.force).map_or(name.clone(), |name| format!("{name} + force"))
 }
 
-/// Whoever decides on the stiffness, in words.
+/// What decides on the stiffness, in words.
 fn where_stiffness_comes_from(space: &ActionSpace) -> &'static str {
     match space.stiffness {
         Stiffness::Adaptive(_) if space.commanded_psi.is_some() => "the policy sets the law that adapts the stiffness",

@@ -28,19 +28,18 @@ mod reach;
 /// One curve.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Series {
-    /// What the legend calls it. The same label has the same colour in every panel; an action space's name has it in every
-    /// figure.
+    /// Name in the legend. The same label has the same colour in every panel, and the name of an action space in every figure.
     pub label: String,
     /// (x, y) in drawing order. Points that are not finite are left out.
     pub points: Vec<(f64, f64)>,
-    /// Around the curve, pale: (x, low, high). Must be finite.
+    /// A pale band around the curve: (x, low, high). The numbers must be finite.
     pub band: Vec<(f64, f64, f64)>,
     /// (x, y) of dots that belong to no curve.
     pub dots: Vec<(f64, f64)>,
 }
 
 impl Series {
-    /// A curve that stands for itself.
+    /// A curve without band and dots.
     pub fn new(label: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
         Series { label: label.into(), points, ..Series::default() }
     }
@@ -49,12 +48,12 @@ impl Series {
 /// How far an axis reaches.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub enum Reach {
-    /// As far as what is drawn.
+    /// As far as all that is drawn.
     #[default]
     All,
-    /// As far as most of it: what lies far outside is cut off at the edge, where a triangle in its colour points outward.
+    /// As far as most of the values. What lies far outside is cut off at the edge, where a triangle in its colour points outward.
     Most,
-    /// From here to there.
+    /// From the first value to the second. What lies beyond is cut off as in [`Reach::Most`].
     Between(f64, f64),
 }
 
@@ -140,7 +139,8 @@ fn write_svg(title: &str, panels: &[Panel], path: &Path) -> Result<Scene> {
     Ok(scene)
 }
 
-/// kuva counts clipped regions over all pictures of a process. Counted within this one, the same panels are the same bytes.
+/// The picture as SVG. kuva numbers the clipped regions over all pictures of a process. Here they are numbered within the picture, so that
+/// the same panels give the same bytes.
 fn svg(scene: &Scene) -> String {
     let mut text = SvgBackend::new().render_scene(scene);
     let regions = scene.elements.iter().filter_map(|element| match element {
@@ -155,7 +155,7 @@ fn svg(scene: &Scene) -> String {
     text
 }
 
-/// Averages blocks of two by two pixels: kuva's PNGs have upright text only without anti-aliasing, thick and ragged.
+/// Averages blocks of two by two pixels, because kuva draws upright text in PNGs without anti-aliasing, thick and ragged.
 fn halved(png: &[u8]) -> Result<Image> {
     let mut reader = png::Decoder::new(Cursor::new(png)).read_info()?;
     let mut pixels = vec![0; reader.output_buffer_size().context("picture too large")?];

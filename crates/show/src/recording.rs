@@ -51,7 +51,7 @@ pub struct Recording {
     tool: Packed,
     force: Packed,
     stiffness: Packed,
-    /// Of every frame: the pose the last action asked for, as in `poses`.
+    /// Of every frame: the goal pose of the last action, as in `poses`.
     goal: Packed,
     /// How far the goal may be from the tool (m), where the action space says so.
     leash: Option<f64>,
@@ -60,7 +60,7 @@ pub struct Recording {
     penalised: Vec<usize>,
     /// Frames after actions that left the task fulfilled.
     fulfilled: Vec<usize>,
-    /// Frames after actions during which something touched the hand, and another link of the arm.
+    /// Frames after actions during which something touched the hand, and those during which the scene touched another link.
     touched: Vec<usize>,
     links_touched: Vec<usize>,
     /// Frames after actions during which a joint's torque was cut to its limit.
@@ -69,12 +69,12 @@ pub struct Recording {
     diverged: Vec<usize>,
 }
 
-/// A decal through time: one that moves or changes its size is another from then on.
+/// A decal over time. A decal that moves or changes its size is a new track from then on.
 #[derive(Debug, Clone)]
 struct DecalTrack {
     centre: [f64; 3],
     radius: f64,
-    /// Frame from which on, and colour; without one it is not there.
+    /// The first frame of each colour; with `None` the decal is not there.
     colors: Vec<(usize, Option<[u8; 3]>)>,
 }
 
@@ -85,7 +85,7 @@ impl DecalTrack {
 }
 
 impl Recording {
-    /// Takes in the state after one action.
+    /// Adds the state after one action.
     pub fn add(&mut self, env: &Env, step: &Step) {
         let simulation = env.simulation();
         if self.frames == 0 {
@@ -115,7 +115,7 @@ impl Recording {
         self.frames += 1;
     }
 
-    /// Takes in the decals of a frame. Of two at the same place the last one is seen.
+    /// Adds the decals of a frame. Of two at the same place the last one is seen.
     fn add_decals(&mut self, decals: &[Decal]) {
         for decal in decals {
             if !self.decals.iter().any(|track| track.is_of(decal)) {

@@ -11,7 +11,7 @@ const COLUMNS: usize = 4;
 /// White between tiles (pixels).
 const GAP: usize = 4;
 
-/// How long after the task is done a sheet goes on (s): what comes then is rest.
+/// How long a sheet goes on after the task is done (s).
 const AFTER: f64 = 2.0;
 
 /// The last action on the sheet of an episode: two seconds after the task is first done, or where the episode ends.

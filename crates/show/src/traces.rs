@@ -1,4 +1,4 @@
-//! What happened during one episode, over time, action by action.
+//! Time series of one episode, with a value per action.
 
 use std::iter;
 
@@ -27,7 +27,7 @@ struct Column {
 }
 
 impl Traces {
-    /// Takes in the state after one action.
+    /// Adds the state after one action.
     pub fn add(&mut self, env: &Env, step: &Step) {
         self.actions += 1;
         self.time += 1.0 / f64::from(env.config().controller.policy_hz);
@@ -53,7 +53,7 @@ impl Traces {
         }
     }
 
-    /// Actions taken in.
+    /// Number of actions so far.
     pub fn actions(&self) -> u32 {
         self.actions
     }
@@ -69,7 +69,7 @@ impl Traces {
         iter::once("time (s)".to_string()).chain(self.columns.iter().map(name)).collect()
     }
 
-    /// Its rows, one per action.
+    /// Rows of this table, one per action.
     pub fn rows(&self) -> impl Iterator<Item = Vec<f64>> {
         let times = self.columns.first().map_or(&[][..], |column| &column.points).iter().map(|point| point.0);
         times.enumerate().map(|(index, time)| {
@@ -171,7 +171,7 @@ impl Row {
         }
     }
 
-    /// The error, and the wrench with which it is answered.
+    /// The position error and the feed-forward wrench.
     fn add_errors(&mut self, env: &Env) {
         let controller = env.controller();
         self.put_axes("Position error", "mm", |i| 1000.0 * controller.error()[i]);

@@ -1,4 +1,4 @@
-//! Where to look from.
+//! Camera presets.
 
 use physics::camera::Camera;
 
@@ -40,7 +40,7 @@ impl View {
         }
     }
 
-    /// The camera, given the task's: its target and distance stay.
+    /// The preset's camera, with target and distance of `camera`, the task's own.
     pub fn of(self, camera: &Camera) -> Camera {
         match self {
             View::Task => *camera,

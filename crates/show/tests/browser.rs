@@ -1,4 +1,4 @@
-//! The page as a browser shows it: a headless Chromium, drawn in software. Skipped with a word where there is none.
+//! The page as a browser shows it: a headless Chromium that renders in software. Without a Chromium the tests are skipped with a message.
 
 use std::fs::File;
 use std::io::{BufReader, Write};
@@ -8,7 +8,7 @@ use std::process::Command;
 use show::{Playback, page};
 use tasks::{Env, EnvConfig, TaskName};
 
-/// The one that CHROMIUM names, or the first on the PATH.
+/// The Chromium that the variable CHROMIUM names, or the first one on the PATH.
 fn chromium() -> Option<PathBuf> {
     let named = std::env::var_os("CHROMIUM").map(PathBuf::from);
     let path = std::env::var_os("PATH").unwrap_or_default();
@@ -16,20 +16,20 @@ fn chromium() -> Option<PathBuf> {
     let on_path = std::env::split_paths(&path).flat_map(|folder| names.map(|name| folder.join(name)));
     let found = named.into_iter().chain(on_path).find(|program| program.is_file());
     if found.is_none() {
-        // Past the capture of a test's output.
+        // Written past the capture of a test's output.
         let _ = writeln!(std::io::stderr(), "skipped: no Chromium on PATH, none in CHROMIUM");
     }
     found
 }
 
-/// What a page is looked at with.
+/// A browser and the page that it opens.
 struct Browser<'a> {
     program: &'a Path,
     page: &'a Path,
 }
 
 impl Browser<'_> {
-    /// Opens the page at `moment` (`#t=1.2`, or nothing) for four seconds; standard output. Fails on a word in the console.
+    /// Opens the page at `moment` (`#t=1.2`, or nothing) for four seconds and returns standard output. Fails if the console has a message.
     fn open(&self, moment: &str, flags: &[&str]) -> String {
         let profile = tempfile::tempdir().unwrap();
         let mut command = Command::new(self.program);
@@ -42,13 +42,13 @@ impl Browser<'_> {
         String::from_utf8(output.stdout).unwrap()
     }
 
-    /// What became of the page's elements, those before its data and its script.
+    /// The page's elements after its script has run, up to its data and its script.
     fn elements(&self, moment: &str, flags: &[&str]) -> String {
         let all = self.open(moment, &[&["--dump-dom"], flags].concat());
         all.split_once("<script").unwrap().0.into()
     }
 
-    /// What the page's own script makes of an expression, once it is there: numbers, one after the other.
+    /// Evaluates an expression in the page after the page's own script; returns its numbers in order.
     fn ask(&self, expression: &str, flags: &[&str]) -> Vec<f64> {
         let page = std::fs::read_to_string(self.page).unwrap();
         let question =
@@ -78,7 +78,7 @@ fn clock(elements: &str) -> &str {
     rest.split_once('<').unwrap().0
 }
 
-/// Time that it shows (s).
+/// Time on the page's clock (s).
 fn seconds(elements: &str) -> f64 {
     clock(elements).split_once(" s").unwrap().0.parse().unwrap()
 }
@@ -121,7 +121,7 @@ fn the_page_loops_to_the_end_of_the_task_and_keeps_the_hand_in_sight() {
     };
     assert_eq!([told(20.0), told(20.0 * later)], [[0.0], [1.0]], "{done}");
 
-    // Equal factors of stiffness are equal distances, equal differences of force are.
+    // Equal factors of stiffness are equal distances on its logarithmic axis, equal differences of force on its linear one.
     let distances = |panel: &str, [a, b, c]: [f64; 3]| {
         let plot = format!("plots[episodes[0].panels.findIndex(p => p.title === '{panel}')]");
         let answer = browser.ask(&format!("(drawCurves(), [{a}, {b}, {c}].map(v => {plot}.y(v)))"), &[]);
@@ -131,7 +131,7 @@ fn the_page_loops_to_the_end_of_the_task_and_keeps_the_hand_in_sight() {
         assert!(near > 1.0 && (near - far).abs() < 1e-6, "{near} and {far} pixels");
     }
 
-    // From everywhere that the buttons lead to, on a wide screen and on a narrow one, at every moment of the loop.
+    // The hand is in sight from every camera of the buttons, on a wide screen and on a narrow one, at every moment of the loop.
     let moments = "Array.from({ length: loopEnd + 1 }, (_, k) => views.map(view => view.toolOnScreen(k)))";
     let places = format!("episodes[0].cameras.map(camera => (place(camera), {moments}))");
     for size in ["--window-size=1280,800", "--window-size=500,844"] {
@@ -216,7 +216,7 @@ fn keys_work_wherever_the_focus_is_and_a_telephone_keeps_the_play_bar() {
     let answer = browser.ask(&format!("({press}, 0), {places}, {pace}, {help}"), &[]);
     assert_eq!(answer[1..], [1.0, 59.0, 1.0, 59.0, 1.0, 59.0, 1.0, 59.0, 2.0, 0.5, 1.0, 0.0]);
 
-    // However far the page is scrolled, the bar is at the bottom, and a finger hits what is to be hit.
+    // However far the page is scrolled, the bar is at the bottom, and all controls are large enough for a finger.
     let bar = "(scrollTo(0, 900), innerHeight - byId('bar').getBoundingClientRect().bottom), scrollY > 500";
     let targets = "[...document.querySelectorAll('button, select, #scrub, label')].filter(e => e.offsetParent || e.closest('#bar'))";
     let smallest = format!("Math.min(...{targets}.map(e => e.getBoundingClientRect().height))");

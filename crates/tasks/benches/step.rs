@@ -1,6 +1,5 @@
-//! Time of one environment step (25 control samples) under random actions, resets included, and of one
-//! that presses the wiping tool on the table, on one core. One over it is the number of environment
-//! steps per second. Then of one observed picture.
+//! Benchmarks on one core: an environment step (25 control samples) under random actions, resets included; a step that
+//! presses the wiping tool on the table; an observed picture. One over the time of a step is the number of steps per second.
 //!
 //! `cargo bench -p tasks`; beside robosuite: `scripts/robosuite_speed.py`.
 
@@ -31,8 +30,8 @@ fn step(criterion: &mut Criterion) {
     }
 }
 
-/// The tool goes straight down with `osc` and stays there, its goal always 2 cm further down. A goal that followed it
-/// sideways would let it slide off the table.
+/// The goal of each `osc` action lies 2 cm below the tool. Sideways the goal stays at the start, because a goal that
+/// followed the tool sideways would let it slide off the table.
 fn press(criterion: &mut Criterion) {
     let space = "osc".parse().expect("an action space");
     let mut config = EnvConfig { task: TaskName::WIPE, space, horizon: 1_000_000, ..EnvConfig::default() };
@@ -51,7 +50,7 @@ fn press(criterion: &mut Criterion) {
     assert!(force > 15.0, "the tool presses with {force} N");
 }
 
-/// One observed picture of 84 x 84 pixels of Lift, from the task's place and from the hand.
+/// One observed picture of 84 x 84 pixels of Lift, from the task's camera and from the camera beside the hand.
 fn camera(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("camera");
     for kind in [PixelKind::Depth, PixelKind::Rgb] {

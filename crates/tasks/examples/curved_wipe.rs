@@ -1,5 +1,5 @@
 //! A task whose surface is curved: a ball wipes a lying cylinder across its back, pressed along the normal where it touches.
-//! `cargo run --release -p tasks --example curved_wipe` prints how well the force was held, with that normal and with "up" instead.
+//! `cargo run --release -p tasks --example curved_wipe` prints how well the force was held, with that normal as contact axis and with "up".
 
 use aforce::{Measurement, Pose, Vector3, Wrench};
 use nalgebra::{Translation3, UnitQuaternion, UnitVector3};
@@ -21,22 +21,22 @@ const BALL: f64 = 0.02;
 const CENTRE: [f64; 3] = [0.0, 0.0, 0.015];
 /// Force to press with (N).
 const FORCE: f64 = 15.0;
-/// Ends of the path, one after the other (rad from the top, to the left).
+/// Angles that the tool has to reach in turn (rad from the top, positive towards +y).
 const LEGS: [f64; 4] = [0.7, -0.7, 0.7, 0.0];
-/// How far ahead the script puts its goal at the speed that it wants (rad, rad/s), and how much farther for each rad/s
-/// that is missing (s). The farther goal is for friction: AFORCE's softest spring, 300 N/m, pulls with 6 N at 0.12 rad,
-/// of which a coefficient of 0.3 takes 4.5 N. With 0.12 rad alone the tool crept at 1 cm/s.
+/// The script's goal lies `AHEAD` (rad) ahead of a tool that has the wanted `SPEED` (rad/s), and `AHEAD_PER_SPEED` (s) farther for each
+/// rad/s that is missing. The farther goal overcomes friction: AFORCE's softest spring, 300 N/m, pulls with 6 N at 0.12 rad, of which
+/// a friction coefficient of 0.3 takes 4.5 N. With 0.12 rad alone the tool crept at 1 cm/s.
 const AHEAD: f64 = 0.12;
 const SPEED: f64 = 0.4;
 const AHEAD_PER_SPEED: f64 = 0.2;
-/// How near the script has to come to an end (rad).
+/// An angle of the path counts as reached within this distance (rad).
 const NEAR: f64 = 0.03;
 
 struct CurvedWipe {
     friction: f64,
     /// Whether the controller is told the normal of the cylinder; else "up", as on a table.
     normal: bool,
-    /// Ends of the path that are done.
+    /// Number of the angles in [`LEGS`] that have been reached.
     done: usize,
 }
 
@@ -50,12 +50,12 @@ fn out(y: &Measurement) -> Vector3 {
     Vector3::new(0.0, from_axis.y, from_axis.z)
 }
 
-/// Where the tool is around the axis (rad from the top, to the left).
+/// Angle of the tool about the cylinder's axis (rad from the top, positive towards +y).
 fn angle(y: &Measurement) -> f64 {
     libm::atan2(out(y).y, out(y).z)
 }
 
-/// How fast the tool goes around the axis (rad/s, to the left).
+/// Angular speed of the tool about the cylinder's axis (rad/s, positive towards +y).
 fn speed(y: &Measurement) -> f64 {
     let out = out(y);
     (out.z * y.twist[1] - out.y * y.twist[2]) / out.norm_squared()
@@ -80,7 +80,7 @@ impl Task for CurvedWipe {
         let cylinder = Shape::Cylinder { half_length, radius: RADIUS };
         scene.add_static("cylinder", vec![geom("cylinder", cylinder, pose, self.friction, Role::Fixture)]);
         let wrist = plant.robot.add_to(&mut scene, base);
-        // Its lower end is the ball.
+        // The capsule's lower end is the ball.
         let [x, y, z] = CENTRE;
         let finger = Shape::Capsule { half_length: z / 2.0, radius: BALL };
         let tool = scene.add(Body {
@@ -122,7 +122,7 @@ impl Task for CurvedWipe {
         Reward { terms: [("wiped", wiped)].into(), success: self.done == LEGS.len() }
     }
 
-    /// Above the top, down until it presses, then from end to end.
+    /// Moves above the top, down until the ball presses, then to each angle of the path.
     fn expert(&self, _: &Simulation, y: &Measurement) -> Waypoint {
         let pressing = force(&y.wrench).norm() > 1.0 || self.done > 0;
         let at = |angle: f64, height: f64| {
@@ -158,7 +158,7 @@ impl Task for CurvedWipe {
 
 /// What was measured while the script wiped, from half a second after the first touch on.
 struct Measured {
-    /// Share of the path that it did.
+    /// Share of the path's angles that the tool reached.
     done: f64,
     /// Share of the control samples in which the ball touched the cylinder.
     contact: f64,
@@ -167,14 +167,14 @@ struct Measured {
 }
 
 impl Measured {
-    /// Of the actions at places that `counts` allows, the mean force (N).
+    /// Mean force (N) of the actions at whose angle from the top (rad) `counts` is true.
     fn mean(&self, counts: impl Fn(f64) -> bool) -> f64 {
         let forces: Vec<f64> =
             self.actions.iter().filter(|(_, place)| counts(place.abs())).map(|(force, _)| *force).collect();
         forces.iter().sum::<f64>() / forces.len() as f64
     }
 
-    /// Share of the actions whose force is within 20 % of what was asked.
+    /// Share of the actions whose force is within 20 % of [`FORCE`].
     fn within(&self) -> f64 {
         let near = self.actions.iter().filter(|(force, _)| (force - FORCE).abs() < 0.2 * FORCE);
         near.count() as f64 / self.actions.len() as f64
@@ -197,7 +197,7 @@ fn measure(space: &str, friction: f64, normal: bool) -> Measured {
             touched += u32::from(contact.touching);
         });
         since_touch += u32::from(since_touch > 0 || touched > 0);
-        // Ten actions are half a second: the landing.
+        // The first ten actions of contact, half a second, are the landing.
         if since_touch > 10 {
             samples += count;
             touching += touched;
@@ -231,7 +231,8 @@ fn main() {
     }
 }
 
-/// The force stays what was asked all the way over the back, with little friction and with much, which "up" does not manage.
+/// With the surface normal as contact axis the force stays near its set value over the whole back, at low and at high friction. With "up"
+/// the tool does not finish the path, or holds the force in fewer actions.
 #[test]
 fn the_force_follows_the_curve() {
     for friction in [0.03, 0.3] {

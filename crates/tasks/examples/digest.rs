@@ -1,5 +1,5 @@
-//! Whether a change to the code changes a number: one line for every robot, task and built-in action space, a hash of every
-//! observation, reward, energy and joint state of an episode of random actions, to the last bit.
+//! Shows whether a change to the code changes a number. Prints a line for every robot, task and built-in action space: a hash over the
+//! bits of observations, rewards, energies, forces and joint states under random actions.
 //!
 //! `digest [ACTIONS]` (200 by default). Two builds behave alike if they print the same.
 
@@ -31,7 +31,7 @@ fn main() {
     }
 }
 
-/// Hash of an episode's numbers, begun anew where it ends early, and how often it diverged.
+/// Hash of the numbers of so many random actions, and how many of the actions diverged. When an episode ends, the next one begins.
 fn digest(config: EnvConfig, actions: u32) -> (u64, u32) {
     let mut env = Env::new(config, 1).expect("defaults are valid");
     let mut rng = ChaCha8Rng::seed_from_u64(5);

@@ -1,7 +1,6 @@
-//! Plays given actions: `episode TASK SPACE SEED HORIZON < actions.csv`, with a row per action, prints after each
-//! action the reward, the energy (J), the observation, the largest sustained force of the whole arm and beyond the wrist
-//! (N), the joints' largest share of their speed and the penalty. A test of the Python package compares its environments
-//! with it.
+//! Plays given actions. `episode TASK SPACE SEED HORIZON < actions.csv` reads a row per action and prints after each action the reward, the
+//! energy (J), the observation, the largest sustained force on the whole arm and beyond the wrist (N), the largest joint speed as a share
+//! of its limit, and the penalty. A test of the Python package compares its environments with these numbers.
 
 use std::error::Error;
 use std::io::stdin;

@@ -8,7 +8,7 @@ use aforce::ActionSpace;
 use tasks::{Env, EnvConfig, Outcome, Step, TaskName, play};
 use toml::Value;
 
-/// The controllers of FORGE and of Factory as action spaces: K in N/m and Nm/rad against standstill.
+/// The controllers of FORGE and of Factory as action spaces: K in N/m and Nm/rad, damped against standstill.
 const GAINS: [(&str, &str); 2] = [("factory", "[100.0, 30.0]"), ("forge", "[565.0, 28.0]")];
 
 /// Clearances (mm).
@@ -23,7 +23,7 @@ fn spaces() -> Vec<ActionSpace> {
     built_in.into_iter().chain(own).collect()
 }
 
-/// The quantile of a list of numbers.
+/// The `share` quantile of `numbers` as text; empty without numbers.
 fn quantile(mut numbers: Vec<f64>, share: f64) -> String {
     numbers.sort_by(f64::total_cmp);
     let rank = (share * numbers.len() as f64).ceil() as usize;

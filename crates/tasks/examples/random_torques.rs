@@ -38,7 +38,7 @@ fn main() {
     fs::write(file, out).expect("the file is writable");
 }
 
-/// Number of joints in the scene of a task that robosuite has too: the arm's, then the gripper's and the door's.
+/// Number of joints in a task's scene: the arm's, then the gripper's and the door's. `None` for a task that robosuite does not have.
 fn joints(task: TaskName) -> Option<usize> {
     match task.as_str() {
         "lift" => Some(9),

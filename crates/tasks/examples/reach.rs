@@ -16,7 +16,7 @@ const TABLE: f64 = 0.8;
 /// Nearer than this counts as reached (m).
 const REACHED: f64 = 0.02;
 
-/// The point of the running episode (m, world).
+/// The task, with the target point of the running episode (m, world).
 #[derive(Default)]
 struct Reach {
     target: Vector3,
@@ -39,7 +39,7 @@ impl Task for Reach {
     }
 
     fn has_gripper(&self) -> bool {
-        false // It is there and observed, but no action moves it.
+        false // The gripper is there and observed, but no action moves it.
     }
 
     fn observe(&self, _: &Simulation, y: &Measurement, out: &mut Observer) {
@@ -64,7 +64,7 @@ impl Task for Reach {
         Camera { eye: [0.95, -0.95, 1.5], target: [-0.22, 0.0, 1.04], field_of_view: 0.76 }
     }
 
-    /// The point's place on the table.
+    /// A disc on the table straight below the point.
     fn decals(&self) -> Vec<Decal> {
         vec![Decal { centre: [self.target.x, self.target.y, TABLE], radius: REACHED, color: [40, 120, 200] }]
     }

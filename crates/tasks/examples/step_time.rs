@@ -1,5 +1,5 @@
 //! CPU time of a whole environment step: `step_time lift|door|wipe|insert SPACE ACTIONS` prints the mean of ACTIONS random actions,
-//! resets included, in microseconds. CPU time, as neighbours on the machine matter less for it.
+//! resets included, in microseconds. Other load on the machine changes CPU time less than wall-clock time.
 
 use std::{env, process};
 
@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use rustix::time::{ClockId, clock_gettime};
 use tasks::{Env, EnvConfig, TaskName};
 
-/// What a process does once is not a part of a step.
+/// Actions before the measurement, so that one-time work of the process is not counted.
 const WARM_UP: u32 = 50;
 
 fn main() {

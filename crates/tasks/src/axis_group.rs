@@ -1,4 +1,4 @@
-//! How the impedance of three axes was, and what it did.
+//! Stiffness, forces and work of three axes during one action.
 
 use std::ops::AddAssign;
 
@@ -6,13 +6,13 @@ use aforce::{Controller, Vector6};
 
 /// What three axes, the translational or the rotational ones, did during one action.
 ///
-/// Stiffness is in N/m or Nm/rad whatever the action space's unit, and counts along the contact axis even while a force controller has
-/// taken it over; forces in N or Nm.
+/// Stiffness is in N/m or Nm/rad whatever the action space's unit. That of the contact axis is included even while a force controller
+/// holds this axis. Forces are in N or Nm.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct AxisGroup {
     /// Sum over samples of the mean stiffness of the three axes.
     pub sum_stiffness: f64,
-    /// Sum over samples of the mean of alpha/mu, the spring that F_ff is to an error that lasts.
+    /// Sum over samples of the mean of alpha/mu, the stiffness that F_ff adds under a lasting error.
     pub sum_feedforward_spring: f64,
     /// Sum over samples of the share of the axes whose stiffness is at its lower bound.
     pub sum_at_min: f64,
@@ -29,7 +29,7 @@ pub struct AxisGroup {
 }
 
 impl AxisGroup {
-    /// Takes in the axes from `first` on, of one control sample of `dt` seconds.
+    /// Adds one control sample of `dt` seconds; `first` is the group's first axis, 0 or 3.
     pub(crate) fn add(&mut self, first: usize, controller: &Controller, dt: f64) {
         let mean = |v: &Vector6| v.fixed_rows::<3>(first).mean();
         let norm = |v: &Vector6| v.fixed_rows::<3>(first).norm();
@@ -47,7 +47,7 @@ impl AxisGroup {
         self.work += controller.power()[first / 3].abs() * dt;
     }
 
-    /// F_ff's part of what spring, damper and F_ff pull with, 0 to 1; 0 if nothing does.
+    /// Share of F_ff in the sum of spring, damper and F_ff, 0 to 1; 0 if all are zero.
     pub fn feedforward_share(&self) -> f64 {
         let all = self.sum_feedforward + self.sum_spring + self.sum_damper;
         if all > 0.0 { self.sum_feedforward / all } else { 0.0 }

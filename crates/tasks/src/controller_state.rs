@@ -1,11 +1,11 @@
-//! The controller's state as a part of the observation: what an adaptive law remembers is hidden from a policy otherwise.
+//! The controller's state as a part of the observation. Without it the internal state of an adaptive law is hidden from a policy.
 
 use aforce::{Controller, Measurement, pose_error};
 
 use crate::observer::Observer;
 
-/// The largest stiffness that is told (N/m, Nm/rad): a space in 1/s2 has any near a singularity, where the arm's apparent inertia has no
-/// bound, and one number of millions drowns all others.
+/// Largest stiffness in an observation (N/m, Nm/rad). With a stiffness in 1/s2 the value in N/m has no bound near a singularity, as the
+/// arm's apparent inertia has none, and a value of millions would dominate the observation.
 const MOST_STIFFNESS: [f64; 2] = [10_000.0, 1_000.0];
 
 /// Puts 19 numbers, the same in every action space; a space has zeros for what it lacks. `goal_error` is the goal's

@@ -18,17 +18,17 @@ pub struct Description {
     pub action: Vec<ActionEntry>,
     /// The numbers of an observation.
     pub observation: Vec<Component>,
-    /// The numbers that a critic sees besides.
+    /// The further numbers that only a critic sees.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub critic: Vec<Component>,
-    /// The form of the pictures beside those numbers.
+    /// The form of the observed pictures, if there are any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pixels: Option<PixelForm>,
     /// Largest magnitude of a scaled number of an observation.
     pub scaled_limit: f32,
-    /// What adds up to a reward.
+    /// Names of the terms that add up to a reward.
     pub reward_terms: Vec<&'static str>,
-    /// What follows from the numbers of the action space, the arm at its home pose.
+    /// Quantities that follow from the numbers of the action space, with the arm at its home pose.
     pub derived: Vec<Derived>,
     /// All settings, the action space's record among them.
     pub env: EnvConfig,
@@ -37,7 +37,7 @@ pub struct Description {
 /// A quantity that follows from the numbers of the action space.
 #[derive(Debug, Clone, Serialize)]
 pub struct Derived {
-    /// What it is.
+    /// Name of the quantity.
     pub name: &'static str,
     /// Units of translation and rotation.
     pub unit: &'static str,
@@ -108,7 +108,7 @@ fn listed(components: &[Component]) -> String {
     components.iter().map(line).collect()
 }
 
-/// A limit on alpha is looked for up to here where a single axis has none.
+/// Upper end of the search for a limit on alpha, where an axis by itself has no limit.
 const HIGHEST_ALPHA: f64 = 1e6;
 
 const RISE: &str = "rise of K under it, from floor to top";
@@ -146,7 +146,7 @@ fn derived(env: &Env) -> Vec<Derived> {
     list
 }
 
-/// Four digits, and no exponent where none is needed.
+/// Four significant digits, but every digit before the point and at most six after it; no exponent.
 fn number(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();

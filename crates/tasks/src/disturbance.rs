@@ -1,4 +1,4 @@
-//! What neither the controller's model nor the policy knows: fixed, or drawn anew for every episode.
+//! Disturbances, which neither the controller's model nor the policy knows: fixed, or drawn for every episode.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::drawn::Drawn;
 use crate::observer::Observer;
 
-/// A number, or the range from which one is drawn for every episode, each value as likely as any other.
+/// A number, or the range from which one is drawn for every episode, uniformly.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "expected a number, or [low, high]")]
 pub enum Draw {
@@ -31,14 +31,14 @@ impl Draw {
     }
 }
 
-/// Everything that may be disturbed; what is absent is as the controller's model has it.
+/// Everything that may be disturbed. Without a key the plant is as the controller's model has it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Disturbance {
     /// Factor on every coefficient of sliding friction.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<Draw>,
-    /// Mass of a point at the tool point (kg).
+    /// Point mass at the tool point (kg).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub payload_kg: Option<Draw>,
     /// Wipe: how much higher the table stands than the observation of the markers says (m).
@@ -53,13 +53,13 @@ pub struct Disturbance {
     /// Door: a spring that closes the door (Nm/rad).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hinge_spring: Option<Draw>,
-    /// Amplitude of a force on the tool point that swings along a direction drawn for every episode (N).
+    /// Amplitude of a sinusoidal force on the tool point (N), along a direction drawn for every episode.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub push_n: Option<Draw>,
     /// Frequency of that force (Hz).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub push_hz: Option<Draw>,
-    /// How late the joint torques act (s), to the next whole control sample.
+    /// Delay of the joint torques (s), rounded up to whole control samples.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub torque_delay_s: Option<Draw>,
     /// Factor on the torque that the motors give beyond gravity and Coriolis compensation: on every stiffness, damping and force at once.
@@ -74,15 +74,16 @@ pub struct Disturbance {
     /// Standard deviation of the noise of each component of the measured force (N).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub force_noise_n: Option<Draw>,
-    /// Size of an error of the measured force that stays (N), along a direction drawn for every episode.
+    /// Size of a constant error of the measured force (N), along a direction drawn for every episode.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub force_bias_n: Option<Draw>,
-    /// Of the task's own bodies and joints: what the task is registered with ([`OwnDisturbance`](crate::OwnDisturbance)).
+    /// Disturbances of the task's own bodies and joints, by the keys that the task is registered with
+    /// ([`OwnDisturbance`](crate::OwnDisturbance)).
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub own: BTreeMap<String, Draw>,
 }
 
-/// A disturbance of a body or a joint of one's own task: a key below `env.disturbance.own`.
+/// A disturbance of a body or a joint of a user's own task: a key below `env.disturbance.own`.
 ///
 /// ```
 /// # use tasks::{Change, OwnDisturbance};
@@ -139,12 +140,12 @@ const KINDS: [Kind; 14] = [
 /// Drawn from a random stream of its own, so that the draws of the other kinds are the same with and without it.
 const TORQUE_GAIN: &str = "torque_gain";
 
-/// Whether a disturbance that every task may have, or only some, has this key.
+/// Whether a built-in disturbance has this key.
 pub(crate) fn is_known(key: &str) -> bool {
     KINDS.iter().any(|kind| kind.key == key)
 }
 
-/// Whether some tasks have a disturbance of this key and others have not.
+/// Whether this is the key of a built-in disturbance that only some tasks have.
 pub(crate) fn is_of_some_tasks(key: &str) -> bool {
     KINDS.iter().any(|kind| kind.key == key && !kind.everywhere)
 }
@@ -219,7 +220,7 @@ impl Disturbance {
     pub(crate) fn draw(&self, seed: u64, known: &[OwnDisturbance]) -> Drawn {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(1);
-        // `torque_gain` is drawn from a stream of its own: one draw more from the first would have changed what follows it in every known seed.
+        // A draw of `torque_gain` from the first stream would change the draws after it, and with them every episode of earlier versions.
         let mut later = ChaCha8Rng::seed_from_u64(seed);
         later.set_stream(3);
         let values = KINDS.map(|kind| {
@@ -228,7 +229,7 @@ impl Disturbance {
             (kind.key, low + (high - low) * stream.random::<f64>())
         });
         let mut drawn = Drawn::new(values.into(), rng);
-        // A stream of their own keeps the values above as they are, whatever a task adds.
+        // The task's own disturbances have a stream of their own, so that they do not change the values above.
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(2);
         for own in known {
@@ -243,8 +244,8 @@ impl Disturbance {
         drawn
     }
 
-    /// Puts what was `drawn` of all that is disturbed: the value of every key, and as vectors the force's bias and the push of the
-    /// coming control sample. A range becomes -1 to 1 to a learner.
+    /// Puts the `drawn` value of every disturbed key and, as vectors, the bias of the measured force and the push of the coming control
+    /// sample (N, world). Scaling maps a range to -1 to 1.
     pub(crate) fn observe(&self, drawn: &Drawn, out: &mut Observer) {
         let own_units = drawn.deviation.own.iter().map(|(change, _)| change.unit());
         for ((key, value), unit) in drawn.values.iter().zip(KINDS.iter().map(|kind| kind.unit).chain(own_units)) {

@@ -16,7 +16,7 @@ use crate::task::{Reward, Task, Waypoint};
 use crate::task_kind::TaskKind;
 use crate::task_name::TaskName;
 
-/// Door as programs know it.
+/// What Door is registered with.
 pub(crate) const KIND: TaskKind =
     TaskKind::new(TaskName::DOOR.as_str(), "turn a handle and pull a door open", |config| {
         Ok(Box::new(Door::new(config.horizon)))
@@ -25,19 +25,18 @@ pub(crate) const KIND: TaskKind =
 
 /// Opening (rad) from which the door counts as open; it stops at 0.4.
 const OPEN: f64 = 0.3;
-/// The root stands within this distance of its middle place, in x and in y (m).
+/// Offset of the door's root from its middle place, in x and in y (m).
 const PLACEMENT: std::ops::Range<f64> = -0.01..0.01;
-/// The root is turned by this much from its middle place (rad).
+/// Yaw of the door's root against its middle place (rad).
 const TURN: std::ops::Range<f64> = -0.125..0.125;
 
-/// Handle angle (rad) at which the expert pulls; the latch lets go at about 1.2.
+/// Handle angle (rad) from which the expert pulls; the latch releases at about 1.2.
 const CLEAR: f64 = 1.25;
 
 /// The task, with the scene of the running episode.
 pub struct Door {
-    /// Factor on the force penalty: a newton costs what it costs in Wipe, where all is normalised to
-    /// rewards of about 1. Unscaled, one action at 400 N would cost what 20 with an open door earn,
-    /// and the learner keeps away from the door.
+    /// Factor on the force penalty, the same as in Wipe, whose rewards are normalised to about 1. Unscaled, one action at 400 N
+    /// would cost as much as 20 actions with an open door earn, and the learner would keep away from the door.
     penalty_scale: f64,
     scene: Option<door::Door>,
 }
@@ -105,18 +104,17 @@ impl Task for Door {
         Reward { terms: [("reach", reach), ("handle", handle), ("open", open), ("penalty", -penalty)].into(), success }
     }
 
-    /// In front of the lever with open fingers, onto it, close, turn, pull. The phase
-    /// follows from what is seen, so the script recovers from a lost grasp; the hand moves
-    /// ahead of the lever on the lever's own path.
+    /// Moves the open hand in front of the lever and onto it, closes, turns and pulls. The phase follows from the present state, so
+    /// the script recovers from a lost grasp. While turning and pulling, the goal lies ahead of the lever on the lever's own path.
     fn expert(&self, simulation: &Simulation, y: &Measurement) -> Waypoint {
         let scene = self.scene();
         let (opening, angle) = (scene.opening(simulation), scene.handle_angle(simulation));
         if opening > 0.36 {
-            // The hinge's dry friction keeps it open.
+            // The hinge's dry friction keeps the door open.
             return Waypoint { pose: y.pose, grip: 1.0, force: 0.0 };
         }
         if scene.is_grasped(simulation) {
-            // Far ahead in the pull: a soft arm spends most of its force on holding the spring.
+            // The goal of the pull lies far ahead, because a soft arm spends most of its force on holding the handle's spring.
             let pull = if angle > CLEAR || opening > 0.05 { 0.1 } else { 0.0 };
             let turn = (CLEAR + 0.15 - angle).clamp(-0.15, 0.15);
             return Waypoint { pose: grasp_pose(&scene.moved_handle(simulation, pull, turn)), grip: 1.0, force: 10.0 };
@@ -129,7 +127,7 @@ impl Task for Door {
         let waypoint = |pose, grip| Waypoint { pose, grip, force: 0.0 };
         let in_front = grasp * Translation3::new(0.0, 0.0, -0.06);
         if turn > 1.8 {
-            // Half way: from here the hand cannot turn the wrong way round.
+            // First to an orientation half way, from which the shortest rotation to the grasp is the right one.
             let half_way = approach_rotation(&lever, 0.8, 0.0);
             waypoint(Pose::from_parts(in_front.translation, half_way), -1.0)
         } else if sideways < 0.012 && ahead < 0.008 && turn < 0.15 {
@@ -151,8 +149,8 @@ impl Task for Door {
     }
 }
 
-/// Tool pose that grasps the lever from the front, fingers above and below it. The hand is
-/// not quite level: so the arm keeps further from its limits.
+/// Tool pose that grasps the lever from the front, fingers above and below it. The hand is not quite level, which keeps the
+/// joints further from their limits.
 fn grasp_pose(lever: &Pose) -> Pose {
     Pose::from_parts(lever.translation, approach_rotation(lever, 1.45, -FRAC_PI_2))
 }

@@ -1,4 +1,4 @@
-//! The disturbances of one episode at work: on the plant, on the torques, on what is measured.
+//! Applies the disturbances of one episode to the plant, the torques and the measurements.
 
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
@@ -14,12 +14,12 @@ use crate::normal::standard_normal;
 pub(crate) struct Drawn {
     /// Key and value of every kind of disturbance.
     pub values: Vec<(&'static str, f64)>,
-    /// Of the plant.
+    /// Deviation of the plant.
     pub deviation: Deviation,
     /// Amplitude of the push (N, world).
     push: Vector3,
     push_hz: f64,
-    /// At the start (rad).
+    /// Phase of the push at the start (rad).
     phase: f64,
     /// How late torques act (s).
     delay: f64,
@@ -27,18 +27,18 @@ pub(crate) struct Drawn {
     gain: f64,
     /// Standard deviations of joint angle (rad), joint velocity (rad/s) and force (N).
     noise: [f64; 3],
-    /// Error of the force that stays (N, world).
+    /// Constant error of the measured force (N, world).
     pub bias: Vector3,
     /// Torques that have not acted yet, the oldest first.
     late: VecDeque<JointVector>,
-    /// Since the start (s).
+    /// Time since the start (s).
     time: f64,
     rng: ChaCha8Rng,
 }
 
 impl Drawn {
-    /// `values` are those of the keys of [`Disturbance`](crate::Disturbance); what has a direction and a phase draws them from
-    /// `rng`.
+    /// `values` has a value for every built-in key of [`Disturbance`](crate::Disturbance). Directions and the phase of the push are drawn
+    /// from `rng`.
     pub fn new(values: Vec<(&'static str, f64)>, mut rng: ChaCha8Rng) -> Self {
         let value = |key: &str| values.iter().find(|(of, _)| *of == key).expect("a kind of disturbance").1;
         let mut direction = || Vector3::from_fn(|_, _| standard_normal(&mut rng)).normalize();
@@ -66,14 +66,14 @@ impl Drawn {
         }
     }
 
-    /// The episode starts: until the first torque arrives, the arm is held by `holding` (Nm).
+    /// Starts an episode. Until the first delayed torque acts, the torque `holding` (Nm) does.
     pub fn begin(&mut self, holding: &JointVector, dt: f64) {
         self.late.clear();
         self.fill(holding, dt);
     }
 
-    /// From now on torques act `delay` seconds late. If the delay grows, the torque that acts next is repeated, or
-    /// `holding` (Nm) if none was under way.
+    /// Sets the delay of the torques (s). If the delay grows, the torque that acts next is repeated, or `holding` (Nm) if no torque
+    /// was delayed.
     pub fn set_delay(&mut self, delay: f64, holding: &JointVector, dt: f64) {
         self.delay = delay;
         self.values.iter_mut().filter(|(key, _)| *key == "torque_delay_s").for_each(|(_, value)| *value = delay);
@@ -104,7 +104,7 @@ impl Drawn {
     /// The torque (Nm) that acts in this sample if `tau` is commanded, of which `bias` compensates gravity and Coriolis forces. The motors
     /// give `most` at most.
     pub fn acting(&mut self, tau: &JointVector, bias: &JointVector, most: &JointVector) -> JointVector {
-        // Without a disturbance not even the last bit may differ.
+        // Without a gain `tau` is passed on unchanged, so that an undisturbed episode does not differ in its last bit.
         let given = if self.gain == 1.0 {
             *tau
         } else {
@@ -118,7 +118,7 @@ impl Drawn {
         acting
     }
 
-    /// What is measured.
+    /// The measurement: exact, or with noise and bias where these are not zero.
     pub fn sense(&mut self, simulation: &Simulation) -> Measurement {
         if self.noise == [0.0; 3] && self.bias == Vector3::zeros() {
             return simulation.measure();
@@ -138,7 +138,7 @@ mod tests {
     use super::*;
     use crate::disturbance::{Disturbance, Draw};
 
-    /// Every value is another one, so that a place that took its neighbour's would show.
+    /// All values differ, so that a value in the wrong field is noticed.
     #[test]
     fn every_kind_of_disturbance_comes_where_its_key_says() {
         let fixed = |value| Some(Draw::Fixed(value));

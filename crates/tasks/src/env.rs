@@ -1,4 +1,4 @@
-//! The environment: how an episode begins, and what is known of it.
+//! The environment: its construction, the start of an episode, and accessors.
 
 use std::collections::HashSet;
 
@@ -39,18 +39,18 @@ pub struct Env {
     controller: Controller,
     /// What disturbs the running episode.
     drawn: Drawn,
-    /// What estimates the external wrench, where that is not known exactly.
+    /// Estimates the external wrench; `None` if the exact wrench is measured.
     estimator: Option<Estimator>,
     /// The last measurement, with noise, bias or estimate. `simulation.measure()` is exact.
     y: Measurement,
-    /// How the tool moves.
+    /// The tool's last velocities, from which its jerk is computed.
     motion: Motion,
-    /// The tared sensor of force and torque, which a policy or a critic may observe.
+    /// The tared force-torque sensor that a policy or a critic may observe.
     sensor: ForceSensor,
     /// The last action, each entry with its name; zeros after a reset.
     last_action: Vec<(&'static str, f64)>,
     observer: Observer,
-    /// What a critic sees besides.
+    /// What a critic sees in addition.
     privileged: Observer,
     /// The terms of the task's reward, each 0.
     nothing_earned: RewardTerms,
@@ -66,9 +66,9 @@ pub struct Env {
 /// An action under way.
 #[derive(Default)]
 struct Running {
-    /// What the gripper is told.
+    /// Gripper command, of which the sign counts: -1 opens, +1 closes.
     grip: f64,
-    /// Control samples to come.
+    /// Control samples that are left.
     left: u32,
     interval: Interval,
     diverged: bool,
@@ -87,8 +87,8 @@ impl Env {
     /// As [`Env::new`], with a task that need not be registered. `config.task` says which disturbances and options are allowed.
     ///
     /// # Errors
-    /// As [`EnvConfig::validate`], if the arm stands in the scene's way at its start, and if two observed numbers or two terms of the
-    /// reward have one name.
+    /// As [`EnvConfig::validate`], if the arm overlaps the scene or itself at its start, and if two observed numbers or two terms of the
+    /// reward have the same name.
     ///
     /// # Panics
     /// If the scene lacks the body or joint of one of the task's own disturbances.
@@ -97,7 +97,7 @@ impl Env {
         Env::begin_with(task, config, seed)
     }
 
-    /// Of a configuration that has been checked.
+    /// As [`Env::with_task`], of a configuration that has been checked.
     fn begin_with(mut task: Box<dyn Task>, config: EnvConfig, seed: u64) -> Result<Env, ConfigError> {
         let robot = config.robot.robot();
         let controller = Controller::new(&config.space, &config.controller, &robot.arm, Vector3::z_axis())?;
@@ -200,7 +200,7 @@ impl Env {
         Ok(self.observation())
     }
 
-    /// That no two numbers of the observation, and no two terms of the reward, have one name.
+    /// Checks that no two numbers of the observation, and no two terms of the reward, have the same name.
     fn has_each_name_once(&self) -> Result<(), ConfigError> {
         let observed = self.observation_components().iter().map(|component| component.name.as_str());
         for (what, names) in [
@@ -252,12 +252,12 @@ impl Env {
         &self.plant.robot
     }
 
-    /// The plant, to look at.
+    /// The simulated plant.
     pub fn simulation(&self) -> &Simulation {
         &self.simulation
     }
 
-    /// The controller, to look at.
+    /// The controller.
     pub fn controller(&self) -> &Controller {
         &self.controller
     }
@@ -284,7 +284,7 @@ impl Env {
         action
     }
 
-    /// Position of the environment's own sequence of episode seeds, to be saved.
+    /// State of the random stream that seeds the unseeded episodes, to be saved.
     pub fn episode_stream(&self) -> ChaCha8Rng {
         self.episodes.clone()
     }

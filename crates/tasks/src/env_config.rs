@@ -61,8 +61,8 @@ pub struct EnvConfig {
 }
 
 impl EnvConfig {
-    /// The options below `env.options` as the task's own type; a key that is absent has the type's default if that says
-    /// `#[serde(default)]`. The type says `deny_unknown_fields`, so that a misspelt key is answered.
+    /// The options below `env.options` as the task's own type. An absent key has the type's default if the type is
+    /// `#[serde(default)]`. The type should be `deny_unknown_fields`, so that a misspelt key is an error.
     ///
     /// # Errors
     /// If a key is missing, unknown or of the wrong type.
@@ -94,7 +94,7 @@ impl EnvConfig {
         }
         self.protection.validate().map_err(|error| error.below("env"))?;
         self.observation.validate().map_err(|error| error.below("env"))?;
-        // A push above half the control rate aliases: sampled, it looks like a slower one or like a constant force.
+        // A push above half the control rate aliases: its samples are those of a slower push or of a constant force.
         let push_hz = self.disturbance.push_hz.map_or(0.0, |draw| draw.ends()[1]);
         within("env.disturbance.push_hz", push_hz, 0.0..=f64::from(self.controller.control_hz) / 2.0)?;
         self.sensing.validate().map_err(|error| error.below("env"))?;

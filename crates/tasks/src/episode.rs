@@ -34,17 +34,17 @@ pub struct Episode {
 }
 
 impl Episode {
-    /// Takes in the outcome of one action.
+    /// Adds the outcome of one action.
     pub fn add(&mut self, step: Step) {
         self.steps.push(step);
     }
 
-    /// One per action.
+    /// The steps, one per action.
     pub fn steps(&self) -> &[Step] {
         &self.steps
     }
 
-    /// What it came to.
+    /// The outcome of the episode: a cell for each column.
     pub fn outcome(&self) -> Outcome {
         Outcome::of(&self.steps)
     }

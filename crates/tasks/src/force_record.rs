@@ -1,4 +1,4 @@
-//! How hard something was pressed on.
+//! A contact force over one action.
 
 /// The size of a contact force during one action. All but `max_raw` are of the sustained force, which is low-passed
 /// ([`SimulationConfig::sustained_cutoff_hz`](physics::SimulationConfig::sustained_cutoff_hz)).
@@ -8,14 +8,14 @@ pub struct ForceRecord {
     pub max: f64,
     /// Integral (N s).
     pub impulse: f64,
-    /// After the last sample (N): what a sensor that is read once per action tells.
+    /// After the last sample (N): the reading of a sensor that is read once per action.
     pub last: f64,
     /// Largest unfiltered force of a single step of the engine (N).
     pub max_raw: f64,
 }
 
 impl ForceRecord {
-    /// Takes in `dt` seconds of a force (N), the sustained one and that of a single step.
+    /// Adds `dt` seconds of a force (N): the sustained one, and the unfiltered one of a single step.
     pub(crate) fn add(&mut self, sustained: f64, raw: f64, dt: f64) {
         self.max = self.max.max(sustained);
         self.impulse += sustained * dt;

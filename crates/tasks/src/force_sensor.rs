@@ -1,4 +1,4 @@
-//! The force and the torque that a policy feels.
+//! The force and the torque in an observation.
 
 use aforce::{Measurement, Vector3, Wrench};
 use nalgebra::UnitQuaternion;
@@ -8,14 +8,14 @@ use crate::observer::Observer;
 /// A learner sees a force of this many newtons as 1.
 const FORCE: f64 = 20.0;
 
-/// How a policy feels force and torque.
+/// In which form force and torque are observed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Feel {
     /// The point that the torque is about (m, tool axes).
     pub about: Vector3,
     /// A learner sees a torque of this many Nm as 1.
     pub torque: f64,
-    /// Whether force and torque are given in the world's axes, as an action's entries are, and not in the tool's.
+    /// Whether force and torque are in the world's axes, as an action's entries are; else in the tool's.
     pub in_world: bool,
 }
 
@@ -39,12 +39,12 @@ pub(crate) struct ForceSensor {
 }
 
 impl ForceSensor {
-    /// What `y` reads counts as nothing from here on.
+    /// A sensor whose tare is the wrench that `y` has.
     pub fn tared(feel: Feel, y: &Measurement) -> Self {
         Self { feel, tare: in_tool_axes(y, &y.wrench) }
     }
 
-    /// Subtracts `bias` too (N, Nm; world axes), which later readings have and `y` does not.
+    /// Adds to the tare a `bias` (N, Nm; world axes) that later readings have and `y` does not.
     pub fn add_to_tare(&mut self, y: &Measurement, bias: &Wrench) {
         self.tare += in_tool_axes(y, bias);
     }
@@ -63,7 +63,7 @@ impl ForceSensor {
     }
 }
 
-/// A wrench in the axes of the tool that `y` has measured.
+/// `wrench` (world axes) in the axes of the tool as `y` has them.
 pub(crate) fn in_tool_axes(y: &Measurement, wrench: &Wrench) -> Wrench {
     let turned = |at: usize| y.pose.rotation.inverse() * Vector3::from(wrench.fixed_rows::<3>(at));
     let [force, torque] = [0, 3].map(turned);

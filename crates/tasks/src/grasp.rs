@@ -34,7 +34,7 @@ fn turned(v: &Vector3, k: u32, turns: u32) -> Vector3 {
     Vector3::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y, 0.0)
 }
 
-/// The one of `rotations` that is nearest to `tool`: between a hand and a symmetric body, the grasp that turns the hand least.
+/// The one of `rotations` that is nearest to `tool`: of the grasps of a symmetric body, the one that turns the hand least.
 ///
 /// # Panics
 /// If there is none.

@@ -49,9 +49,9 @@ pub struct Interval {
     pub impedance: [AxisGroup; 2],
     /// Sum over samples of the share of joints whose torque a limit cut.
     pub sum_saturated: f64,
-    /// How far the tool went (m, world).
+    /// Displacement of the tool (m, world).
     pub displacement: Vector3,
-    /// The length of its way (m).
+    /// Length of the tool's path (m).
     pub path: f64,
     /// Integral of the size of the tool's jerk over the time in which it moves (m/s2).
     pub sum_jerk: f64,
@@ -73,7 +73,7 @@ pub struct Stop {
 }
 
 impl Interval {
-    /// Takes in one control sample of `plant`: the torque that acted (Nm), the mean of the joint velocities before and
+    /// Adds one control sample of `plant`: the torque that acted (Nm), the mean of the joint velocities before and
     /// after the sample (rad/s), and the contact after each of the sample's equally long parts. Torque times mean
     /// velocity is the work of a torque that is constant over the sample.
     pub fn add(
@@ -111,8 +111,8 @@ impl Interval {
         self.sum_saturated += limited as f64 / joints as f64;
     }
 
-    /// Takes in what a real arm watches at the end of the sample that was [added](Self::add) last: the velocities `qd` of the
-    /// joints of `arm` (rad/s), and the contact after each of the sample's parts.
+    /// Checks what a real arm protects itself against, in the sample that was [added](Self::add) last: the velocities `qd` of the
+    /// joints of `arm` at its end (rad/s), and the contact after each of its parts.
     pub fn watch(&mut self, protection: &Protection, arm: &Arm, qd: &JointVector, contacts: &[ContactReading]) {
         let speed = speed_share(qd, arm);
         self.max_speed_share = self.max_speed_share.max(speed);
@@ -120,7 +120,7 @@ impl Interval {
         self.stop = self.stop.or(reason.map(|reason| Stop { time: self.time, reason }));
     }
 
-    /// Takes in the tool's velocity (m/s, world) after a sample of `dt` seconds.
+    /// Adds the tool's motion in a sample of `dt` seconds; `velocity` is the one after it (m/s, world).
     pub(crate) fn follow(&mut self, motion: &mut Motion, velocity: Vector3, dt: f64) {
         self.displacement += velocity * dt;
         self.path += velocity.norm() * dt;
@@ -180,8 +180,8 @@ mod tests {
         Plant { robot: RobotName::default().robot(), dt, config, deviation }
     }
 
-    /// A controller after one sample at its goal. It holds each joint with 1 Nm, of which the first `limited` joints take
-    /// half. `kp` commands the stiffness, -1 being 0 and 1 being 300.
+    /// A controller after one sample at its goal. It commands 1 Nm at each joint, and the first `limited` joints are limited to
+    /// 0.5 Nm. `kp` commands the stiffness, -1 being 0 and 1 being 300.
     fn controller(kp: [f64; 6], limited: usize) -> Controller {
         let y = Measurement { bias: JointVector::repeat(1.0), ..arm() };
         let torque_max = std::array::from_fn(|i| if i < limited { 0.5 } else { 10.0 });
@@ -195,12 +195,13 @@ mod tests {
         controller
     }
 
-    /// What a record says is worked out by hand for three samples of 2 ms, the second of which is the extreme one.
+    /// The record of three samples of 2 ms, worked out by hand. The second sample has the extreme values.
     #[test]
     fn sums_means_and_extremes_are_over_all_samples() {
         const DT: f64 = 0.002;
         let penalty = ForcePenalty { limit: 15.0, of: CountedForce::Hand, ..ForcePenalty::default() };
-        // Sustained forces of 10, 80 and 20 N; moments are no forces. The low-pass outlasts the touch.
+        // Sustained forces of 10, 80 and 20 N; the moments must not count. In the third sample nothing touches, but the low-pass
+        // still has a force.
         let contact = |x: f64, y: f64, z: f64, touching| {
             let sustained = Wrench::new(x, y, z, 500.0, 500.0, 500.0);
             let links = LinkReading { sustained: 7.0, raw: 30.0, touching: x > 0.0 };
@@ -235,7 +236,7 @@ mod tests {
             ForceRecord { max: 80.0, impulse: interval.hand.impulse, last: 20.0, max_raw: 160.0 }
         );
         close("impulse", interval.hand.impulse, 110.0 * DT);
-        // The links add 7 N to each, and 30 N to a single step.
+        // The links add 7 N to each sustained force, and 30 N to the unfiltered one.
         assert_eq!(interval.arm, ForceRecord { max: 87.0, impulse: interval.arm.impulse, last: 27.0, max_raw: 190.0 });
         close("impulse", interval.arm.impulse, 131.0 * DT);
         close("impulse above 15 N", interval.excess_impulse, (65.0 + 5.0) * DT);
@@ -324,7 +325,7 @@ mod tests {
         assert_eq!(interval.max_speed_share, 2.4 / 2.175, "joints 1 to 4 may turn at 2.175 rad/s");
     }
 
-    /// A tool that goes to and fro comes back, its way is twice as long; it shakes as long as it moves.
+    /// A tool that goes to and fro in x and on in z is displaced in z alone. Its path counts both ways, its jerk while it moves.
     #[test]
     fn the_way_of_the_tool_is_summed() {
         const DT: f64 = 0.002;
@@ -354,7 +355,7 @@ mod tests {
         }
     }
 
-    /// An action that diverged in its first sample has means all the same.
+    /// The means of an action that diverged in its first sample are 0, not NaN.
     #[test]
     fn means_over_no_sample_are_zero() {
         let interval = Interval::default();

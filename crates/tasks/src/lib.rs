@@ -1,8 +1,7 @@
 //! Contact manipulation tasks for reinforcement learning.
 //!
-//! [`Env`] holds a [`Task`], a simulated arm and an [`aforce::Controller`], and owns the
-//! only loop: one action (by default at 20 Hz) becomes torques (25 at 500 Hz) and comes
-//! back as a reward, an observation and an [`Interval`] of energies and forces.
+//! [`Env`] holds a [`Task`], a simulated arm and an [`aforce::Controller`], and owns the only loop: one action (by default at 20 Hz)
+//! leads to 25 control samples (500 Hz) with a torque each, and to a reward, an observation and an [`Interval`] of energies and forces.
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // See clippy.toml.
 

@@ -14,7 +14,7 @@ use crate::task::{Reward, Task, Waypoint};
 use crate::task_kind::TaskKind;
 use crate::task_name::TaskName;
 
-/// Lift as programs know it.
+/// What Lift is registered with.
 pub(crate) const KIND: TaskKind =
     TaskKind::new(TaskName::LIFT.as_str(), "lift a cube off a table", |_| Ok(Box::<Lift>::default()))
         .disturbed_by(&["cube_mass"]);
@@ -75,7 +75,7 @@ impl Task for Lift {
         out.position("gripper_to_cube_pos", y.pose.translation.vector - position, [0.0; 3], 10.0);
     }
 
-    /// How the cube moves, and whether both fingers press on it.
+    /// The cube's velocity, and whether both fingers press on the cube.
     fn observe_privileged(&self, simulation: &Simulation, _: &Measurement, out: &mut Observer) {
         let velocity = self.scene().cube_velocity(simulation);
         out.axes("cube_vel", &velocity, ["m/s, world", "rad/s, world"], [0.0; 2], [5.0, 1.0]);
@@ -97,8 +97,8 @@ impl Task for Lift {
         Reward { terms: [("reach", reach), ("grasp", grasp), ("lifted", lifted)].into(), success }
     }
 
-    /// Above the cube with open fingers, down, close, up. The phase follows from what is seen, so the script recovers
-    /// from a lost grasp. Once the cube is grasped the goal keeps the hand's own place and turn. A goal at the cube
+    /// Moves the open hand above the cube and down, closes, and goes up. The phase follows from the present state, so the script
+    /// recovers from a lost grasp. Once the cube is grasped the goal has the hand's own place and yaw: a goal at the cube
     /// would follow the hand, with which the cube moves.
     fn expert(&self, simulation: &Simulation, y: &Measurement) -> Waypoint {
         let cube = self.scene().cube_pose(simulation);

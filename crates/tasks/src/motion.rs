@@ -1,23 +1,23 @@
-//! How the tool moved: the way it went, and how smoothly.
+//! The jerk of the tool.
 
 use aforce::Vector3;
 
-/// Control samples that a jerk is taken from.
+/// Number of control samples from which a jerk is computed.
 const WINDOW: usize = 15;
-/// Below this speed of the tool (m/s) a jerk does not count: standing still would make any motion smooth.
+/// Below this speed of the tool (m/s) a jerk does not count: time at rest would lower the mean jerk of any motion.
 const MOVING: f64 = 0.01;
 
 /// The tool's velocities in the last control samples of an episode.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Motion {
-    /// The oldest first (m/s).
+    /// Velocities, the oldest first (m/s).
     velocities: [Vector3; WINDOW],
     samples: usize,
 }
 
 impl Motion {
-    /// Takes in the tool's velocity (m/s) after one more sample of `dt` seconds. Gives the size of the jerk (m/s3) in the middle of the last
-    /// 15 samples, once there are as many and if the tool moves there.
+    /// Adds the tool's velocity (m/s) after one more sample of `dt` seconds. Returns the size of the jerk (m/s3) in the middle of the last
+    /// 15 samples; `None` if there are fewer, or if the tool is slower than 1 cm/s there.
     ///
     /// It is the second derivative of the quadratic that fits those velocities best (Savitzky and Golay's filter), as in the score of the AI
     /// for Industry Challenge.
@@ -47,7 +47,7 @@ fn curvature(values: &[Vector3; WINDOW]) -> Vector3 {
 mod tests {
     use super::*;
 
-    /// Of a velocity that is a quadratic in time the jerk is known, whatever its value and slope are.
+    /// The jerk of a velocity that is quadratic in time is constant, whatever the velocity's value and slope are.
     #[test]
     fn the_jerk_of_a_quadratic_is_exact() {
         const DT: f64 = 0.002;

@@ -4,15 +4,15 @@
 pub(crate) const MARKERS: usize = 100;
 
 // robosuite's rewards in Wipe, before normalisation.
-/// A marker.
+/// For a wiped marker.
 pub(crate) const MARKER_REWARD: f64 = 50.0;
-/// An action in contact.
+/// For an action in contact.
 pub(crate) const CONTACT_REWARD: f64 = 0.01;
-/// Each action once everything is wiped.
+/// For each action once everything is wiped.
 pub(crate) const COMPLETION_REWARD: f64 = MARKER_REWARD * (CONTACT_REWARD + 0.5);
 
-/// robosuite's factor on every reward in an episode of `horizon` actions. With 500 an action earns at most 0.738 once
-/// everything is wiped.
+/// robosuite's factor on every reward in an episode of `horizon` actions. With a horizon of 500 an action earns at most
+/// 0.738 once everything is wiped.
 pub(crate) fn normalisation(horizon: u32) -> f64 {
     let horizon = f64::from(horizon);
     let full = MARKERS as f64 * MARKER_REWARD + horizon * (CONTACT_REWARD + COMPLETION_REWARD);

@@ -17,9 +17,9 @@ pub fn in_contact(y: &Measurement) -> bool {
     y.wrench.fixed_rows::<3>(0).norm() > CONTACT_FORCE
 }
 
-/// Puts the robot's part of an observation: 32 numbers with fingers; 29 with the wiping tool, whose contact flag stands
-/// where the fingers' joints would. The position is the grip site's, the quaternion (x, y, z, w) that of the body
-/// `right_hand`, as in robosuite; its sign is fixed here (x not negative), there it is left to chance.
+/// Puts the robot's part of an observation: 32 numbers with fingers; 29 with the wiping tool, which has a contact flag in
+/// place of the fingers' joints. The position is the grip site's, the quaternion (x, y, z, w) that of the body
+/// `right_hand`, as in robosuite. The quaternion's sign makes x not negative; robosuite does not fix it.
 pub fn observe_robot(simulation: &Simulation, y: &Measurement, out: &mut Observer) {
     let mut joints = |name: &str, values: JointVector, unit| {
         for (i, &value) in values.iter().enumerate() {

@@ -51,7 +51,7 @@ impl ObservationOptions {
         self.camera.map_or(Ok(()), |camera| camera.validate())
     }
 
-    /// What is chosen, and what else could be.
+    /// The chosen options as text, with the values that each may have.
     pub(crate) fn in_words(&self) -> String {
         let markers = format!("{:?}", self.markers).to_lowercase();
         let Self { controller, force, action, critic, .. } = self;

@@ -27,7 +27,7 @@ impl Component {
     }
 }
 
-/// Takes in the numbers of an observation, one after another.
+/// Collects the numbers of an observation, one after another.
 ///
 /// The first observation of an environment also makes the list of names. Later ones only take the values: what is put
 /// must therefore be the same numbers in the same order every time.

@@ -1,4 +1,4 @@
-//! What an episode came to: a row of the tables of episodes.
+//! The outcome of an episode: a row of the tables of episodes.
 
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
@@ -6,18 +6,18 @@ use serde::{Serialize, Serializer};
 use crate::columns::{COLUMNS, Cell, Parts};
 use crate::step::Step;
 
-/// What an episode ended with and what it cost: a cell for each of [`COLUMNS`]. It serialises as a struct whose fields are the columns.
+/// The outcome of an episode: a cell for each of [`COLUMNS`]. It serialises as a struct whose fields are the columns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome(Vec<Cell>);
 
 impl Outcome {
-    /// Of an episode's actions, in their order.
+    /// The outcome of an episode with these actions, in their order.
     pub(crate) fn of(steps: &[Step]) -> Self {
         let episode = Parts::of(steps);
         Outcome(COLUMNS.iter().map(|column| column.of(&episode)).collect())
     }
 
-    /// What the column `name` says.
+    /// The cell of the column `name`.
     ///
     /// # Panics
     /// If there is no such column.
@@ -25,7 +25,7 @@ impl Outcome {
         self.0[place(name)]
     }
 
-    /// What the column `name` says, as a number; none if it is empty or a word.
+    /// The cell of the column `name` as a number; `None` if it is empty or a word.
     ///
     /// # Panics
     /// As [`Outcome::cell`].
@@ -33,7 +33,7 @@ impl Outcome {
         self.cell(name).number()
     }
 
-    /// Whether the column `name` says yes.
+    /// Whether the flag in the column `name` is true.
     ///
     /// # Panics
     /// As [`Outcome::cell`].
@@ -41,7 +41,7 @@ impl Outcome {
         self.cell(name) == Cell::Flag(true)
     }
 
-    /// With other cells in some columns.
+    /// The same outcome with other cells in some columns.
     ///
     /// # Panics
     /// As [`Outcome::cell`].
@@ -51,7 +51,7 @@ impl Outcome {
     }
 }
 
-/// Of an episode without actions.
+/// The outcome of an episode without actions.
 impl Default for Outcome {
     fn default() -> Self {
         Outcome::of(&[])
@@ -105,8 +105,7 @@ mod tests {
         assert_eq!(Outcome::default().number("p99_contact_force_n"), Some(0.0));
     }
 
-    /// An action of 50 ms that takes `energy`, in which the hand is pushed with 2 N and the links with what the arm
-    /// feels beyond that.
+    /// An action of 50 ms that takes `energy` (J). The force on the whole arm is `arm` (N), of which 2 N act on the hand.
     fn action(energy: f64, arm: f64, success: bool) -> Step {
         let force = |newton: f64| ForceRecord { max: newton, impulse: 0.05 * newton, last: newton, max_raw: newton };
         let energy = EnergyLedger { absolute: energy, positive: 0.5 * energy, ..EnergyLedger::default() };
@@ -117,7 +116,7 @@ mod tests {
         )
     }
 
-    /// Two actions until the task is fulfilled, one in which it is not any more, then a second and a bit in which it is.
+    /// The task is fulfilled after the second action, not after the third, and again after each of the last twenty, one second.
     #[test]
     fn the_task_and_what_follows_are_told_apart() {
         let mut steps = vec![action(3.0, 8.0, false), action(5.0, 2.0, true), action(7.0, 9.0, false)];
@@ -143,8 +142,8 @@ mod tests {
         assert!(Outcome::of(&steps[3..]).flag("success_without_hand"), "fulfilled before the hand touched anything");
     }
 
-    /// Every number of an action is another one, so that a column that took its neighbour's would show. Three actions alike: the second
-    /// fulfils the task, and in the third a real arm would have stopped.
+    /// All numbers of an action differ, so that a wrong number in a column is noticed. Of three nearly equal actions the second fulfils
+    /// the task, and in the third a real arm would have stopped.
     #[test]
     fn every_column_holds_what_its_name_says() {
         let group = |n: f64| AxisGroup {
@@ -277,8 +276,8 @@ mod tests {
         assert!(untold.is_empty(), "columns without a value above: {untold:?}");
     }
 
-    /// A second action of 16 s fulfils the task: half of the points for duration, of those for a way that is half a metre longer than
-    /// straight, and of those for jerk. What comes later does not count.
+    /// The second of two actions of 16.25 s fulfils the task. It earns half of the points for duration, half of those for a path that is
+    /// half a metre longer than straight, and half of those for jerk. The third action does not count.
     #[test]
     fn the_score_is_that_of_the_way_to_success() {
         let interval = Interval {

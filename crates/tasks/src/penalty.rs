@@ -48,7 +48,7 @@ mod tests {
         let penalty = ForcePenalty::default();
         assert_eq!(penalty.for_force(60.0), None);
         assert_eq!(penalty.for_force(80.0), Some(4.0));
-        // Forces are judged even if they cost nothing.
+        // With a weight of 0 a force above the limit is still reported.
         assert_eq!(ForcePenalty { weight: 0.0, ..penalty }.for_force(80.0), Some(0.0));
     }
 }

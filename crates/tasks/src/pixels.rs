@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::task::Task;
 
-/// Largest depth that is told, and what is told where nothing is seen (m).
+/// Largest depth of a pixel, also the depth where nothing is seen (m).
 pub const FARTHEST: f64 = 5.0;
 
 /// A camera whose pictures are observed beside the numbers.
@@ -17,17 +17,17 @@ pub struct ObservedCamera {
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// What a pixel says.
+    /// What a pixel's numbers are.
     pub kind: PixelKind,
-    /// Where it stands.
+    /// Where the camera stands.
     pub from: Standpoint,
 }
 
-/// What a pixel says.
+/// What a pixel's numbers are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum PixelKind {
-    /// How far what is seen lies from the plane of the camera (m).
+    /// Distance of the seen surface from the plane of the camera (m).
     Depth,
     /// Red, green, blue, with shadows.
     Rgb,
@@ -37,7 +37,7 @@ pub enum PixelKind {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Standpoint {
-    /// Where the task is watched from ([`Task::camera`](crate::Task::camera)).
+    /// At the task's own camera ([`Task::camera`](crate::Task::camera)).
     Task,
     /// Beside the hand, looking at a point 2 cm beyond the tool point.
     Hand,
@@ -59,7 +59,7 @@ pub struct PixelForm {
     pub shape: [u32; 3],
     /// Largest number.
     pub high: f64,
-    /// Its unit.
+    /// Unit of the numbers.
     pub unit: &'static str,
 }
 
@@ -79,7 +79,7 @@ impl ObservedCamera {
         within("observation.camera.height", f64::from(self.height), 1.0..=1024.0)
     }
 
-    /// The form of its pictures.
+    /// The form of the camera's pictures.
     pub(crate) fn form(&self) -> PixelForm {
         let (channels, high, unit) = match self.kind {
             PixelKind::Depth => (1, FARTHEST, "m"),
@@ -88,11 +88,11 @@ impl ObservedCamera {
         PixelForm { shape: [self.height, self.width, channels], high, unit }
     }
 
-    /// What it sees now.
+    /// The camera's present picture.
     pub(crate) fn take(&self, task: &dyn Task, simulation: &Simulation) -> Pixels {
         let view = match self.from {
             Standpoint::Task => task.camera().view(),
-            // Where it is, not where it is measured.
+            // From the true pose of the tool, not the measured one.
             Standpoint::Hand => View::from_hand(&simulation.measure().pose),
         };
         let [width, height] = [self.width, self.height].map(|pixels| pixels as usize);

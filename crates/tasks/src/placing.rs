@@ -1,4 +1,4 @@
-//! Where the arm stands when an episode begins, and that it stands in nothing's way.
+//! Puts the arm where an episode begins, and checks that the arm overlaps nothing there.
 
 use aforce::{ConfigError, JointVector};
 use physics::Simulation;
@@ -9,19 +9,19 @@ use crate::normal::standard_normal;
 use crate::start::{Fingers, Start};
 use crate::task::Task;
 
-/// Overlap at which the engine would throw the arm off instead of starting an episode (m).
+/// Overlap from which a start is refused (m): the engine would throw the arm off.
 pub(crate) const LARGEST_OVERLAP: f64 = 1e-3;
 
-/// Starts that are drawn before a scene counts as one without room for the arm.
+/// Number of starts that are drawn before a scene counts as one without room for the arm.
 const MOST_STARTS: u32 = 1000;
 
-/// The geoms that lie deepest in one place, by their names.
+/// Names of the two geoms that overlap most.
 pub(crate) fn overlapping(simulation: &Simulation) -> String {
     let deepest = simulation.overlaps(0.0).into_iter().max_by(|a, b| a.depth.total_cmp(&b.depth));
     deepest.map_or_else(String::new, |overlap| overlap.geoms.join(" and "))
 }
 
-/// Puts the arm at `q` (rad), the task's joints where it wants them, and the fingers and what they hold as `start` says.
+/// Puts the arm at `q` (rad), the task's joints where the task wants them, and the fingers and what they hold as `start` says.
 pub(crate) fn put(simulation: &mut Simulation, task: &dyn Task, start: &Start, q: &JointVector) {
     simulation.reset(q);
     task.arrange(simulation);
@@ -35,7 +35,7 @@ pub(crate) fn put(simulation: &mut Simulation, task: &dyn Task, start: &Start, q
 /// How the task starts the arm.
 ///
 /// # Errors
-/// If that is out of a joint's range.
+/// If a start angle is out of its joint's range.
 pub(crate) fn start_of(task: &dyn Task, robot: &Robot) -> Result<Start, ConfigError> {
     let start = task.start(robot);
     for (joint, (q, [low, high])) in start.q.iter().zip(robot.arm.range).enumerate().take(robot.joints) {
@@ -49,10 +49,10 @@ pub(crate) fn start_of(task: &dyn Task, robot: &Robot) -> Result<Start, ConfigEr
 }
 
 /// Draws joint angles, with a standard deviation of `noise` (rad) about those of the task, until they are within their ranges and the arm
-/// stands in nothing's way.
+/// has no overlap of [`LARGEST_OVERLAP`] or more.
 ///
 /// # Errors
-/// If the task has the arm start out of its range, or if there is no room for the arm.
+/// If the task's start is out of a joint's range, or if there is no room for the arm.
 pub(crate) fn draw_start(
     simulation: &mut Simulation,
     task: &dyn Task,
@@ -65,7 +65,7 @@ pub(crate) fn draw_start(
     let tries = if noise == 0.0 { 1 } else { MOST_STARTS };
     for _ in 0..tries {
         let mut q = start.q.map(|q| q + noise * standard_normal(rng));
-        // A seventh joint that there is not stays where it is.
+        // The seventh joint, which an arm of six joints does not have, stays where it is.
         q.iter_mut().zip(&start.q).skip(robot.joints).for_each(|(q, start)| *q = *start);
         if q.iter().zip(robot.arm.range).all(|(q, [low, high])| (low..=high).contains(q)) {
             put(simulation, task, &start, &q);

@@ -1,4 +1,4 @@
-//! What only a critic sees: in a simulation it may know what no policy could measure.
+//! What only a critic sees: in simulation a critic may know what a policy could not measure.
 
 use aforce::ConfigError;
 use physics::{ContactReading, Simulation};
@@ -24,7 +24,7 @@ pub enum Privileged {
 }
 
 impl Privileged {
-    /// Its name in a configuration.
+    /// The entry's name in a configuration.
     pub fn as_str(self) -> &'static str {
         match self {
             Privileged::Contact => "contact",
@@ -35,7 +35,7 @@ impl Privileged {
         }
     }
 
-    /// That a list has nothing twice, and nothing of what the policy sees `already`.
+    /// Checks that a list has nothing twice, and nothing that the policy sees `already`.
     pub(crate) fn validate(list: &[Privileged], already: &[Privileged]) -> Result<(), ConfigError> {
         let contradiction = |reason| Err(ConfigError::Contradiction { field: "observation.critic".into(), reason });
         for (i, entry) in list.iter().enumerate() {
@@ -52,8 +52,8 @@ impl Privileged {
 }
 
 /// Puts 8 numbers. Six are the wrench that presses on hand and fingers (or tool), in the tool's axes and about the tool
-/// point, filtered as the controller's but without noise, bias or estimate. One tells whether anything presses there.
-/// The last is the sustained force on the links short of the wrist (N).
+/// point, filtered as the controller's but without noise, bias or estimate. The seventh is 1 if anything presses there,
+/// else 0. The last is the sustained force on the links short of the wrist (N).
 pub(crate) fn observe_contact(simulation: &Simulation, out: &mut Observer) {
     let ContactReading { filtered, touching, links, .. } = simulation.contact();
     let wrench = in_tool_axes(&simulation.measure(), filtered);

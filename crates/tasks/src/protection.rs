@@ -68,8 +68,8 @@ impl Protection {
         within("protection.link_force", link_force, 0.0..=1e6)
     }
 
-    /// Why the arm would stop now, if it would: `speed` is that of the joint nearest to its limit, as a share of it. Of several reasons the first
-    /// in the order of [`StopReason`] is told.
+    /// Why a real arm would stop now; `None` if it would not. `speed` is the speed of the joint nearest to its limit, as a share of this
+    /// limit. Of several reasons the first in the order of [`StopReason`] is returned.
     pub fn stop(&self, speed: f64, contact: &ContactReading) -> Option<StopReason> {
         [
             (speed > self.joint_speed, StopReason::JointSpeed),

@@ -1,4 +1,4 @@
-//! The registered tasks: what a name stands for, and what settings ask of it.
+//! The registered tasks by name, and the defaults and checks of settings that depend on them.
 
 use std::str::FromStr;
 use std::sync::RwLock;
@@ -16,20 +16,20 @@ use crate::{door, insert, lift, wipe};
 /// The tasks of this crate, in the order of [`TaskName::BUILT_IN`].
 static BUILT_IN: [TaskKind; TaskName::BUILT_IN.len()] = [lift::KIND, door::KIND, wipe::KIND, insert::KIND];
 
-/// The tasks of one's own, in one list for the whole program: a name is parsed while a file is read, where no caller
-/// could hand a list over.
+/// The tasks that are not built in, in one list for the whole program: a name is parsed while a file is read, where no
+/// caller could pass a list.
 static OWN: RwLock<Own> = RwLock::new(Own { kinds: vec![], names: vec![] });
 
-/// The tasks of one's own.
+/// The tasks that are not built in.
 struct Own {
-    /// Every registration, those that a later one replaced too: an environment may still have them. They live as long as the program.
+    /// Every registration, also one that a later one replaced, because an environment may still use it. None is ever freed.
     kinds: Vec<&'static TaskKind>,
-    /// The tasks that a name stands for today, in the order of their registration.
+    /// The registrations that are valid now, in the order in which they were made.
     names: Vec<TaskName>,
 }
 
 impl Own {
-    /// Makes a name stand for `kind`.
+    /// Registers `kind`.
     fn push(&mut self, kind: TaskKind) -> TaskName {
         let name = TaskName::new(kind.name, BUILT_IN.len() + self.kinds.len());
         self.kinds.push(Box::leak(Box::new(kind)));
@@ -41,14 +41,13 @@ impl Own {
         BUILT_IN.get(name.id()).unwrap_or_else(|| self.kinds[name.id() - BUILT_IN.len()])
     }
 
-    /// All tasks: the built-in ones, then those of one's own.
+    /// All tasks: the built-in ones, then the others in the order of their registration.
     fn all(&self) -> impl Iterator<Item = TaskName> {
         TaskName::BUILT_IN.into_iter().chain(self.names.iter().copied())
     }
 }
 
-/// Makes tasks of one's own known to everything that takes a task by its name: settings, files, flags and programs. To be called
-/// once, before any of these.
+/// Registers tasks, so that settings, files, flags and programs know them by name. To be called once, before any of these is read.
 ///
 /// # Errors
 /// If a name is taken, or cannot be the name of a folder. If a disturbance is unknown, occurs twice, has the key of a
@@ -69,7 +68,7 @@ pub fn register(kinds: &[TaskKind]) -> Result<(), ConfigError> {
     Ok(())
 }
 
-/// Registers a task that is [made elsewhere](TaskKind::made_elsewhere) and may be written again while the program runs.
+/// Registers a task that is [made elsewhere](TaskKind::made_elsewhere) and may be redefined while the program runs.
 /// It replaces the registered task of its name. If the two differ in nothing but their defaults, the old one stays,
 /// with the old defaults.
 ///
@@ -91,7 +90,7 @@ pub fn register_anew(kind: TaskKind) -> Result<TaskName, ConfigError> {
     Ok(own.push(kind))
 }
 
-/// A task that cannot be registered.
+/// The error for a task that cannot be registered.
 fn wrong(kind: &TaskKind, reason: impl Into<String>) -> ConfigError {
     ConfigError::Contradiction { field: format!("task {:?}", kind.name), reason: reason.into() }
 }
@@ -126,7 +125,7 @@ fn check_kind(kind: &TaskKind) -> Result<(), ConfigError> {
 }
 
 impl TaskName {
-    /// All tasks: the built-in ones, then those of one's own.
+    /// All tasks: the built-in ones, then the others in the order of their registration.
     pub fn all() -> Vec<TaskName> {
         OWN.read().expect("no writer panics").all().collect()
     }
@@ -176,11 +175,11 @@ impl Disturbance {
 }
 
 impl EnvConfig {
-    /// The settings of a task before anybody changes one: the defaults, and on them those that the task is registered with.
+    /// The default settings of a task: the general ones, overlaid by those that the task is registered with.
     pub fn of(task: TaskName) -> Self {
         let mut config = EnvConfig { task, ..EnvConfig::default() };
         task.kind().apply_defaults(&mut config);
-        EnvConfig { task, ..config } // Defaults may not make another task of it.
+        EnvConfig { task, ..config } // The task's defaults must not change the task.
     }
 
     /// The task, with its options.

@@ -1,11 +1,11 @@
-//! What a reward is made of, each part by name.
+//! The terms of a reward, each with its name.
 
 /// The most terms a reward has.
 const MOST: usize = 16;
 
 /// The terms that add up to a reward, each a name and a value: `RewardTerms::from([("reach", 0.1), ("penalty", -0.2)])`.
 ///
-/// More than sixteen do not compile. Nothing is allocated: there is one for every action.
+/// More than sixteen do not compile. The array has a fixed size, so that an action allocates nothing.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct RewardTerms([Option<(&'static str, f64)>; MOST]);
 
@@ -19,7 +19,7 @@ impl<const N: usize> From<[(&'static str, f64); N]> for RewardTerms {
 }
 
 impl RewardTerms {
-    /// Terms whose number is known when the program runs; `None` if there are more than sixteen.
+    /// Terms whose number is known only at run time; `None` if there are more than sixteen.
     pub fn of(terms: &[(&'static str, f64)]) -> Option<Self> {
         let mut places = [None; MOST];
         (terms.len() <= MOST).then(|| {
@@ -47,7 +47,7 @@ impl RewardTerms {
         term.unwrap_or_else(|| panic!("{name} is no term of {self:?}")).1
     }
 
-    /// What they add up to.
+    /// The sum of the terms.
     pub fn sum(&self) -> f64 {
         self.iter().map(|(_, value)| value).sum()
     }

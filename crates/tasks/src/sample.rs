@@ -1,16 +1,16 @@
-//! One control sample, for whoever looks on.
+//! One control sample, for a caller that watches an episode.
 
 use aforce::{Controller, JointVector, Measurement};
 use physics::{ContactReading, Simulation};
 
-/// One control sample, to look at.
+/// One control sample.
 #[derive(Clone, Copy)]
 pub struct Sample<'a> {
-    /// What the controller was given.
+    /// The measurement that the controller was given.
     pub given: &'a Measurement,
-    /// What pressed on the arm then.
+    /// The contact at the time of this measurement.
     pub contact: &'a ContactReading,
-    /// The controller after it answered.
+    /// The controller after its update.
     pub controller: &'a Controller,
     /// The torque that acted (Nm).
     pub tau: &'a JointVector,

@@ -20,7 +20,7 @@ pub struct Sensing {
     pub noise: [f64; 2],
 }
 
-/// Whether the law and the policy feel the simulated wrench itself.
+/// Which wrench the law and the policy are given.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SensedWrench {
@@ -56,12 +56,12 @@ impl Sensing {
     /// estimated. `damping` is the viscous damping of the joints (Nm s/rad).
     pub(crate) fn estimator(&self, seed: u64, damping: JointVector, y: &Measurement) -> Option<Estimator> {
         let estimates = self.source == SensedWrench::Estimated;
-        // The complement of the seed: the task draws its scene from the seed itself, and the two shall not go together.
+        // The complement of the seed, so that bias and noise do not correlate with the scene, which is drawn from the seed itself.
         estimates.then(|| Estimator::new(self, damping, y, ChaCha8Rng::seed_from_u64(!seed)))
     }
 }
 
-/// A running estimate.
+/// The estimator of one episode.
 pub(crate) struct Estimator {
     observer: MomentumObserver,
     bias: Wrench,
@@ -70,7 +70,7 @@ pub(crate) struct Estimator {
 }
 
 impl Estimator {
-    /// Draws the bias and everything after it from `rng`.
+    /// Draws the bias from `rng`, and later the noise.
     fn new(sensing: &Sensing, damping: JointVector, y: &Measurement, mut rng: ChaCha8Rng) -> Self {
         let bias = Wrench::from_fn(|axis, _| {
             let largest = sensing.bias[axis / 3];

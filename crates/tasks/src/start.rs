@@ -9,7 +9,7 @@ pub struct Start {
     /// [`EnvConfig::initial_noise`](crate::EnvConfig::initial_noise) added. A task that needs another noise says so in the defaults that it is
     /// registered with.
     pub q: JointVector,
-    /// The fingers; half open also stands for a tool that has none.
+    /// How the fingers start; half open for a tool that has none.
     pub fingers: Fingers,
 }
 
@@ -18,11 +18,11 @@ pub struct Start {
 pub enum Fingers {
     /// The pads 4.1 cm apart, as in robosuite.
     HalfOpen,
-    /// The pads so far apart (m), from 0 to [`physics::gripper::WIDEST`].
+    /// The distance between the pads (m), from 0 to [`physics::gripper::WIDEST`].
     Apart(f64),
     /// Around a free body, on which they press with their full force until an action opens them.
     Holding {
-        /// Its place in the scene, as [`physics::scene::Scene::body`] tells it.
+        /// Index of the body in the scene, as [`physics::scene::Scene::body`] returns it.
         body: usize,
         /// Its pose as seen from the tool point, whose x axis is the one along which the fingers open.
         grip: Pose,

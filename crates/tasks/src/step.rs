@@ -1,12 +1,12 @@
-//! What one action leads to.
+//! The outcome of one action.
 
 use crate::interval::Interval;
 use crate::reward_terms::RewardTerms;
 
-/// What one action led to.
+/// The outcome of one action.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
-    /// Reward, penalty taken off.
+    /// Reward, less the penalty where the task subtracts it and less the prices of motion and of a stop.
     pub reward: f64,
     /// The terms of the reward. Their sum less `motion_cost` and `stop_cost` is `reward`.
     pub reward_terms: RewardTerms,

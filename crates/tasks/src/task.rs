@@ -1,4 +1,4 @@
-//! What makes a task a task.
+//! The interface of a task.
 
 use aforce::{Measurement, Pose, Vector3};
 use nalgebra::UnitVector3;
@@ -12,11 +12,10 @@ use crate::observer::Observer;
 use crate::reward_terms::RewardTerms;
 use crate::start::Start;
 
-/// A task: a scene, its randomness, what is observed, what is rewarded. Called once per action;
-/// the loop that drives it is [`crate::Env::step`].
+/// A task: its scene and randomness, observation, reward and script. [`crate::Env::step`] drives it.
 pub trait Task: Send {
-    /// Builds the scene of one episode, everything random drawn from `rng`; the arm is
-    /// put in place by the caller, as [`start`](Self::start) says.
+    /// Builds the scene of one episode and draws everything random from `rng`. The caller puts the arm in place, as
+    /// [`start`](Self::start) says.
     fn reset(&mut self, plant: &Plant, rng: &mut ChaCha8Rng) -> Simulation;
 
     /// How the episode that was last [`reset`](Self::reset) starts: posture, fingers, what they hold.
@@ -28,19 +27,19 @@ pub trait Task: Send {
     /// the arm was put in place, once for each start that is tried.
     fn arrange(&self, _simulation: &mut Simulation) {}
 
-    /// The name that it is registered with; captions and messages use it too.
+    /// The name with which the task is registered; captions and messages use it too.
     fn name(&self) -> &'static str;
 
     /// Whether the last entry of an action drives a gripper.
     fn has_gripper(&self) -> bool;
 
-    /// Direction (world, unit) in which a surface pushes on the tool where it is pressed now: the axis of the force in the `-force`
-    /// action spaces, asked for before every action. Unless a task says otherwise, up.
+    /// Direction (world, unit) in which a surface pushes on the tool at the present place: the axis of the force in the `-force`
+    /// action spaces, asked for before every action. By default up.
     fn contact_normal(&self, _simulation: &Simulation, _y: &Measurement) -> UnitVector3<f64> {
         Vector3::z_axis()
     }
 
-    /// Where a policy that observes the force ([`ObservationOptions::force`](crate::ObservationOptions::force)) feels the torque.
+    /// About which point and in which axes force and torque are observed ([`ObservationOptions::force`](crate::ObservationOptions::force)).
     fn feel(&self) -> Feel {
         Feel::default()
     }
@@ -48,8 +47,8 @@ pub trait Task: Send {
     /// Puts the object part of an observation: the same entries in the same order every time.
     fn observe(&self, simulation: &Simulation, y: &Measurement, out: &mut Observer);
 
-    /// Puts what a critic may know of the task and a policy does not see: the same entries in the same order every time. A task
-    /// without any leaves it out.
+    /// Puts what a critic may know of the task and a policy does not see: the same entries in the same order every time. By default
+    /// nothing.
     fn observe_privileged(&self, _simulation: &Simulation, _y: &Measurement, _out: &mut Observer) {}
 
     /// Reward of one action. It is called once after each action and after its [`observe`](Self::observe), as in
@@ -60,21 +59,21 @@ pub trait Task: Send {
     /// episode.
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: Option<f64>) -> Reward;
 
-    /// Whether the task can no more be fulfilled, as when an object has fallen from the table; asked after each [`reward`](Self::reward).
+    /// Whether the task can no longer be fulfilled, as when an object has fallen from the table; asked after each [`reward`](Self::reward).
     /// The episode is then terminated: to a learner what follows is worth nothing. No built-in task is ever lost.
     fn lost(&self, _simulation: &Simulation, _y: &Measurement) -> bool {
         false
     }
 
-    /// What a scripted expert wants next. It may be asked several times between two actions, and answers alike. The time since the
-    /// start is [`Simulation::time`]; what it shall remember from one action to the next it notes in [`advance`](Self::advance).
+    /// The next waypoint of a scripted expert. The method may be called several times between two actions and returns the same each time.
+    /// The time since the start is [`Simulation::time`]; the script's memory is updated in [`advance`](Self::advance).
     fn expert(&self, simulation: &Simulation, y: &Measurement) -> Waypoint;
 
-    /// Called once after every action, before the observation, whoever plays: for what a script, an observation or a reward remembers of
-    /// what it has seen, such as the phase of a search and the time when it began.
+    /// Called once after every action, before the observation, whether or not the script plays. Updates what a script, an observation or a
+    /// reward remembers, such as the phase of a search and the time when it began.
     fn advance(&mut self, _simulation: &Simulation, _y: &Measurement) {}
 
-    /// How much of the work is done, 0 to 1; `None` in a task that cannot tell.
+    /// How much of the work is done, 0 to 1; `None` in a task without such a measure.
     fn progress(&self) -> Option<f64> {
         None
     }
@@ -84,7 +83,7 @@ pub trait Task: Send {
         "fulfils the task"
     }
 
-    /// A good place to watch from.
+    /// The camera from which the task is shown.
     fn camera(&self) -> Camera;
 
     /// What is drawn besides the simulated shapes.
@@ -112,7 +111,7 @@ pub struct Waypoint {
     pub pose: Pose,
     /// Gripper command: -1 opens, +1 closes.
     pub grip: f64,
-    /// Force to press with along the contact axis (N): what the surface shall push on the tool with along
-    /// [`Task::contact_normal`]. Where it is above 0, the pose's position along that axis does not count.
+    /// Force with which the surface should push on the tool along [`Task::contact_normal`] (N). Where it is above 0, the pose's
+    /// position along that axis does not count.
     pub force: f64,
 }

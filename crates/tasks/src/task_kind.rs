@@ -1,4 +1,4 @@
-//! A task as programs know it: its name, what makes it, and what goes with it.
+//! What a task is registered with: name, constructor, defaults, disturbances and options.
 
 use std::fmt::{self, Debug, Formatter};
 
@@ -8,10 +8,10 @@ use crate::disturbance::OwnDisturbance;
 use crate::env_config::EnvConfig;
 use crate::task::Task;
 
-/// What makes a task with the options of a configuration.
+/// Makes a task with the options of a configuration.
 type Create = fn(&EnvConfig) -> Result<Box<dyn Task>, ConfigError>;
 
-/// A task as programs know it. The built-in ones are made of the same calls as one's own.
+/// What a task is registered with. Built-in tasks and a user's own use the same calls.
 ///
 /// ```
 /// # use tasks::{EnvConfig, Task, TaskKind};
@@ -22,7 +22,7 @@ type Create = fn(&EnvConfig) -> Result<Box<dyn Task>, ConfigError>;
 pub struct TaskKind {
     pub(crate) name: &'static str,
     pub(crate) purpose: &'static str,
-    /// `None`: whoever makes the environment makes the task.
+    /// `None`: the program that makes the environment makes the task too.
     create: Option<Create>,
     defaults: fn(&mut EnvConfig),
     pub(crate) disturbances: &'static [&'static str],
@@ -32,7 +32,7 @@ pub struct TaskKind {
 
 impl TaskKind {
     /// A task called `name`: lower-case letters, digits and `-`, as it stands on command lines and in names of folders.
-    /// `purpose` is what it asks for, a verb and its object. `create` makes it; an option of its own it reads with
+    /// `purpose` is what the task asks for, a verb and its object. `create` makes the task; it reads the task's own options with
     /// [`EnvConfig::own_options`].
     pub const fn new(name: &'static str, purpose: &'static str, create: Create) -> Self {
         TaskKind {
@@ -51,8 +51,8 @@ impl TaskKind {
         TaskKind { create: None, ..TaskKind::new(name, purpose, |_| unreachable!()) }
     }
 
-    /// With settings that differ from those of other tasks, such as horizon, force limit or noise of the start. What files
-    /// and flags say lies on top of them.
+    /// With default settings that differ from those of other tasks, such as horizon, force limit or noise of the start. Files
+    /// and flags override them.
     pub const fn defaults(self, defaults: fn(&mut EnvConfig)) -> Self {
         TaskKind { defaults, ..self }
     }
@@ -88,7 +88,7 @@ impl TaskKind {
         Ok(task)
     }
 
-    /// Whether whoever makes the environment makes the task.
+    /// Whether the program that makes the environment makes the task too.
     pub(crate) fn is_made_elsewhere(&self) -> bool {
         self.create.is_none()
     }
@@ -100,7 +100,7 @@ impl TaskKind {
         self.is_made_elsewhere() && other.is_made_elsewhere() && words(self) == words(other)
     }
 
-    /// Looks whether the task can be made with its options.
+    /// Checks that the task can be made with its options.
     pub(crate) fn check(&self, config: &EnvConfig) -> Result<(), ConfigError> {
         match self.create {
             Some(_) => self.create(config).map(drop),

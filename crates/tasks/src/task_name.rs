@@ -37,7 +37,7 @@ impl TaskName {
         self.name
     }
 
-    /// Which registration.
+    /// Number of the registration.
     pub(crate) fn id(self) -> usize {
         self.id
     }

@@ -9,7 +9,7 @@ fn config(task: TaskName, space: &str, robot: RobotName) -> EnvConfig {
     EnvConfig { task, space: space.parse().unwrap(), robot: robot.into(), ..EnvConfig::default() }
 }
 
-/// Whether the script has each task done at the end of each of `episodes` episodes.
+/// Asserts that the script has each task fulfilled through the last second of each of `episodes` episodes.
 fn the_script_solves(robot: RobotName, setups: &[(TaskName, &str)], episodes: u64) {
     for &(task, space) in setups {
         let mut env = Env::new(config(task, space, robot), 0).unwrap();
@@ -41,7 +41,7 @@ fn the_scripts_lift_and_wipe_with_the_six_joints_of_a_ur5e() {
     the_script_solves(RobotName::Ur5e, &BOTH, 4);
 }
 
-/// A seventh joint that there is not stays where it is, and takes no torque, whatever is done.
+/// The seventh joint, which the arm does not have, stays at zero and gets no torque, whatever the action is.
 #[test]
 fn an_arm_of_six_joints_has_a_seventh_that_does_nothing() {
     let mut env = Env::new(config(TaskName::LIFT, "variable", RobotName::Ur5e), 0).unwrap();

@@ -1,4 +1,4 @@
-//! A task of one's own: registered by name, with options, defaults, disturbances, a start and a script of its own.
+//! A user's own task: registered by name, with options, defaults, disturbances, a start and a script of its own.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Once;
@@ -23,7 +23,7 @@ const HALF: [f64; 3] = [0.012, 0.01, 0.03];
 
 const COLOR: [u8; 3] = [60, 120, 200];
 
-/// What goes wrong, as an option of the task.
+/// A fault of the task, which an option chooses.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum Fault {
@@ -35,7 +35,7 @@ enum Fault {
     NoNumber,
     /// The reward gets a term more with the second action.
     MoreTerms,
-    /// A number of its observation is called as one of the arm's.
+    /// A number of its observation has the name of one of the arm's.
     ArmsName,
     /// The reward has a term twice.
     TermTwice,
@@ -58,7 +58,7 @@ struct Options {
 struct Circle {
     options: Options,
     block: usize,
-    /// What the block's mass is multiplied with, as far as the task is told.
+    /// Factor on the block's mass, as the plant's deviation has it.
     mass: f64,
     actions: u32,
 }
@@ -186,7 +186,7 @@ fn a_registered_task_is_known_by_name_with_its_defaults() {
     assert_eq!(error, "env.task: registered as \"square\", it calls itself \"circle\"");
 }
 
-/// A task that is written in another language may be written again while the program runs.
+/// A task that is written in another language may be redefined while the program runs.
 #[test]
 fn a_task_that_is_made_elsewhere_may_be_written_anew() {
     let kind = TaskKind::made_elsewhere("spiral", "go around in a spiral");
@@ -220,7 +220,7 @@ fn an_option_is_the_tasks_own() {
     assert_eq!(error(lift), "env.options.in_hand: lift has no options of its own");
 }
 
-/// Two seconds in the air, and two more in a circle of 5 cm.
+/// The hand holds the block still for two seconds, then moves it for two more in a circle of 5 cm radius.
 #[test]
 fn a_body_stays_in_the_hand() {
     let mut env = Env::new(config("in_hand = true"), 0).unwrap();
@@ -316,7 +316,7 @@ fn a_disturbance_of_its_own_is_drawn_for_every_episode() {
     assert!(refused("block_mass", Draw::Fixed(1.0), TaskName::LIFT).contains("it has no disturbances of its own"));
 }
 
-/// Each is told in one line that says what is wrong where.
+/// Each fault is reported in one line that names the task and what is wrong.
 #[test]
 fn a_task_that_breaks_its_word_is_named() {
     for (fault, words) in [

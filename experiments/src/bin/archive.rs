@@ -1,4 +1,4 @@
-//! Run folders to the archive of their experiments.
+//! Packs run folders into an archive per experiment.
 
 fn main() -> std::process::ExitCode {
     experiments::programs::alone(experiments::programs::archive::run)

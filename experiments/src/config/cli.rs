@@ -16,10 +16,10 @@ use toml::Value;
 
 use crate::config::{RunConfig, parse_override};
 
-/// Exit code of a run that a signal stopped after it saved itself: try again.
+/// Exit code of a program that left a run unfinished without an error, mostly because a signal stopped it. The run can be continued.
 pub const STOPPED: u8 = 75;
 
-/// Exit code where some of many runs failed, or could not be read.
+/// Exit code of a program for many runs if some of them failed or could not be read.
 pub const SOME_FAILED: u8 = 3;
 
 /// Where a configuration comes from, for every program; the command line wins over the file.
@@ -80,7 +80,7 @@ impl SettingArgs {
     }
 
     fn overrides(&self, space: Option<&ActionSpace>) -> Vec<(String, Value)> {
-        // First, so that a key of the space changes the one named.
+        // The named space comes first, so that a later key, such as `env.space.force`, changes it.
         let space = space.map(|space| ("env.space".into(), record(space)));
         let setup = self.setup.clone().map(|setup| ("setup".into(), Value::String(setup)));
         space.into_iter().chain(self.overrides.iter().cloned()).chain(setup).collect()
@@ -100,7 +100,7 @@ impl EnvArgs {
     pub fn overrides(&self) -> Vec<(String, Value)> {
         let task = self.task.map(|task| ("env.task".into(), Value::String(task.as_str().into())));
         let robot = self.robot.as_ref().map(|robot| ("env.robot".into(), value(robot)));
-        // The robot first, as the space: a key of it changes the one named.
+        // The named robot comes first for the same reason: a later key of the robot changes it.
         robot.into_iter().chain(self.settings.overrides(self.space.as_ref())).chain(task).collect()
     }
 }
@@ -165,7 +165,7 @@ fn parse_seed(text: &str) -> Result<u32, String> {
 /// A length of time, in minutes.
 ///
 /// # Errors
-/// If it is none, or not above zero.
+/// If `text` is not a number above 0 and up to 1e6.
 pub fn parse_minutes(text: &str) -> Result<Duration, String> {
     let minutes: f64 = text.parse().map_err(|_| format!("{text:?} is not a number"))?;
     if minutes > 0.0 && minutes <= 1e6 {
@@ -178,7 +178,7 @@ pub fn parse_minutes(text: &str) -> Result<Duration, String> {
 /// A number of actions: 20000, 20_000 or 2e4.
 ///
 /// # Errors
-/// If it is none.
+/// If `text` is not a whole number, at least 1 and below 1e12.
 pub fn parse_steps(text: &str) -> Result<u64, String> {
     let value: f64 = text.replace('_', "").parse().map_err(|_| format!("{text:?} is not a number"))?;
     if value >= 1.0 && value.fract() == 0.0 && value < 1e12 {

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use settings::nested;
 use toml::{Table, Value};
 
-/// How often a candidate that no run accepts is drawn anew.
+/// Maximum number of draws for one candidate: a draw with which a run cannot be configured is repeated.
 const TRIES: u32 = 200;
 
 /// Candidates of a group: the group as it stands, and `count - 1` with settings drawn at random.
@@ -18,11 +18,11 @@ pub struct Draws {
     count: u16,
     /// The same seed, count and ranges give the same candidates.
     seed: u64,
-    /// By dotted key.
+    /// What each setting is drawn from, by the setting's dotted key.
     ranges: Table,
 }
 
-/// What a setting is drawn from: between two numbers, or two lists of numbers, each entry on its own.
+/// Bounds between which a setting is drawn: two numbers, or two lists of equal length whose entries are drawn independently.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Range {
@@ -40,10 +40,10 @@ enum Bound {
 }
 
 impl Draws {
-    /// The candidates, as name and settings. `accepts` says what is wrong with settings, if anything: those are drawn anew.
+    /// The candidates, as name and settings. `accepts` returns an error if a run cannot have the settings; these are drawn again.
     ///
     /// # Errors
-    /// If the count is 0, a range is upside down, or nothing in the ranges is accepted.
+    /// If the count is 0, a range is invalid, or all draws for a candidate are refused.
     pub fn candidates(
         &self,
         mut accepts: impl FnMut(&Table) -> Result<(), String>,
@@ -111,7 +111,7 @@ impl Range {
         }
     }
 
-    /// With three digits: what decides is legible in a run's `config.toml`.
+    /// A random value, rounded to three significant digits so that a run's `config.toml` is easy to read.
     fn draw(&self, rng: &mut ChaCha8Rng) -> Value {
         let mut number = |(low, high): (f64, f64)| {
             let value = self.scale.between(low, high, rng.random());
@@ -143,7 +143,7 @@ mod tests {
         assert_eq!((candidates.len(), candidates[0].0.as_str(), candidates[0].1.len()), (400, "draw-0", 0));
         let b: Vec<f64> = candidates[1..].iter().map(|(_, s)| s["a"]["b"].as_float().unwrap()).collect();
         assert!(b.iter().all(|b| (1.0..=100.0).contains(b)));
-        // Half of them below the geometric mean: 200, standard deviation 10.
+        // Half of the 399 values are expected below the geometric mean, 10: about 200, standard deviation 10.
         let low = b.iter().filter(|b| **b < 10.0).count();
         assert!((150..250).contains(&low), "{low}");
         let c = |i: usize| candidates[i].1["c"].as_array().unwrap().clone();

@@ -1,4 +1,4 @@
-//! What a run is to be: its settings, from files and flags, its identity, and sweeps of many runs.
+//! Configuration of runs: settings from files and flags, a run's identity, and sweeps of many runs.
 
 pub mod cli;
 mod draws;

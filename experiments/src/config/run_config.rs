@@ -12,7 +12,7 @@ use settings::{Source, layered, nested, spaces};
 use tasks::{EnvConfig, TaskName};
 use toml::{Table, Value};
 
-/// Characters of a variant: with a space's name before it, it is the name of a folder.
+/// Maximum length of a variant (characters): the folder's name is the action space's name with the variant.
 const LONGEST_VARIANT: usize = 160;
 
 /// Everything that decides the outcome of a run.
@@ -34,8 +34,8 @@ pub struct RunConfig {
     pub evaluation_episodes: u32,
     /// Actions between checkpoints; they are taken at the next end of an episode.
     pub checkpoint_every: u64,
-    /// Time between checkpoints (min), 5 unless set. They are taken at ends of episodes, and so that the time is not exceeded if the next episode lasts as
-    /// long as the last one.
+    /// Longest time between checkpoints (min), 5 unless set. At the end of an episode a checkpoint is saved if the next
+    /// episode, as long as this one, would exceed it.
     #[serde(default = "five_minutes")]
     pub checkpoint_minutes: f64,
     /// Task, action space, controller, physics.
@@ -77,7 +77,7 @@ impl RunConfig {
                 return Err(bad(format!("command line: unknown key \"{key}\"; did you mean \"{whole}\"?")));
             }
             let mut flag = nested(key, value.clone());
-            // At once: a later key may change the space that is named here.
+            // Resolved at once, because a later key may change the space that is named here.
             spaces::work_out(&mut flag, Path::new("")).map_err(|problem| bad(format!("command line: {problem:#}")))?;
             spaces::lay_over(&mut flags, flag);
         }
@@ -85,7 +85,7 @@ impl RunConfig {
         Self::from_layers(layers)
     }
 
-    /// What the `text` of a file says.
+    /// The configuration in `text`, the content of the file `path`.
     ///
     /// # Errors
     /// As [`RunConfig::resolve`].
@@ -105,7 +105,7 @@ impl RunConfig {
             let preset =
                 preset.map_err(|error| bad(format!("{}: preset: {}", source.at("preset"), error.message())))?;
             match named {
-                // One of them would give its name to the other's settings.
+                // Otherwise the run would have the name of one preset and the settings of the other.
                 Some((earlier, other)) if other != preset => {
                     let here = source.name();
                     let twice = if here == earlier { ", where another stands above the groups" } else { "" };
@@ -117,7 +117,7 @@ impl RunConfig {
             }
         }
         let preset = named.map_or(sac::Preset::DESKTOP, |(_, preset)| preset);
-        // An unknown one is told with its place when its layer is laid over the others.
+        // An unknown task is skipped here. It becomes an error, with its place in the file, when the layers are merged below.
         let named = |table: &Table| table.get("env")?.get("task")?.as_str()?.parse().ok();
         let task: TaskName = layers.iter().rev().find_map(|(_, table)| named(table)).unwrap_or_default();
         let defaults = RunConfig { env: EnvConfig::of(task), ..Self::preset(preset) };
@@ -163,25 +163,26 @@ impl RunConfig {
         toml::to_string_pretty(self).expect("a configuration is a table")
     }
 
-    /// What decides the bytes of a run as far as it goes: not its length, which may be extended, nor when it saves itself.
+    /// The settings that decide the bytes of a run's tables: all but its length, which may be extended, and the intervals
+    /// between checkpoints.
     fn decisive(&self) -> RunConfig {
         RunConfig { steps: 0, checkpoint_every: 0, checkpoint_minutes: 0.0, ..self.clone() }
     }
 
-    /// First 16 hex digits of the hash of everything that decides the bytes of the run, however long it goes.
+    /// First 16 hex digits of the hash of all settings but the run's length and the intervals between checkpoints.
     pub fn hash(&self) -> String {
         blake3::hash(self.decisive().to_toml().as_bytes()).to_hex()[..16].to_string()
     }
 
-    /// The first setting that has a part in the hash in which another run differs from this one, in words.
+    /// The first setting, of those in the hash, in which another run differs from this one, in words.
     pub fn difference(&self, other: &RunConfig) -> Option<String> {
         let (key, there, here) = self.differences(other).into_iter().next()?;
         let word = |value: Option<Value>| value.map_or("absent".into(), |value| value.to_string());
         Some(format!("{key}: there {}, here {}", word(there), word(here)))
     }
 
-    /// Every setting that has a part in the hash in which another run differs from this one: its dotted key, the value here and
-    /// the other's; in alphabetical order.
+    /// Every setting, of those in the hash, in which another run differs from this one: its dotted key, the value here
+    /// and the other's; in alphabetical order.
     pub fn differences(&self, other: &RunConfig) -> Vec<Difference> {
         let table = |config: &RunConfig| Table::try_from(config.decisive()).expect("a configuration is a table");
         differences(&table(self), &table(other))
@@ -234,7 +235,7 @@ pub fn parse_override(text: &str) -> Result<(String, Value), String> {
     Ok((key.trim().into(), value))
 }
 
-/// A file's settings, under its name.
+/// The settings in `text`, with the name of their file for messages.
 fn layer(path: &Path, text: String) -> Result<(Source, Table)> {
     settings::of_file(path, text).map_err(|problem| bad(problem.to_string()))
 }
@@ -258,7 +259,7 @@ mod tests {
         assert_eq!(config.env.space.to_string(), "osc");
     }
 
-    /// Python's environments pass over the same keys and refuse all others.
+    /// The Python environments ignore these keys of a run's configuration, and refuse all other unknown keys.
     #[test]
     fn a_run_has_the_keys_that_environments_pass_over() {
         let table: Table = RunConfig::preset(sac::Preset::DESKTOP).to_toml().parse().unwrap();
@@ -288,7 +289,7 @@ mod tests {
     fn the_resolved_file_reads_back() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("config.toml");
-        // What a task has on by default and a run has off is off when the file is read.
+        // Observations that a task has by default, and that a run switches off, stay off when its config.toml is read.
         let off = [
             "env.task=insert",
             "env.observation.force=false",
@@ -337,13 +338,13 @@ mod tests {
         assert_eq!(resolve(&[]).unwrap().name, "soft");
         let forced = resolve(&["env.space.force=true"]).unwrap();
         assert_eq!((forced.name.as_str(), forced.force), ("soft", true));
-        // A name replaces the whole record, and what the layer below commanded goes with it.
+        // Naming a space replaces the whole record, here with the psi that the file's space lets the policy command.
         write("run.toml", "[env]\nspace = 'aforce-psi'");
         assert!(resolve(&[]).unwrap().commanded_psi.is_some());
         assert_eq!(resolve(&["env.space=osc"]).unwrap(), "osc".parse().unwrap());
         let changed = resolve(&["env.space=osc", "env.space.force=true"]).unwrap();
         assert_eq!((changed.name.as_str(), changed.force), ("osc", true));
-        // Another choice replaces the first as a whole; the same choice is changed.
+        // Another kind of stiffness replaces the first as a whole. Keys of the same kind change single values.
         write("run.toml", "[env]\nspace = { name = 'mine', extends = 'aforce' }");
         assert_eq!(resolve(&["env.space.stiffness.fixed=4"]).unwrap().stiffness, Stiffness::Fixed(Gains::all(4.0)));
         let psi = *resolve(&["env.space.stiffness.adaptive.alpha=0"]).unwrap().psi().unwrap();

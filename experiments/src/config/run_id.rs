@@ -16,13 +16,13 @@ pub struct RunId {
     /// What tells it from other runs of a sweep with this task, space and seed; mostly empty.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub variant: String,
-    /// Seed of the run; 0 in checkpoints that do not tell it.
+    /// Seed of the run; 0 if an old checkpoint does not store it.
     #[serde(default)]
     pub seed: u64,
 }
 
 impl RunId {
-    /// Of the run with this configuration.
+    /// The identity of the run with this configuration.
     pub fn of(config: &RunConfig) -> Self {
         RunId {
             task: config.env.task.as_str().into(),
@@ -32,7 +32,7 @@ impl RunId {
         }
     }
 
-    /// Space and variant: the name of a folder, and of what is compared with each other.
+    /// Space and variant: the name of the run's folder, and of its group in tables.
     pub fn label(&self) -> String {
         label(&self.space, &self.variant)
     }

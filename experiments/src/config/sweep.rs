@@ -18,11 +18,12 @@ use crate::config::{RunConfig, RunId};
 /// Runs that belong together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sweep {
-    /// What its folder is called unless somebody names another.
+    /// Default name of the sweep's folder.
     pub name: String,
-    /// In the order of the file. Neighbours differ in their action space, so that a sweep broken off half-way has all spaces.
+    /// In the order of the file. Consecutive runs differ in their action space, so that an interrupted sweep has runs of every space.
     pub runs: Vec<RunConfig>,
-    /// Actions after which the better half of each task and action space goes on, the others stop; mostly empty.
+    /// Numbers of actions after which only the better half of the candidates of each task and action space goes on; empty
+    /// unless the sweep is a search.
     pub halving: Vec<u64>,
 }
 
@@ -64,7 +65,7 @@ pub fn read(path: &Path) -> Result<Sweep> {
     Ok(Sweep { name, runs, halving })
 }
 
-/// Whether candidates can be ranked after these numbers of actions: by their evaluations in the last quarter.
+/// Checks that candidates can be ranked after these numbers of actions: every run needs an evaluation in the last quarter of them.
 fn can_halve(halving: &[u64], runs: &[RunConfig]) -> Result<(), String> {
     if halving.is_empty() {
         return Ok(());

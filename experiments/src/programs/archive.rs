@@ -1,4 +1,4 @@
-//! Run folders to the archive of their experiments.
+//! Packs run folders into an archive per experiment.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -40,7 +40,7 @@ pub struct Arguments {
     checkpoint: Option<Which>,
 }
 
-/// Runs the program; its exit code.
+/// Runs the program and returns its exit code.
 ///
 /// # Errors
 /// If a run cannot be read, or the archive not written.
@@ -106,9 +106,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The archive would be read as runs the next time if it lay below them.
+/// Fails if the archive would lie below the runs: the next call would read it as runs.
 fn lies_apart(out: &Path, runs: &Path) -> Result<()> {
-    // Of a folder that is still to be made the nearest one that is there.
+    // If `out` does not exist yet, its nearest existing parent counts.
     let there = out.ancestors().find(|folder| folder.exists()).filter(|folder| !folder.as_os_str().is_empty());
     let [out_place, runs_place] = [there.unwrap_or(Path::new(".")), runs].map(fs_err::canonicalize);
     if runs.exists() && out_place?.starts_with(runs_place?) {
@@ -118,7 +118,7 @@ fn lies_apart(out: &Path, runs: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Fails if a run cannot be summed up: in the archive it would stay for good.
+/// Fails if a run cannot be summarised: the archive would keep the damaged run for good.
 fn can_be_summed_up(record: &Record, folder: &Path) -> Result<()> {
     RunSummary::of(record, folder)?;
     if let Some(played) = record.csv(Table::Disturbed)? {
@@ -127,7 +127,7 @@ fn can_be_summed_up(record: &Record, folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The run `kept` of the archive `folder` with the tables that it lacks and its own folder has.
+/// The archived run `kept`, with the tables that its run folder has and the archive lacks.
 fn completed(kept: &Record, record: &Record, folder: &Path) -> Result<Record> {
     let (completed, added) = kept.with_tables_of(record)?;
     if !added.is_empty() {
@@ -139,7 +139,7 @@ fn completed(kept: &Record, record: &Record, folder: &Path) -> Result<Record> {
     Ok(completed)
 }
 
-/// Says that the run `record` is not the one of its name in the archive `folder`, which stays.
+/// Prints that the archive `folder` holds another run of the same name as `record`, which stays as it is.
 fn tell_of_another(kept: &Record, record: &Record, folder: &Path) {
     let [there, here] = [kept, record].map(|run| {
         let Record { config, manifest, .. } = run;
@@ -156,14 +156,14 @@ fn tell_of_another(kept: &Record, record: &Record, folder: &Path) {
     ));
 }
 
-/// Commit, configuration, length and start of a run. A run that was trained once more, or longer, differs in one of
-/// them from the run whose rows are kept.
+/// Commit, configuration, length and start of a run. If a run was trained again or longer, one of them differs from those
+/// of the archived run.
 fn made_by(record: &Record) -> (&str, &str, u64, u64) {
     let Manifest { commit, config_hash, started_unix_s, .. } = &record.manifest;
     (commit, config_hash, record.config.steps, *started_unix_s)
 }
 
-/// Fails if a run is there twice, as beside a copy of its folder: an archive with both could not be read.
+/// Fails if a run is there twice, for example as a copy of its folder: an archive with both could not be read.
 fn each_once(records: &[Record]) -> Result<()> {
     let mut places: Vec<(RunId, &Path)> = vec![];
     for record in records {
@@ -176,7 +176,8 @@ fn each_once(records: &[Record]) -> Result<()> {
     Ok(())
 }
 
-/// Of every group the policy of the run nearest to the median, among the runs `found` now and the one kept before.
+/// Keeps one policy per group, out of those of the runs `found` now and the one kept before: that of the run whose energy
+/// is nearest to the group's median.
 fn keep_policies(all: &[Record], found: &[Record], which: Option<Which>, folder: &Path) -> Result<()> {
     let mut groups: BTreeMap<(String, String), Vec<(&Record, f64)>> = BTreeMap::new();
     for record in all {
@@ -187,7 +188,7 @@ fn keep_policies(all: &[Record], found: &[Record], which: Option<Which>, folder:
     for ((task, label), runs) in groups {
         let mut energies: Vec<f64> = runs.iter().map(|(_, energy)| *energy).collect();
         energies.sort_by(f64::total_cmp);
-        // Of an even number the lower of the two in the middle: a run, not a mean of two.
+        // For an even number of runs this is the lower of the two middle values, so that it is the value of a run.
         let median = energies[(energies.len() - 1) / 2];
         let group = folder.join(task).join(label);
         let place = |record: &Record| group.join(format!("seed_{}.zip", record.config.seed));
@@ -225,7 +226,8 @@ fn keep_policies(all: &[Record], found: &[Record], which: Option<Which>, folder:
     Ok(())
 }
 
-/// Earlier programs kept a folder: it becomes the file `place`. A run's own folder, with its tables, is none of these.
+/// Earlier versions kept a policy as a folder, which this packs into the file `place`. A run's own folder, which has
+/// tables, is left alone.
 fn pack_folder(place: &Path) -> Result<()> {
     let folder = RunFolder::at(&place.with_extension(""));
     if folder.best().is_dir() && !folder.episodes().exists() {

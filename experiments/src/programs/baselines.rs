@@ -1,4 +1,4 @@
-//! What needs no learning: scripted experts, random actions and policies that are there, in many set-ups.
+//! Plays episodes in many set-ups without learning: scripted experts, random actions and trained policies.
 
 mod map;
 
@@ -85,7 +85,7 @@ impl Who {
     }
 }
 
-/// A row of the table: which set-up, what its columns' entries tell of the episodes, and what no column tells.
+/// A row of the table: the set-up, numbers over its episodes by the entries of the columns, and the commit.
 struct Row {
     task: &'static str,
     space: String,
@@ -93,14 +93,14 @@ struct Row {
     policy: &'static str,
     position_step_m: f64,
     rotation_step_rad: f64,
-    /// If the stiffness adapts.
+    /// `None` if the stiffness does not adapt.
     law: Option<Law>,
     episodes: u32,
     numbers: Vec<(&'static str, Cell)>,
     commit: String,
 }
 
-/// The adaptive law's parameters that decide most.
+/// The parameters of the adaptive law that matter most.
 #[derive(Clone, Copy)]
 struct Law {
     k_min_n_per_m: f64,
@@ -157,7 +157,7 @@ impl Serialize for Row {
     }
 }
 
-/// Runs the program; its exit code.
+/// Runs the program and returns its exit code.
 ///
 /// # Errors
 /// If a setting is wrong, or a file exists or cannot be written.
@@ -197,7 +197,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.map.is_some() && setups.iter().all(|config| config.env.space.psi().is_none()) {
         return Err(bad("--map: in none of these action spaces the stiffness adapts".into()));
     }
-    // Every scene that there will be, before the first episode is played.
+    // Every set-up is built once before the first episode is played, so that a wrong setting is an error at once.
     for config in &setups {
         Env::new(config.env.clone(), 0).with_context(|| RunId::of(config).to_string())?;
     }
@@ -245,7 +245,7 @@ impl Arguments {
     }
 }
 
-/// Those of the first seed of each group of runs.
+/// The set-ups of a sweep: of runs that differ in their seed alone, the first.
 fn of_sweep(path: &Path) -> Result<Vec<RunConfig>> {
     let mut setups: Vec<RunConfig> = vec![];
     for run in sweep::read(path)?.runs {
@@ -280,7 +280,7 @@ fn short(cell: Cell) -> Cell {
     }
 }
 
-/// A panel per task, a line of it per row, the first one on top.
+/// A panel per task with a line per row of the table, the first row on top.
 fn panels(rows: &[Row]) -> Vec<Panel> {
     let of_task = |task: TaskName| -> Vec<&Row> { rows.iter().filter(|row| row.task == task.as_str()).rev().collect() };
     let tasks = TaskName::all().into_iter().map(|task| (task, of_task(task))).filter(|(_, rows)| !rows.is_empty());

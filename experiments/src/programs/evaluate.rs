@@ -40,13 +40,13 @@ pub struct Arguments {
     csv: Option<PathBuf>,
 }
 
-/// Runs the program; its exit code.
+/// Runs the program and returns its exit code.
 ///
 /// # Errors
 /// If a setting is wrong, a run cannot be read, or the table exists or cannot be written.
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut player = arguments.source.open()?;
-    // Every environment that there will be, before the first is played.
+    // Every environment is made before the first episode is played, so that a wrong case is an error at once.
     let cases = match &arguments.disturb {
         Some(path) => disturbances::read(path, player.config.env.task)?
             .into_iter()
@@ -64,7 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         ensure!(!path.exists(), "{}: exists; nothing was overwritten", path.display());
         file::prepare(path)?;
     }
-    // It appears when it is complete.
+    // The file gets its name when it is complete.
     let file = arguments.csv.as_deref().map(file::unfinished).transpose()?;
     let mut table = file.as_ref().map_or_else(|| Ok(CsvWriter::discard()), |file| CsvWriter::append(file.path()))?;
     let starts = match &arguments.episode_seed[..] {
@@ -83,7 +83,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         file::finish_new(file, path)?;
         program::written(&[path]);
     }
-    // Not with settings on top of the run's: the command has none of them, and `replay` would play another episode.
+    // Not shown if flags change the run's settings: the command would lack them, and `replay` would play another episode.
     if let Some(run) = arguments.source.run.as_ref().filter(|_| arguments.source.env.overrides().is_empty()) {
         let run = run.to_string_lossy();
         let which = arguments.source.checkpoint.map(|which| ["--checkpoint", which.name()]);
@@ -95,7 +95,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Says who plays, where and how often.
+/// Prints the policy, the environment and the number of episodes.
 fn introduce(arguments: &Arguments, player: &Player, episodes: usize) {
     let (source, config) = (&arguments.source, &player.config);
     let env = &config.env;
@@ -125,14 +125,14 @@ fn play(
     evaluate(env, policy, starts.iter().copied(), *step, &RunId::of(config), write)
 }
 
-/// Return and success.
+/// Mean return and success, in words.
 fn in_words(outcomes: &[Outcome]) -> String {
     let mean = |name: &str| mean_of_column(outcomes, name);
     let (total, success) = (mean("return"), 100.0 * mean("success"));
     format!("return {total:.1}, success {success:.0} %: means over {}", outcomes.len())
 }
 
-/// Plays the same episodes under every disturbance, and prints by how much each changes them; the undisturbed ones.
+/// Plays the same episodes under every disturbance, and prints by how much each changes them. Returns the undisturbed episodes.
 fn compare(
     player: &mut Player,
     cases: Vec<(Case, Env)>,
@@ -190,7 +190,7 @@ fn print(outcomes: &[Outcome]) {
             continue;
         }
         let mean = mean(&values);
-        // Of one value there is no deviation.
+        // A single value has no standard deviation.
         let spread = if values.len() > 1 { format!("+- {:<9.3}", deviation(&values)) } else { String::new() };
         let [low, high] = range(&values);
         let [median, most] = [0.5, 0.9].map(|share| quantile(&values, share));

@@ -35,7 +35,7 @@ pub fn alone<A: Parser>(run: fn(&A) -> Result<ExitCode>) -> ExitCode {
 pub fn main(tasks: &[TaskKind]) -> ExitCode {
     program::run(|| {
         program::as_subcommands();
-        // Before the arguments are read: flags list the tasks.
+        // The tasks are registered before the arguments are read, because flags list them.
         register(tasks).map_err(|error| bad(error.to_string()))?;
         match Programs::parse().program {
             Program::Train(arguments) => train::run(&arguments),

@@ -89,7 +89,7 @@ fn speed(text: &str) -> Result<f64, String> {
     times.ok_or_else(|| "not a number above 0".into())
 }
 
-/// Runs the program; its exit code.
+/// Runs the program and returns its exit code.
 ///
 /// # Errors
 /// If a setting is wrong, a run cannot be read, or a file not be written.
@@ -129,7 +129,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
 }
 
 impl Arguments {
-    /// The files that are asked for, in order; each can be written.
+    /// The files to be written, in order. Fails if one of them cannot be written.
     fn files(&self) -> Result<Vec<PathBuf>> {
         let Arguments { html, png, sheet, gif, plot, csv, .. } = self;
         if [html, png, sheet, gif, plot, csv].iter().all(|file| file.is_none()) {
@@ -184,8 +184,7 @@ impl Arguments {
     }
 }
 
-/// What keeps a second episode from being shown beside the first: task, arm and start are to be the same, and the time that an action
-/// takes.
+/// Why a second episode cannot be shown beside the first: task, arm, start and the time of an action have to be the same.
 fn sets_apart(here: &EnvConfig, there: &EnvConfig) -> Option<String> {
     let (task, other_task) = (here.task.as_str(), there.task.as_str());
     let rates = [here, there].map(|env| env.controller.policy_hz);
@@ -206,7 +205,7 @@ fn sets_apart(here: &EnvConfig, there: &EnvConfig) -> Option<String> {
     }
 }
 
-/// What happened.
+/// Prints who played and what happened.
 fn tell(playback: &Playback) {
     let Playback { title, who, detail, story, .. } = playback;
     program::result(format_args!("{title}, {who}: {detail}. {story}"));
@@ -230,13 +229,13 @@ fn played(source: &SourceArgs, checkpoint: Option<Which>) -> String {
     }
 }
 
-/// FILE.svg means FILE; of "seed_0.5" the dot belongs to the name.
+/// The path without the ending .svg or .png. In "seed_0.5" the dot belongs to the name.
 fn without_picture_extension(path: &Path) -> PathBuf {
     let is_picture = path.extension().is_some_and(|extension| extension == "svg" || extension == "png");
     if is_picture { path.with_extension("") } else { path.into() }
 }
 
-/// Plays the episode of `source`. Which checkpoint of its run played, if it is one.
+/// Plays the episode of `source`. Also returns which checkpoint of a run played.
 fn play(
     arguments: &Arguments,
     source: &SourceArgs,

@@ -1,4 +1,4 @@
-//! Run folders to tables and pictures.
+//! Makes tables and pictures from run folders.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -58,7 +58,7 @@ pub struct Arguments {
     pages: bool,
 }
 
-/// Runs the program; its exit code.
+/// Runs the program and returns its exit code.
 ///
 /// # Errors
 /// If a file is wrong, no run is there, or a table cannot be written.
@@ -120,7 +120,7 @@ struct Found {
     all_read: bool,
 }
 
-/// Those that can be read; the others are named.
+/// The runs that can be read. Prints the names of the others.
 fn find(root: &Path) -> Result<Found> {
     let all = find_runs(root)?;
     ensure!(!all.is_empty(), "{}: no run folder below it that is not a search's (search.csv)", root.display());
@@ -166,7 +166,7 @@ fn robustness(groups: &[Group], found: &Found) -> (Vec<DisturbedRow>, bool) {
     (rows, all_read)
 }
 
-/// The verdicts on the hypotheses in `files`; those without runs are named.
+/// The verdicts on the hypotheses in `files`. Prints the hypotheses that have no runs.
 fn verdicts(files: &[PathBuf], out: &Path, rows: &[RunSummary]) -> Result<Vec<VerdictRow>> {
     let table = out.join("verdicts.csv");
     ensure!(
@@ -201,21 +201,21 @@ const TABLES: [&str; 11] = [
     "energy_ratio.csv",
 ];
 
-/// Where a report is written, and what was.
+/// A report: its folder, and the files that were written.
 struct Report<'a> {
     out: &'a Path,
     written: Vec<PathBuf>,
 }
 
 impl<'a> Report<'a> {
-    /// In the folder `out`, which holds no table of somebody else's under one of our names.
+    /// A report in the folder `out`. Fails if a table of another program lies there under the name of one of the report's.
     fn new(out: &'a Path) -> Result<Self> {
         fs_err::create_dir_all(out)?;
         TABLES.iter().try_for_each(|name| is_ours(&out.join(name)))?;
         Ok(Report { out, written: vec![] })
     }
 
-    /// Writes a table. If there are no rows, it removes an earlier table of this name, which would be of other runs.
+    /// Writes a table. If there are no rows, it removes an earlier table of this name, which would show other runs.
     fn table(&mut self, name: &str, rows: &[impl Serialize]) -> Result<()> {
         let table = self.out.join(name);
         match rows {
@@ -229,7 +229,7 @@ impl<'a> Report<'a> {
         Ok(())
     }
 
-    /// The picture of a table, drawn if that has rows; as with tables, an earlier one would speak of other runs.
+    /// Draws the picture of a table that has rows. Otherwise it removes an earlier picture, which would show other runs.
     fn picture(&mut self, name: &str, has_rows: bool, draw: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
         let path = self.out.join(name);
         let picture = path.with_extension("svg");
@@ -274,10 +274,10 @@ impl<'a> Report<'a> {
         Ok(())
     }
 
-    /// Removes the curves that an earlier report showed in the tables `at` and that were not drawn now: they would speak of other runs.
+    /// Removes the curves that an earlier report showed in the tables `at` and that were not drawn now: they would show other runs.
     ///
     /// # Errors
-    /// If the tables are somebody else's, which are not to be replaced.
+    /// If `report` did not write the file `at`, which is then not replaced.
     fn forget_curves(&self, at: &Path) -> Result<()> {
         if !at.exists() {
             return Ok(());
@@ -294,7 +294,7 @@ impl<'a> Report<'a> {
         Ok(())
     }
 
-    /// The text `filled` from its template.
+    /// Writes the text `filled` from its template.
     fn text(
         &mut self,
         template: &Path,
@@ -310,9 +310,9 @@ impl<'a> Report<'a> {
     }
 }
 
-/// Says so if the runs of a table are of several commits.
+/// Prints the commits if the runs of a table are of several.
 fn tell_commits(section: &Section, mut commits: BTreeSet<&str>) {
-    // That of an outside run is not known.
+    // The commit of another library's run is not known.
     commits.remove("");
     if commits.len() > 1 {
         let list = commits.into_iter().collect::<Vec<_>>().join(", ");
@@ -323,7 +323,7 @@ fn tell_commits(section: &Section, mut commits: BTreeSet<&str>) {
     }
 }
 
-/// Fills in texts from tables that are there already.
+/// Fills in texts from existing tables.
 fn pages(root: &Path, out: &Path) -> Result<ExitCode> {
     let mut report = Report { out, written: vec![] };
     let has_report =
@@ -342,7 +342,7 @@ fn pages(root: &Path, out: &Path) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// An earlier report is replaced, somebody else's table is not.
+/// Fails if `report` did not write the table: only an earlier report is replaced.
 fn is_ours(table: &Path) -> Result<()> {
     let text = if table.exists() { fs_err::read_to_string(table)? } else { String::new() };
     let columns: Vec<&str> = text.lines().next().unwrap_or_default().split(',').collect();

@@ -60,7 +60,7 @@ pub struct Arguments {
     tensorboard: bool,
 }
 
-/// Runs the program; its exit code.
+/// Runs the program and returns its exit code.
 ///
 /// # Errors
 /// If the file is no sweep, or the folder cannot be written. A run that fails is told by the exit code.
@@ -80,7 +80,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
             arguments.file.display()
         )));
     }
-    // What is wrong for all runs is told once.
+    // A folder that cannot be made is an error of every run, so it is reported once, here.
     fs_err::create_dir_all(&out)?;
     if let Some(steps) = arguments.steps {
         runs.iter_mut().for_each(|run| run.steps = steps);
@@ -111,7 +111,7 @@ fn tell_of_longer(runs: &[RunConfig], out: &Path) {
     }
 }
 
-/// Trains the candidates of a search round by round, of which the better half goes on to the next.
+/// Trains the candidates of a search in rounds. After each round the better half of them goes on.
 fn halve(
     arguments: &Arguments,
     all: &[(usize, RunConfig)],
@@ -176,7 +176,7 @@ fn is_of_this_search(table: &Path, all: &[(usize, RunConfig)], out: &Path) -> Re
     Ok(())
 }
 
-/// What a run whose time is over has left to save itself.
+/// Time that a run has to save a checkpoint after its limit, before it is killed.
 const GRACE: Duration = Duration::from_secs(60);
 
 fn configs(runs: &[(usize, RunConfig)]) -> Vec<&RunConfig> {
@@ -200,7 +200,7 @@ fn train_one(arguments: &Arguments, runs: &[RunConfig], index: usize, out: &Path
     }
     let options = RunOptions { resume: true, tensorboard: arguments.tensorboard, quiet: false };
     match train_and_draw(run, out, options, stop) {
-        // No failure: it is left to that process, as in a sweep of many.
+        // Not a failure: the run is left to the process that is at work on it, as in a whole sweep.
         Err(error) if error.is::<Busy>() => {
             program::tell(error);
             Ok(ExitCode::from(cli::STOPPED))
@@ -211,9 +211,9 @@ fn train_one(arguments: &Arguments, runs: &[RunConfig], index: usize, out: &Path
 
 /// How the trainings of a sweep ended.
 struct Trained {
-    /// The exit code of a sweep that ends with them.
+    /// Exit code of the sweep if it ends here.
     ending: ExitCode,
-    /// Whether one was killed.
+    /// Whether a run was killed.
     killed: bool,
 }
 
@@ -259,8 +259,8 @@ fn train_all(arguments: &Arguments, runs: &[(usize, RunConfig)], out: &Path, sto
     }
     let whole = done + ended.iter().filter(|job| job.code == Some(0)).count();
     program::result(format_args!("{whole} of {} runs done, {} failed", runs.len(), failed.len()));
-    // Runs are missing for another reason than failure, so the sweep has to be taken on: it or one of its runs was stopped, or another
-    // process is still at work on some of them.
+    // Some runs are unfinished without having failed, so the sweep has to be called again: the sweep or one of its runs
+    // was stopped, or another process is at work on some of them.
     let ending = if stop.requested() || elsewhere > 0 || ended.iter().any(stopped) {
         ExitCode::from(cli::STOPPED)
     } else if !failed.is_empty() {

@@ -39,7 +39,7 @@ pub struct Arguments {
     json: bool,
 }
 
-/// Runs the program; its exit code.
+/// Runs the program and returns its exit code.
 ///
 /// # Errors
 /// If a setting is wrong, or the folder cannot be written.
@@ -67,7 +67,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(ending)
 }
 
-/// What the run came to.
+/// The run's final return and success, in words.
 fn in_words(run: &RunSummary) -> String {
     let [total, success] = ["final_return", "final_success"].map(|name| run.number(name));
     format!("return {total:.1}, success {:.0} %: means over the last evaluations", 100.0 * success)

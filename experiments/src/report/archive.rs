@@ -55,8 +55,8 @@ pub fn read(folder: &Path) -> Result<Vec<Record>> {
     read_rows(folder, false)
 }
 
-/// The runs that an archive lists, to add others: rows of a run that it does not list are of an `archive` that was cut short before it wrote the
-/// list, and are written again.
+/// The runs that an archive lists, so that others can be added. Rows of runs that it does not list are ignored: an
+/// `archive` was interrupted before it wrote the list, and writes them again.
 ///
 /// # Errors
 /// If it is damaged.
@@ -121,7 +121,7 @@ fn read_rows(folder: &Path, listed_alone: bool) -> Result<Vec<Record>> {
 /// Writes the archive `folder` of `records`.
 ///
 /// # Errors
-/// If a table cannot be read, or the disk does not take it.
+/// If a table cannot be read, or the archive not be written.
 pub fn write(records: &[Record], folder: &Path) -> Result<()> {
     fs_err::create_dir_all(folder)?;
     for table in Table::ALL {
@@ -150,11 +150,11 @@ pub fn write(records: &[Record], folder: &Path) -> Result<()> {
     file::replace(&path, &packed::packed(&path, list)?)
 }
 
-/// Keeps the policy of a run that stands for its group in the file `place`: the best one, unless `which` is given. The run lies in a folder, or
-/// in another archive that kept a policy of it, which is then kept here too.
+/// Writes the policy of a run to the file `place`: the best one, unless `which` is given. For a run of another archive
+/// the policy that the other archive kept is copied.
 ///
 /// # Errors
-/// If the run has no such policy, or the disk does not take it.
+/// If the run has no such policy, or the file cannot be written.
 pub fn keep_policy(record: &Record, which: Option<Which>, place: &Path) -> Result<()> {
     fs_err::create_dir_all(place.parent().unwrap_or(Path::new("")))?;
     let wanted = which.unwrap_or(Which::Best);
@@ -164,7 +164,7 @@ pub fn keep_policy(record: &Record, which: Option<Which>, place: &Path) -> Resul
     file::replace(place, &fs_err::read(kept_with(record))?)
 }
 
-/// Whether a policy of the run can be kept: it lies in the run's folder, or another archive kept the one that is asked for.
+/// Whether a policy of the run can be kept: its folder has one, or it comes from another archive that kept the one that is asked for.
 pub fn has_policy(record: &Record, which: Option<Which>) -> bool {
     let there = kept_with(record);
     let is_kept = || kept::is_whole(&there) && which.is_none_or(|which| kept::holds(&there, which));
@@ -176,7 +176,7 @@ fn kept_with(record: &Record) -> PathBuf {
     file::with_suffix(&record.path, ".zip")
 }
 
-/// The columns that the archive keeps, with those that tell the run after `schema`, and fractions as short as the archive has them.
+/// The table with the columns that the archive keeps and its number of digits. The columns [`KEY`] follow after `schema`.
 fn with_key(csv: &CsvTable, run: &RunId, table: Table) -> CsvTable {
     let values = [run.task.clone(), run.space.clone(), run.variant.clone(), run.seed.to_string()];
     let at = csv.position("schema").map_or(0, |at| at + 1);
@@ -239,12 +239,12 @@ mod tests {
         let has = |table: Table, column: &str| columns(table).iter().any(|known| known == column);
         assert!(has(Table::Episodes, "time_to_success_s") && !has(Table::Episodes, "fulfilled_time_s"));
         assert!(has(Table::Eval, "energy_to_success_j") && !has(Table::Episodes, "energy_to_success_j"));
-        // Once more, from the archive: the same bytes.
+        // Archiving the archive again gives the same bytes.
         let bytes = |folder: &Path| fs_err::read(folder.join("eval.csv.zst")).unwrap();
         let second = root.path().join("second");
         write(&again, &second).unwrap();
         assert_eq!(bytes(&folder), bytes(&second));
-        // A run whose tables lack a column of later: its cells are empty, and the other run's stay.
+        // In the rows of a run that lacks a newer column its cells are empty, and those of the other run stay.
         let table = again[1].csv(Table::Eval).unwrap().unwrap();
         let last = table.headers.len() - 1;
         let cut = |row: &csv::StringRecord| row.iter().take(last).collect::<csv::StringRecord>();
@@ -256,7 +256,7 @@ mod tests {
             both.rows[..table.rows.len()] == table.rows
                 && both.rows[table.rows.len()..].iter().all(|row| row[last].is_empty())
         );
-        // A run that ended before the first row of its progress is summed up from the archive too.
+        // A run that ended before its first row of progress.csv can be summarised from the archive too.
         let progress = RunFolder::at(&root.path().join(paths[0])).progress();
         let header = fs_err::read_to_string(&progress).unwrap().lines().next().unwrap().to_string() + "\n";
         fs_err::write(&progress, header).unwrap();

@@ -15,7 +15,7 @@ use crate::run::rows::SCHEMA;
 pub struct Columns(CsvTable);
 
 impl Columns {
-    /// Reads a CSV file but for a last line that a kill left half-written.
+    /// Reads a CSV file, but for a last line that a killed process left incomplete.
     ///
     /// # Errors
     /// If it is missing or not a table.
@@ -23,16 +23,16 @@ impl Columns {
         known(CsvTable::read(path)?).map(Columns)
     }
 
-    /// Of a table.
+    /// The columns of a table.
     ///
     /// # Errors
-    /// If it is of another schema.
+    /// If the table has another schema.
     pub fn of(table: CsvTable) -> Result<Self> {
         known(table).map(Columns)
     }
 
-    /// The rows of an `eval.csv` with `policy`, `mean` or `sampled`. A last evaluation of fewer than `episodes`
-    /// episodes is left out: it is under way, or was cut short.
+    /// The rows of an `eval.csv` with `policy`, `mean` or `sampled`. A last evaluation of fewer than `episodes` episodes
+    /// is left out: it is unfinished.
     ///
     /// # Errors
     /// If there is no such column.
@@ -61,8 +61,7 @@ impl Columns {
         self.0.rows.is_empty()
     }
 
-    /// The values of a column, from the top; NaN where a cell is empty, and in a table that was written before an entry of
-    /// [`COLUMNS`] was there.
+    /// The values of a column, from the top; NaN where a cell is empty, and for an entry of [`COLUMNS`] that is newer than the table.
     ///
     /// # Errors
     /// If there is no such column, or a cell of it is no finite number.
@@ -77,7 +76,7 @@ impl Columns {
         self.0.column(column)?.into_iter().enumerate().map(number).collect()
     }
 
-    /// Pairs of step and value, where there is one.
+    /// Pairs of step and value, of the rows that have a value.
     ///
     /// # Errors
     /// As [`Columns::values`].
@@ -114,7 +113,7 @@ impl Columns {
         Ok(self)
     }
 
-    /// Mean of the rows that have a number there; NaN if none has.
+    /// Mean of a column over the rows that have a number; NaN if none has.
     ///
     /// # Errors
     /// As [`Columns::values`].
@@ -122,7 +121,7 @@ impl Columns {
         Ok(mean_of(&self.points(column)?, |point| point.1))
     }
 
-    /// The share of the episodes in which a real arm would have stopped itself; NaN if the tables do not know.
+    /// The share of the episodes in which a real arm would have stopped itself; NaN if no row has `success_before_stop`.
     ///
     /// # Errors
     /// As [`Columns::values`].
@@ -131,8 +130,8 @@ impl Columns {
         Ok(if known == 0 { f64::NAN } else { self.points("stop_time_s")?.len() as f64 / known as f64 })
     }
 
-    /// The share of the episodes in which the task was first fulfilled before a force on the whole arm exceeded `limit` (N) or a joint its
-    /// speed limit; NaN if the tables do not know.
+    /// The share of the episodes in which the task was first fulfilled before a force on the whole arm exceeded `limit`
+    /// (N) or a joint its speed limit; NaN if no row has `success_before_stop`.
     ///
     /// # Errors
     /// As [`Columns::values`].
@@ -146,7 +145,7 @@ impl Columns {
         Ok(if known == 0 { f64::NAN } else { gentle.count() as f64 / known as f64 })
     }
 
-    /// Mean of the largest force (N) while the task stands fulfilled, over the rows in which it does.
+    /// Mean of the largest force (N) while the task is fulfilled, over the rows in which it is.
     ///
     /// # Errors
     /// As [`Columns::values`].
@@ -156,7 +155,7 @@ impl Columns {
         Ok(mean(&forces.map(|(_, force)| force).collect::<Vec<_>>()))
     }
 
-    /// The share of the rows with the task fulfilled for the whole last second and first fulfilled with the hand.
+    /// The share of the rows in which the task was fulfilled for the whole last second and was first fulfilled by the hand.
     ///
     /// # Errors
     /// As [`Columns::values`].
@@ -164,13 +163,13 @@ impl Columns {
         let held = self.values("success_held")?.into_iter();
         let by_hand =
             held.zip(self.values("success_without_hand")?).map(|(held, without_hand)| held * (1.0 - without_hand));
-        // NaN is a row that does not tell one of the two.
+        // NaN where one of the two columns has no value.
         Ok(mean(&by_hand.filter(|share| !share.is_nan()).collect::<Vec<_>>()))
     }
 }
 
-/// What a cell says: a finite number; 1 or 0 of a flag, as it is written here, by pandas or by a spreadsheet; NaN of an empty cell. `None` of
-/// anything else.
+/// The value of a cell: a finite number; 1 or 0 for a flag as this program, pandas or a spreadsheet writes it; NaN for an
+/// empty cell. `None` for anything else.
 pub(super) fn number(cell: &str) -> Option<f64> {
     match cell {
         "" => Some(f64::NAN),
@@ -194,7 +193,7 @@ fn by_step(points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
 /// The last commit whose programs read tables of schema 1 to 5.
 const READS_EARLIER: &str = "d3b96bb";
 
-/// The table, if its columns mean what this program knows.
+/// The table, if its rows have the schema of this program.
 fn known(table: CsvTable) -> Result<CsvTable> {
     let Some(at) = table.position("schema") else { return Ok(table) };
     for (row, cells) in table.rows.iter().enumerate() {
@@ -222,7 +221,7 @@ mod tests {
         assert_eq!(table().success_by_hand().unwrap(), 2.0 / 5.0);
         assert_eq!(table().after(1.0).unwrap().success_by_hand().unwrap(), 1.0 / 3.0);
         assert!(table().after(3.0).unwrap().success_by_hand().unwrap().is_nan());
-        // A row that lacks one of the two does not shift the others.
+        // A row that lacks one of the two values does not shift the other rows.
         fs_err::write(&path, format!("{header}\n6,1,,true\n6,1,true,false\n6,2,true,false\n")).unwrap();
         assert_eq!(table().success_by_hand().unwrap(), 1.0);
     }

@@ -9,9 +9,9 @@ use crate::report::groups::Section;
 use crate::report::record::Record;
 use crate::report::summary::RunSummary;
 
-/// Runs of a group stand for each other: they have to differ in their seed and in nothing else. Groups are compared: their
-/// runs may also differ in the action space, in the learner (and how long it trains) if their presets
-/// do, and in anything if their variants do: a variant's name says what.
+/// Checks that the runs can be compared. Runs of one group may differ in their seed alone. Runs of different groups may
+/// also differ in the action space, in the learner and its number of steps if their presets differ, and in anything if
+/// their variants differ, since a variant's name says what.
 ///
 /// # Errors
 /// Names two runs that do not fit together, and in what they differ.
@@ -39,7 +39,7 @@ pub fn comparable(runs: &[Record], rows: &[RunSummary]) -> Result<()> {
     Ok(())
 }
 
-/// Whether two runs of a section fit together.
+/// Checks that two runs of a section can be compared.
 fn fit(other: &Record, their_row: &RunSummary, run: &Record, row: &RunSummary) -> Result<()> {
     let (theirs, config) = (&other.config, &run.config);
     let (there, here) = (other.path.display(), run.path.display());

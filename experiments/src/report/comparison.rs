@@ -16,7 +16,7 @@ pub const ORDERS: [(&str, &str); 3] = [
     ("learns faster", "curve_return"),
 ];
 
-/// Definitions of energy, during training, of which ratios are told. Net work is not among them: it has either sign.
+/// Measures of energy in training whose ratios are reported. Net work is left out because it can have either sign.
 pub const ENERGIES: [&str; 4] = [
     "energy_per_action_j",
     "energy_positive_per_action_j",
@@ -49,9 +49,8 @@ pub struct ComparisonRow {
     pub ci_high: Option<f64>,
 }
 
-/// For every group with a reference: the probability that the reference is ahead, by each of [`ORDERS`], and the
-/// group's energy divided by the reference's, by each of [`ENERGIES`]. A quantity that a run of either does not tell is
-/// left out.
+/// For every group with a reference: the probability that the reference is ahead, by each of [`ORDERS`], and the group's
+/// energy divided by the reference's, by each of [`ENERGIES`]. A quantity that a run of either group lacks is left out.
 pub fn comparison(groups: &[Group]) -> Vec<ComparisonRow> {
     let mut rows = vec![];
     for other in groups {
@@ -126,7 +125,7 @@ mod tests {
         assert_eq!(with(&all[1..2]), []);
     }
 
-    /// A variant is compared with `aforce` of the same variant, or else with the plain one; so is a variant of `aforce`.
+    /// A variant is compared with `aforce` of the same variant, or else with `aforce` without a variant; so is a variant of `aforce`.
     #[test]
     fn variants_are_groups_of_their_own() {
         let mut all = [runs("aforce", 2), runs("osc", 2), runs("aforce", 1), runs("osc", 1), runs("osc", 1)].concat();

@@ -19,9 +19,9 @@ const WINDOW: usize = 20;
 const PANELS: [[&str; 3]; 3] =
     [["Return", "return", "return"], SUCCESS, ["Mechanical energy", "J per action", "energy_per_action_j"]];
 const SUCCESS: [&str; 3] = ["Success at the end of an episode", "% of episodes", "success"];
-/// Of one run only.
+/// Drawn for a single run only.
 const STIFFNESS: [&str; 3] = ["Stiffness along the axes, mean", "N/m", "stiffness_translation_n_per_m"];
-/// Of several runs.
+/// Drawn for several runs only.
 const FORCE: [&str; 3] = ["Contact force that 99 % of the actions stay below", "N", "p99_contact_force_n"];
 
 /// A figure with the curves of at most `MOST` groups of runs in a panel, to be written as `curves_TASK` with the suffix.
@@ -34,7 +34,7 @@ pub struct Figure {
     pub panels: Vec<Panel>,
 }
 
-/// Groups of runs in a panel: with more, curves and bands cannot be told apart.
+/// Maximum number of groups of runs in a panel: with more, curves and bands cannot be told apart.
 const MOST: usize = 4;
 
 /// Draws `curves.svg` of a run.
@@ -66,14 +66,14 @@ fn title(config: &RunConfig) -> String {
     format!("{task}, {}, seed {seed}", summary::label(&config.env.space.name, &config.variant, config.preset.name))
 }
 
-/// The evaluations of runs of one task that are compared. For each action space, variant and preset: the interquartile mean of its
-/// seeds as far as all of them have come, and its 95 % interval, or the range of too few seeds. More than `MOST` of them are spread over
-/// several figures, or over several rows of one, which show return and success alone.
+/// Learning curves of the runs of one task: for each action space, variant and preset the interquartile mean of its
+/// seeds, as far as all of them have come, with its 95 % interval, or with the range of too few seeds. More than `MOST`
+/// groups are spread over several figures, or over several rows of one, which show return and success alone.
 ///
 /// # Errors
 /// If a table cannot be read.
 pub fn figures(runs: &[(&Record, &RunSummary)]) -> Result<Vec<Figure>> {
-    // The preset is told where there are two.
+    // Labels name the preset if the runs have several.
     let one_preset = runs.iter().all(|(_, run)| run.preset == runs[0].1.preset);
     let label = |run: &RunSummary| if one_preset { config::label(&run.space, &run.variant) } else { run.label() };
     let mut labels: Vec<(String, &RunSummary)> = vec![];
@@ -167,7 +167,7 @@ fn of_kinds<'a>(
 ) -> Vec<(String, Vec<Vec<&'a str>>)> {
     let is_aforce =
         |run: &RunSummary| ["aforce", "aforce-force"].contains(&run.space.as_str()) && run.variant == common;
-    // AFORCE's own kin, whatever is not built in and every other variant is an ablation.
+    // Ablations are the other spaces whose name begins with `aforce`, spaces that are not built in, and all other variants.
     let is_rival = |run: &RunSummary| {
         run.variant == common && !run.space.starts_with("aforce") && run.space.parse::<ActionSpace>().is_ok()
     };
@@ -185,7 +185,7 @@ fn of_kinds<'a>(
     let mut figures = vec![];
     for (name, of_kind) in [("", rivals), ("_ablations", ablations)] {
         let room = MOST - aforce.len();
-        // As even as can be.
+        // The rows have nearly equal lengths.
         let size = of_kind.len().div_ceil(of_kind.len().div_ceil(room).max(1)).max(1);
         let rows: Vec<_> = of_kind.chunks(size).map(|chunk| [aforce.as_slice(), chunk].concat()).collect();
         if !rows.is_empty() {
@@ -205,8 +205,8 @@ fn in_thousands(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     points
 }
 
-/// One curve for the curves of several seeds, at the steps of the first as far as all have come. Learners that come from elsewhere may
-/// have been evaluated at other steps: their curves are read on the straight lines between these.
+/// One curve for the curves of several seeds, at the steps of the first seed that lie within all curves. Runs of another
+/// library may have been evaluated at other steps: their curves are interpolated linearly.
 fn over_seeds(label: &str, seeds: &[Vec<(f64, f64)>]) -> Series {
     if let [seed] = seeds {
         return Series::new(label, seed.clone());
@@ -223,7 +223,7 @@ fn over_seeds(label: &str, seeds: &[Vec<(f64, f64)>]) -> Series {
     Series { band: band.collect(), ..Series::new(label, points) }
 }
 
-/// What a curve is at `x`, on the straight line between two of its points; `None` before its first and after its last.
+/// The value of a curve at `x`, interpolated linearly; `None` before its first point and after its last.
 fn value_at(curve: &[(f64, f64)], x: f64) -> Option<f64> {
     let next = curve.partition_point(|&(at, _)| at < x);
     let &(right, b) = curve.get(next)?;
@@ -282,7 +282,7 @@ mod tests {
         assert_eq!(spread_over(&many), expected);
     }
 
-    /// Spaces are compared with one learner, and a curve of another learner is in another figure.
+    /// Where variants are learners, spaces are compared with one learner, and another learner's curves are in another figure.
     #[test]
     fn where_all_have_a_variant_each_has_figures_of_its_own() {
         let mut all: Vec<RunSummary> = vec![];

@@ -1,4 +1,4 @@
-//! Tables made of other tables, for pages: what the rows of a group have on average, and what that is beside a reference.
+//! Tables computed from other tables, for pages: statistics of groups of rows, and their comparison with a reference group.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Component, Path, PathBuf};
@@ -29,7 +29,7 @@ struct Wanted {
     name: PathBuf,
     /// CSV files, their rows below each other; later tables may be made of earlier ones.
     from: Vec<PathBuf>,
-    /// The rows that count. A text with a star at its end stands for all that begin so.
+    /// The rows that count, by column and cell. A text that ends in `*` stands for all cells that begin with it.
     #[serde(default)]
     only: BTreeMap<String, String>,
     by: Vec<String>,
@@ -38,7 +38,7 @@ struct Wanted {
     of: Vec<String>,
     /// The number of rows at the end of each group that count; all, unless said.
     last: Option<usize>,
-    /// What some of `by` are in the group that each is held against.
+    /// Values of some of the columns `by`: each group is compared with the group that has these, and else its own values.
     reference: Option<BTreeMap<String, String>>,
 }
 
@@ -61,7 +61,8 @@ pub fn derived(root: &Path, out: &Path) -> Result<Derived> {
     Ok(made)
 }
 
-/// Those of one file, for the pages in the folder `out`; a file that they are made of is looked for there, and else beside `path`.
+/// Adds the tables of the file `path` to `made`, for the pages in the folder `out`. Their source files are looked for in
+/// `out`, and else beside `path`.
 fn make(path: &Path, out: &Path, made: &mut Derived) -> Result<()> {
     let wrong = |problem: String| bad(format!("{}: {problem}", path.display()));
     let File { table: wanted } = parse(&settings::text(path)?).map_err(wrong)?;
@@ -94,7 +95,7 @@ fn make(path: &Path, out: &Path, made: &mut Derived) -> Result<()> {
 /// The columns after those of `by`.
 const STATISTICS: [&str; 7] = ["metric", "n", "mean", "std", "lowest", "highest", "median"];
 
-/// What a group is called, and the numbers of each of `of`.
+/// A group's values of `by`, and its numbers in each of `of`.
 type Summed = (Vec<String>, Vec<Vec<f64>>);
 
 impl Wanted {
@@ -167,7 +168,7 @@ impl Wanted {
         Ok(String::from_utf8(writer.into_inner()?)?)
     }
 
-    /// The group that one is held against, if that is asked for.
+    /// The group with which the group `key` is compared, if the file asks for a comparison.
     fn reference_of<'a>(&self, key: &[String], groups: &'a [Summed]) -> Result<Option<&'a Summed>> {
         let Some(reference) = &self.reference else { return Ok(None) };
         let named = |(name, own): (&String, &String)| reference.get(name).unwrap_or(own).clone();
@@ -182,7 +183,8 @@ fn is_wanted(cell: &str, wanted: &str) -> bool {
     wanted.strip_suffix('*').map_or(cell == wanted, |start| cell.starts_with(start))
 }
 
-/// A group divided by its last column, which is left out; rows with the same number stay together. None if that lacks a number.
+/// A group divided into quarters of its last column, which is left out; rows with the same number stay together. `None`
+/// if a row has no number there.
 fn quarters((key, mut columns): Summed) -> Option<Vec<Summed>> {
     let by = columns.pop()?;
     let below = |value: &f64| by.iter().filter(|other| *other < value).count();
@@ -202,7 +204,7 @@ fn quarters((key, mut columns): Summed) -> Option<Vec<Summed>> {
 mod tests {
     use super::*;
 
-    /// The rows of the table that is asked for, cells divided by commas.
+    /// The rows of the table that `wanted` asks for, cells divided by commas.
     fn made(wanted: &str, tables: &[(&str, &str)]) -> Result<Vec<String>> {
         let folder = tempfile::tempdir()?;
         for (name, text) in tables {
@@ -226,7 +228,7 @@ mod tests {
         assert_eq!(rows[1], "lift,aforce,energy_j,1,1,,1,1,1,1,0,0,false");
         let wanted = "from = ['a.csv']\nby = ['space']\nof = ['done']\nlast = 2\nonly = { space = 'low' }";
         assert_eq!(made(wanted, &[("a.csv", TABLE)]).unwrap()[0], "low,done,2,0.5,0.7071067811865476,0,1,0.5");
-        // A group without a number is no number away from another.
+        // The differences of a group without numbers from its reference are empty.
         let wanted = "from = ['a.csv']\nby = ['space']\nof = ['energy_j']\nreference = { space = 'aforce' }";
         assert_eq!(
             made(wanted, &[("a.csv", "space,energy_j\nlow,\naforce,1\n")]).unwrap()[0],

@@ -64,11 +64,11 @@ impl Means {
     }
 }
 
-/// The rows of a group, of those of its runs for which `evaluate --disturb` left a table; `runs` are those of `rows`.
+/// The rows of a group, over those of its runs for which `evaluate --disturb` left a table; `rows` are the summaries of `runs`.
 ///
 /// # Errors
-/// If a table cannot be read, has no undisturbed episodes or is of another policy than the run's best or last, or if those of the group are not
-/// all of one kind.
+/// If a table cannot be read, has no undisturbed episodes or is of a policy that is neither the run's best nor its last,
+/// or if some runs of the group played their best policy and others their last.
 pub fn disturbed(group: &Group, runs: &[Record], rows: &[RunSummary]) -> Result<Vec<DisturbedRow>> {
     // By disturbance, in the order of the first table: undisturbed and disturbed means of every run.
     let mut cases: Vec<(String, Vec<[Means; 2]>)> = vec![];
@@ -96,8 +96,8 @@ pub fn disturbed(group: &Group, runs: &[Record], rows: &[RunSummary]) -> Result<
         let changes: Vec<f64> = pairs.iter().map(|[without, with]| with.success - without.success).collect();
         let change = student_interval(&changes).and_then(with_width);
         let totals = over_runs(|m| m.total);
-        // Both sides have the same runs and starts. The share is one of means over runs, as a single run may have
-        // earned nothing.
+        // Both means are over the same runs and starts. The share is computed from the means over runs, because a single
+        // run may have a return of 0.
         let loss = |[without, with]: [f64; 2]| (without > 0.0).then_some(1.0 - with / without);
         let ratio = |[without, with]: [f64; 2]| (without > 0.0).then_some(with / without);
         let [without, with] = [0, 1].map(|at| pairs.iter().map(|pair| pair[at].total).collect::<Vec<f64>>());
@@ -136,7 +136,7 @@ pub fn disturbed(group: &Group, runs: &[Record], rows: &[RunSummary]) -> Result<
     Ok(cases.into_iter().map(row).collect())
 }
 
-/// What every disturbance takes of the return of every group.
+/// The share of its return that every group loses under every disturbance.
 pub fn heat_map(rows: &[DisturbedRow]) -> HeatMap {
     let mut columns: Vec<String> = vec![];
     for row in rows {
@@ -148,7 +148,7 @@ pub fn heat_map(rows: &[DisturbedRow]) -> HeatMap {
     let key = |row: &DisturbedRow| (section(row), label(&row.space, &row.variant, &row.preset));
     let of_group = |of_group: &[DisturbedRow]| {
         let ((experiment, task), label) = key(&of_group[0]);
-        // The preset tells nothing where all rows of a heading have it.
+        // Labels leave the preset out if all rows of a heading have the same.
         let one_preset =
             rows.iter().filter(|row| section(row) == section(&of_group[0])).all(|row| row.preset == of_group[0].preset);
         let label = if one_preset { config::label(&of_group[0].space, &of_group[0].variant) } else { label };
@@ -178,7 +178,7 @@ mod tests {
         });
         let runs = folders.each_ref().map(|folder| Record::of_folder(&RunFolder::at(folder)).unwrap());
         let folders = folders.each_ref().map(|folder| RunFolder::at(folder));
-        // The first touches nothing; the third was not disturbed.
+        // In the first run's episodes nothing is touched; the third run was not disturbed.
         let header = "disturbance,policy,schema,step,success,return,energy_per_action_j,arm_max_contact_force_n";
         for (folder, with) in folders.iter().zip([
             "push,mean,6,80000,false,40,3,0\npush,mean,6,80000,true,60,3,0\n",
@@ -196,12 +196,13 @@ mod tests {
         let [row] = found.as_slice() else { panic!("one disturbance: {found:?}") };
         assert_eq!((row.disturbance.as_str(), row.n_seeds, row.episodes), ("push", 2, 3));
         assert_eq!((row.success, row.success_undisturbed), (0.75, 1.0));
-        // Half of one run's episodes and none of the other's: -0.25, a standard error of 0.25, one degree of freedom.
+        // One run fails in half of its episodes, the other in none: a mean of -0.25, a standard error of 0.25, one degree of freedom.
         let change = [row.success_change_low, row.success_change_high].map(Option::unwrap);
         assert!(change.iter().zip([-1.0, 1.0]).all(|(end, side)| (end + 0.25 - side * 12.7062 * 0.25).abs() < 1e-4));
-        // 500 without, 350 with; forces 0 and 10, 0 and 30.
+        // Returns sum to 500 undisturbed and 350 disturbed. Forces are 0 and 10 undisturbed, 0 and 30 disturbed.
         assert!((row.relative_loss.unwrap() - 0.3).abs() < 1e-12);
-        // Losses of 50 and 100 where 0.3 of 100 and 400 would be 30 and 120: 20 and -20, a standard error of 20, one degree of freedom.
+        // The runs lose 50 and 100; 0.3 of their returns would be 30 and 120. Residuals are 20 and -20, their standard
+        // error 20, with one degree of freedom.
         let ends = [row.ci_low, row.ci_high].map(Option::unwrap);
         assert!(
             ends.iter().zip([-1.0, 1.0]).all(|(end, side)| (end - 0.3 - side * 12.7062 * 20.0 / 250.0).abs() < 1e-4)
@@ -222,7 +223,8 @@ mod tests {
             let told = format!("{:#}", disturbed(&groups[0], &runs, &rows).unwrap_err());
             assert!(told.contains(problem), "{told}");
         }
-        // The first run's best is now earlier than its last. The second's best is its last, so that it goes with both.
+        // The first run's best policy is now earlier than its last. The second run's best policy is its last, so that it
+        // counts as either.
         rewrite(&folders[0].eval(), "return", |row, old| if row < 3 { "1e3".into() } else { old.into() });
         let of_step = |folder: &RunFolder, step: u32| {
             let row = |what: &str| format!("{what},mean,6,{step},true,1,1,1\n");
@@ -234,7 +236,7 @@ mod tests {
         rewrite(&folders[1].eval(), "return", |row, old| if row < 3 { "1e3".into() } else { old.into() });
         let told = of_step(&folders[1], 80_000).unwrap_err().to_string();
         assert!(told.contains("some runs played their best policy, others their last"), "{told}");
-        // Where episodes may end early, the last one ends beyond the last evaluation.
+        // If episodes may end early, the last one ends later than the last evaluation.
         rewrite(&folders[0].episodes(), "step", |_, _| "80461".into());
         assert_eq!(of_step(&folders[0], 80_461).unwrap(), "last");
     }

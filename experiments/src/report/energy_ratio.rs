@@ -1,4 +1,4 @@
-//! What one action space spends in training as a multiple of another, where a file asks for it: a table and a forest plot.
+//! Energy in training of one action space as a multiple of another's, for the pairs that a file names: a table and a forest plot.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -20,7 +20,7 @@ use crate::report::verdicts::label_of;
 #[serde(deny_unknown_fields)]
 struct File {
     title: String,
-    /// What a ratio below one says, and one above.
+    /// Words for a ratio below one, and for one above.
     less: String,
     more: String,
     ratio: Vec<Wanted>,
@@ -128,7 +128,7 @@ fn of_runs(wanted: &Wanted, runs: &[RunSummary]) -> Result<Option<EnergyRatioRow
     }))
 }
 
-/// The same of the paper, if it tells both.
+/// The paper's ratio for the same task and spaces, if the paper has both energies.
 fn of_paper(wanted: &Wanted) -> Option<EnergyRatioRow> {
     let task = wanted.task.as_str();
     let spent = |space: &str| {
@@ -150,7 +150,7 @@ fn of_paper(wanted: &Wanted) -> Option<EnergyRatioRow> {
 }
 
 impl EnergyRatioRow {
-    /// What the figure calls it.
+    /// Label in the figure.
     fn label(&self) -> String {
         match (self.n_space, self.n_against) {
             (Some(n), Some(other)) if n == other => format!("{}, {n} seeds", self.stage),

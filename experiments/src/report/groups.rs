@@ -1,4 +1,4 @@
-//! Runs to groups (an experiment's task with an action space), and groups to statistics over their seeds.
+//! Sorts runs into groups (an experiment's task with an action space), and computes statistics over the seeds of a group.
 
 use serde::Serialize;
 use tasks::TaskName;
@@ -7,10 +7,10 @@ use crate::report::run_tables::summarised;
 use crate::report::summary::RunSummary;
 use output::statistics::{FEWEST_FOR_INTERVAL, deviation, iqm, iqm_interval, mean, median, range};
 
-/// What is compared with each other: the runs of one task in one experiment.
+/// Runs that are compared with each other: the runs of one task in one experiment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Section<'a> {
-    /// Folder of the experiment, relative to what is reported; empty if that is it.
+    /// Folder of the experiment, relative to the reported folder; empty if it is that folder.
     pub experiment: &'a str,
     /// Task name.
     pub task: &'a str,
@@ -59,7 +59,7 @@ impl Group<'_> {
         key == (self.section, self.space, self.variant, self.preset)
     }
 
-    /// Space, variant and preset: what it has in common with the groups of its other tasks.
+    /// Space, variant and preset, by which groups of different tasks belong together.
     pub fn name(&self) -> (&str, &str, &str) {
         (self.space, self.variant, self.preset)
     }
@@ -120,7 +120,7 @@ pub struct SummaryRow {
     pub median: f64,
 }
 
-/// Every metric of every group, over the runs whose tables tell it. A deviation needs two seeds, an interval [`FEWEST_FOR_INTERVAL`].
+/// Every metric of every group, over the runs that have it. A deviation needs two seeds, an interval [`FEWEST_FOR_INTERVAL`].
 pub fn summary(groups: &[Group]) -> Vec<SummaryRow> {
     let row = |group: &Group, metric: &'static str| {
         let mut values = group.values(metric);

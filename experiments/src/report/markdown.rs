@@ -1,4 +1,4 @@
-//! Groups to the tables that people read: the paper's Table I and what else it claims, beside what others published.
+//! Markdown tables of groups: the paper's Table I and its other claims, beside published numbers.
 
 use std::collections::BTreeSet;
 use std::fmt::{self, Display, Formatter};
@@ -25,7 +25,7 @@ pub fn tables(section: Section, groups: &[Group], comparison: &[ComparisonRow], 
         .filter_map(|run| Some(format!("{} m and {} rad", run.position_step_m?, run.rotation_step_rad?)))
         .collect();
     let steps = steps.into_iter().collect::<Vec<_>>().join(" or ");
-    // Runs of other learners do not tell their action steps.
+    // The action steps of other libraries' runs are not known.
     let mut parts = vec![format!("# {title}\n")];
     if !steps.is_empty() {
         parts.push(format!("An action moves the goal by at most {steps} along an axis.\n"));
@@ -86,7 +86,7 @@ fn notes(groups: &[&Group]) -> Vec<String> {
 }
 
 fn returns(section: Section, groups: &[&Group]) -> MarkdownTable {
-    // Returns of other tasks have other scales.
+    // The threshold is for robosuite's tasks: returns of other tasks have other scales.
     let solved = section.is_robosuites().then(|| format!("{SOLVED} after, thousand actions"));
     let mut table = MarkdownTable::new(&[
         "space",
@@ -130,7 +130,7 @@ fn energies(groups: &[&Group]) -> MarkdownTable {
     let mut table = MarkdownTable::new(&["space", "J per action, training", "every seed", "published", "at the end"]);
     for group in groups {
         let theirs = published_energy(group);
-        // Energies below 0.1 J have three significant digits.
+        // Energies get four decimals if all of a group's are below 0.1 J.
         let digits = if group.values("energy_per_action_j").iter().all(|energy| *energy < 0.1) { 4 } else { 2 };
         table.rows.push(vec![
             label(group),
@@ -232,7 +232,7 @@ fn safety(groups: &[&Group]) -> MarkdownTable {
     table
 }
 
-/// What others found with the same space; of a variant nothing is published.
+/// Published results with the same space; there are none of a variant.
 fn published(group: &Group) -> Option<(&'static str, &'static Published)> {
     published::of(group.section.task, group.space).filter(|_| group.variant.is_empty())
 }
@@ -249,7 +249,7 @@ fn label(group: &Group) -> String {
     format!("`{}`", group.runs[0].label())
 }
 
-/// Mean and deviation over the seeds whose tables tell it.
+/// Mean and deviation over the seeds that have the number.
 fn spread(group: &Group, number: &str, digits: usize) -> String {
     let mut values = group.values(number);
     values.retain(|value| !value.is_nan());
@@ -260,7 +260,7 @@ fn spread(group: &Group, number: &str, digits: usize) -> String {
     }
 }
 
-/// Mean over the seeds whose tables tell it.
+/// Mean over the seeds that have the number.
 fn known(group: &Group, number: &str, digits: usize) -> String {
     let mut values = group.values(number);
     values.retain(|value| !value.is_nan());
@@ -273,7 +273,7 @@ fn every(group: &Group, number: &str, digits: usize) -> String {
     group.values(number).iter().map(text).collect::<Vec<_>>().join(", ")
 }
 
-/// Interquartile mean over seeds and how sure it is.
+/// Interquartile mean over seeds with its interval, or with the range of few seeds; empty for one seed.
 fn centre(values: &[f64]) -> String {
     match values.len() {
         1 => String::new(),
@@ -299,8 +299,8 @@ impl MarkdownTable {
         MarkdownTable { header: header.iter().map(ToString::to_string).collect(), rows: vec![] }
     }
 
-    /// The table without the columns in which no row tells anything; `None` if only the first column is left. Runs of
-    /// other learners tell neither energy nor force, and of most tasks nothing is published.
+    /// The table without columns that are empty in every row; `None` if only the first column is left. Runs of other
+    /// libraries have neither energy nor force, and for most tasks nothing is published.
     fn told(mut self) -> Option<Self> {
         let tells = |cell: &String| cell.contains(|c: char| !"-;, ".contains(c));
         let keeps: Vec<bool> = (0..self.header.len())

@@ -1,4 +1,4 @@
-//! Run folders to tables and pictures.
+//! Tables and pictures made from run folders.
 
 pub mod archive;
 pub mod columns;

@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::{Context, Result, bail, ensure};
 use zip::ZipArchive;
 
-/// An array, its last index the fastest.
+/// An array in row-major order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Array {
     /// Size along each index.
@@ -18,7 +18,7 @@ pub struct Array {
 /// Every array of numbers or flags in `path`, with its name; arrays of anything else are left out.
 ///
 /// # Errors
-/// If it is no such file.
+/// If `path` is not a file of `savez`.
 pub fn read(path: &Path) -> Result<Vec<(String, Array)>> {
     let mut archive = ZipArchive::new(fs_err::File::open(path)?)?;
     let mut arrays = vec![];

@@ -1,4 +1,4 @@
-//! Curves of other people's learners: what Stable-Baselines3's `EvalCallback` and `Monitor` leave in a folder, as tables of a run.
+//! Runs of other libraries: what Stable-Baselines3's `EvalCallback` and `Monitor` write into a folder, read as the tables of a run.
 
 use std::path::{Path, PathBuf};
 
@@ -54,7 +54,7 @@ fn monitors(folder: &Path) -> Result<Vec<Monitor>> {
     paths.iter().filter(is_monitor).map(read).collect()
 }
 
-/// The configuration of a run that is called so. Of its action space the name alone is known, which may be its owner's own.
+/// The configuration that stands for the run in `folder`. Only the name of its action space is known, which need not be a built-in one.
 fn config_of(folder: &Path, evaluation_episodes: u32) -> Result<RunConfig> {
     let RunId { task, space, variant, seed } = id_of(folder)?;
     let at = || folder.display().to_string();
@@ -66,14 +66,14 @@ fn config_of(folder: &Path, evaluation_episodes: u32) -> Result<RunConfig> {
     Ok(config)
 }
 
-/// The task of that name. A name that no task has becomes that of a task that is made elsewhere, such as one in Python, so that
-/// files of hypotheses may name it.
+/// The task of that name. A name that no task has is registered as that of a task made elsewhere, such as one in Python,
+/// so that files of hypotheses may name it.
 fn task_called(name: String) -> Result<TaskName> {
     let make = |_| register_anew(TaskKind::made_elsewhere(name.clone().leak(), "do what its owner asks for"));
     Ok(name.parse().or_else(make)?)
 }
 
-/// Who the run is, by its folder.
+/// The identity of the run, from the names of its folders.
 fn id_of(folder: &Path) -> Result<RunId> {
     let names: Vec<String> = folder.iter().rev().take(3).map(|name| name.to_string_lossy().into_owned()).collect();
     let id = || {
@@ -184,7 +184,7 @@ mod tests {
     use crate::report::summary::RunSummary;
     use crate::report::verdicts::judge;
 
-    /// Made by `scripts/sb3_curves_reference.py`.
+    /// Files that `scripts/sb3_curves_reference.py` made.
     fn reference() -> &'static Path {
         Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/reference/sb3"))
     }
@@ -223,7 +223,7 @@ mod tests {
         assert_eq!((row.task.as_str(), row.label().as_str(), row.seed), ("door", "soft,sb3", 1));
     }
 
-    /// A task in Python is known to no program. Its curves are compared nonetheless, and a hypothesis may name it.
+    /// The programs do not know a task written in Python. Its curves can be compared all the same, and a hypothesis may name it.
     #[test]
     fn a_task_of_ones_own_has_curves_and_hypotheses() {
         let folder = tempfile::tempdir().unwrap();
@@ -258,7 +258,7 @@ mod tests {
         assert_eq!(training.column("return").unwrap(), ["1.5", "3.5", "2.5"]);
         assert_eq!(training.steps().unwrap(), [10, 30, 40]);
         assert_eq!(progress.column("wall_s").unwrap(), ["1", "2.5", "4"]);
-        // At the same moment: by name, whichever was written first.
+        // Episodes that ended at the same moment are sorted by the name of their file.
         for name in (0..9).rev() {
             monitor(&format!("{name}.monitor.csv"), 100.0, &format!("{name}.5,10,1.0\n"));
         }

@@ -53,7 +53,7 @@ pub struct ProfileRow {
 struct OverTasks<'a>(Vec<&'a Group<'a>>);
 
 impl<'a> OverTasks<'a> {
-    /// Every group of a task of robosuite with those of its other tasks, in the order of the first.
+    /// Joins the groups of robosuite's tasks that differ in their task alone, in the order of the first.
     fn all(groups: &'a [Group<'a>]) -> Vec<Self> {
         let mut all: Vec<OverTasks> = vec![];
         for group in groups.iter().filter(|group| group.section.is_robosuites()) {
@@ -68,7 +68,7 @@ impl<'a> OverTasks<'a> {
     }
 
     /// The spaces that have several tasks in an experiment, each with the tasks that all of these spaces have there, so
-    /// that spaces compare. None if there are fewer than two such tasks.
+    /// that the spaces can be compared. None if there are fewer than two such tasks.
     fn comparable(groups: &'a [Group<'a>]) -> Vec<Self> {
         let several: Vec<Self> = Self::all(groups).into_iter().filter(|over| over.0.len() > 1).collect();
         let has = |over: &Self, group: &Group| over.0.iter().any(|own| own.section == group.section);
@@ -85,15 +85,16 @@ impl<'a> OverTasks<'a> {
         self.0.iter().map(|group| group.section.task).collect::<Vec<_>>().join(" ")
     }
 
-    /// What its runs tell, a list per task; `None` if a run does not tell it.
+    /// The metric of its runs, a list per task; `None` if a run lacks it.
     fn values(&self, metric: &str) -> Option<Vec<Vec<f64>>> {
         let values: Vec<_> = self.0.iter().map(|group| group.values(metric)).collect();
         values.iter().flatten().all(|value| !value.is_nan()).then_some(values)
     }
 }
 
-/// Of every space that has several of robosuite's tasks in its experiment, over those tasks that all such spaces there have: the
-/// interquartile mean of all runs, its interval with each task redrawn by itself, and mean and median of the means of the tasks.
+/// A row per metric and space that has several of robosuite's tasks in its experiment, over those tasks that all such
+/// spaces have there: the interquartile mean of all runs, its interval with the runs of each task resampled separately,
+/// and mean and median of the tasks' means.
 pub fn aggregates(groups: &[Group]) -> Vec<AggregateRow> {
     let row = |over: &OverTasks, metric: &'static str| {
         let values = over.values(metric)?;
@@ -167,7 +168,7 @@ mod tests {
     use crate::report::groups::tests::{runs, set};
     use crate::report::summary::RunSummary;
 
-    /// `scripts/over_tasks_reference.py` asks rliable.
+    /// The reference values are rliable's, by `scripts/statistics_reference.py`.
     #[test]
     fn agrees_with_rliable() {
         let mut reader = csv::Reader::from_reader(&include_bytes!("../../reference/over_tasks.csv")[..]);
@@ -200,7 +201,7 @@ mod tests {
             assert_eq!((profile.len(), shares.len()), (HEIGHTS, HEIGHTS));
             for (row, share) in profile.iter().zip(shares) {
                 assert!((row.share - share).abs() < 1e-12);
-                // Without an interval the runs of every task agree.
+                // There is no interval if, within every task, all runs are above the threshold or none is.
                 let is_whole = || (3.0 * share - (3.0 * share).round()).abs() < 1e-9;
                 assert!(row.ci_low.zip(row.ci_high).map_or_else(is_whole, |(low, high)| low <= share && share <= high));
             }

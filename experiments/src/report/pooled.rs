@@ -23,9 +23,10 @@ pub struct PooledRow {
     pub p_holm: f64,
 }
 
-/// A row for every task, metric and pair of groups (space and variant) that hypotheses of two or more experiments compare. Each experiment
-/// is a stratum of the rank test, so that nothing is compared across experiments; the p of all rows are corrected together. Two hypotheses on
-/// the same runs count as one, also where one names the two groups in the other order. Files that say `pooled = false` ask something else.
+/// A row for every task, metric and pair of groups (space and variant) that hypotheses of two or more experiments
+/// compare. Each experiment is a stratum of the rank test, so that runs are compared within an experiment alone; the p of
+/// all rows are corrected together. Two hypotheses on the same runs count as one, also if one names the two groups in the
+/// other order. Hypotheses of files that say `pooled = false` are left out.
 pub fn pooled(verdicts: &[VerdictRow]) -> Vec<PooledRow> {
     let question = |row: &VerdictRow| {
         let [space, against] = row.sides.each_ref().map(|side| side.label.clone());
@@ -108,7 +109,7 @@ mod tests {
 
     #[test]
     fn one_question_of_two_experiments_is_one_test_within_each() {
-        // The second lies far above the first: across the two nothing is compared.
+        // The second experiment's values lie far above the first's, which would change p if runs were compared across experiments.
         let (low, high) = ([1.0, 2.0, 3.0], [11.0, 12.0, 13.0]);
         let (low_b, high_b) = ([4.0, 5.0, 6.0], [14.0, 15.0, 16.0]);
         let all = [
@@ -122,7 +123,7 @@ mod tests {
         let rows = pooled(&all);
         let [row] = rows.as_slice() else { panic!("{rows:?}") };
         assert_eq!((row.experiments.as_str(), row.n_space, row.n_against, row.above), ("a b", 6, 6, 0.0));
-        // One of 20 splits in each stratum is as far out, and as many on the other side.
+        // In each stratum 1 of 20 splits is this extreme, so 1 of 400 in both, and as many on the other side.
         assert!((row.p - 2.0 / 400.0).abs() < 1e-12 && row.p_holm == row.p);
         // The second experiment names its groups in the other order.
         let mirrored = pooled(&[all[0].clone(), turned(&all[2])]);

@@ -9,11 +9,11 @@ pub struct Published {
     /// Final return: mean and deviation over seeds.
     pub final_return: [f64; 2],
     /// Energy per action during training (J), where it is given. Its definition is not stated and is not ours: only
-    /// ratios compare.
+    /// ratios can be compared.
     pub energy_per_action_j: Option<f64>,
     /// Share of training episodes with a penalty, as it is given: some are bounds.
     pub penalised_episode_share: Option<&'static str>,
-    /// Penalty per training episode, likewise.
+    /// Penalty per training episode, as it is given: some are bounds.
     pub penalty_per_episode: Option<&'static str>,
 }
 

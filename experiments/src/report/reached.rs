@@ -1,4 +1,4 @@
-//! How many actions groups need until an evaluation returns 450, with runs that never came there.
+//! How many actions groups need until an evaluation returns 450; runs that never reach 450 are censored.
 
 use output::statistics::{FEWEST_FOR_INTERVAL, interval, with_width};
 use output::survival::{Survival, Watched};
@@ -27,9 +27,9 @@ pub struct ReachedRow {
     pub ci_high: Option<f64>,
 }
 
-/// A row per group of every section in which an evaluation of some run returned 450, for robosuite's tasks alone:
-/// returns of other tasks have another scale. A run that did not come to 450 is censored at its last action. Means
-/// count every run up to the last action that all runs of the section were watched to, so that groups compare.
+/// A row per group of every section in which an evaluation of some run returned 450, for robosuite's tasks alone: returns
+/// of other tasks have another scale. A run that never reached 450 is censored at its last action. Restricted means end
+/// at the length of the section's shortest run, so that groups can be compared.
 pub fn reached(groups: &[Group]) -> Vec<ReachedRow> {
     let is_of_use =
         |section: Section| groups.iter().filter(|group| group.section == section).flat_map(watched).any(|run| run.came);
@@ -52,7 +52,7 @@ fn watched(group: &Group) -> Vec<Watched> {
 fn row(group: &Group, until: f64) -> ReachedRow {
     let runs = watched(group);
     let survival = Survival::of(&runs);
-    // The runs are redrawn by their place in the list.
+    // Runs are resampled by their place in the list.
     let places: Vec<f64> = (0..runs.len()).map(|place| place as f64).collect();
     let redrawn = |drawn: &[Vec<f64>]| {
         Survival::of(&drawn[0].iter().map(|&place| runs[place as usize]).collect::<Vec<_>>()).restricted_mean(until)
@@ -94,7 +94,7 @@ mod tests {
                 set(run, "steps_to_450", Cell::Count(step));
             }
         }
-        // Stopped early: of what comes after nothing is known of it, so means end there.
+        // One run has only 50 actions, so restricted means end at 50.
         all[6].env_steps = 50;
         let groups = groups(&all);
         let rows = reached(&groups);

@@ -13,18 +13,18 @@ use crate::run::folder::RunFolder;
 use crate::run::manifest::Manifest;
 use crate::run::tables::of_run;
 
-/// A run's configuration, where it came from, and its tables.
+/// A run's configuration, manifest and tables.
 #[derive(Debug, Clone)]
 pub struct Record {
-    /// Its folder, `EXPERIMENT/TASK/LABEL/seed_N`; of an archived run the one that it had.
+    /// Its folder, `EXPERIMENT/TASK/LABEL/seed_N`; for an archived run the same path below the archive's folder.
     pub path: PathBuf,
     /// The text of its `config.toml`.
     pub config_text: String,
-    /// What that says.
+    /// The configuration in `config_text`.
     pub config: RunConfig,
-    /// Where it came from.
+    /// The content of its `manifest.json`.
     pub manifest: Manifest,
-    /// Whether it has come to its end.
+    /// Whether all its steps are done.
     pub done: bool,
     /// Whether another learner made it ([`outside`]): only its task, space, variant and seed are known, and it may lack any table.
     pub outside: bool,
@@ -33,7 +33,7 @@ pub struct Record {
 
 #[derive(Debug, Clone)]
 enum Tables {
-    /// Read when they are asked for: a run may be under way.
+    /// Files in the run's folder, read when they are asked for because the run may still be going on.
     Folder,
     Archived(Vec<(Table, CsvTable)>),
 }
@@ -58,7 +58,7 @@ impl Record {
     /// An archived run; `config_text` is what its `config.toml` said.
     ///
     /// # Errors
-    /// If that is no configuration.
+    /// If `config_text` is not a configuration.
     pub fn archived(
         path: PathBuf,
         config_text: String,
@@ -70,7 +70,7 @@ impl Record {
         Ok(Record { path, config_text, config, manifest, done, outside: false, tables: Tables::Archived(tables) })
     }
 
-    /// The curves of another learner in a folder.
+    /// The run of another library in a folder.
     ///
     /// # Errors
     /// As [`outside::read`].
@@ -89,7 +89,8 @@ impl Record {
         })
     }
 
-    /// Where a table lies, for messages: a file of an archive has the rows of other runs too.
+    /// Where a table lies, for messages. For an archived run this includes its identity, because a file of an archive has
+    /// the rows of other runs too.
     pub fn place(&self, table: Table) -> String {
         let file = self.path.join(table.file());
         match &self.tables {
@@ -101,11 +102,11 @@ impl Record {
         }
     }
 
-    /// This run of an archive with the tables that its folder, `other`, has beyond it, as one of a policy that was played later; and which
-    /// these are.
+    /// This archived run, with the tables that only its run folder, `other`, has, such as one of a policy that was played
+    /// after archiving. Also returns which tables were added.
     ///
     /// # Errors
-    /// If one cannot be read.
+    /// If a table cannot be read.
     pub fn with_tables_of(&self, other: &Record) -> Result<(Self, Vec<Table>)> {
         let (mut tables, mut added) = (vec![], vec![]);
         for table in Table::ALL {
@@ -137,7 +138,7 @@ impl Record {
     /// A table as numbers.
     ///
     /// # Errors
-    /// If the run does not have it, or of another schema. What an outside run does not have is empty.
+    /// If the run does not have the table, or the table has another schema. A table that an outside run lacks is empty.
     pub fn columns(&self, table: Table) -> Result<Columns> {
         let missing = || format!("{}: no such table", self.place(table));
         match self.csv(table)? {
@@ -146,7 +147,7 @@ impl Record {
         }
     }
 
-    /// The evaluations with `policy`, `mean` or `sampled`, but for a last one that is under way or was cut short.
+    /// The evaluations with `policy`, `mean` or `sampled`, without an unfinished last one.
     ///
     /// # Errors
     /// If they cannot be read.
@@ -161,7 +162,7 @@ impl Record {
     /// If it is of neither, of another run, or of sampled actions.
     pub fn policies_of(&self, table: Table, played: &Columns) -> Result<[bool; 2]> {
         let path = self.place(table);
-        // In an archive the run's own columns stand in place of those that the table had.
+        // Not checked in an archive, which has replaced these columns by the run's own.
         if matches!(self.tables, Tables::Folder) {
             self.csv(table)?.map_or(Ok(()), |csv| of_run(&csv, &self.config))?;
         }
@@ -175,7 +176,7 @@ impl Record {
         let better = |best: (f64, f64), next: (f64, f64)| if next.1 > best.1 { next } else { best };
         let best = evaluations.iter().copied().reduce(better).map_or(f64::NAN, |evaluation| evaluation.0);
         let last = evaluations.last().map_or(f64::NAN, |evaluation| evaluation.0);
-        // The last policy is saved where the last episode ends, which need not be where the last evaluation was.
+        // The last policy is saved at the end of the last episode, which need not be at the last evaluation.
         let trained = self.csv(Table::Episodes)?.map(|episodes| episodes.steps()).transpose()?.unwrap_or_default();
         let end = trained.last().map_or(last, |&step| step as f64);
         let is = |of: f64| played.iter().all(|&step| step == of);
@@ -190,7 +191,7 @@ impl Record {
         Ok(of)
     }
 
-    /// What lies between `root` and the TASK/LABEL/seed_N of the run.
+    /// The path of the experiment: what lies between `root` and the TASK/LABEL/seed_N of the run.
     pub fn experiment(&self, root: &Path) -> String {
         let below = self.path.strip_prefix(root).unwrap_or(&self.path);
         let folders: Vec<_> = below.iter().map(|name| name.to_string_lossy()).collect();

@@ -1,4 +1,4 @@
-//! A run's tables to its numbers in `runs.csv`.
+//! Computes a run's numbers in `runs.csv` from its tables.
 
 use anyhow::{Error, Result, ensure};
 use output::statistics::{deviation, mean, mean_of, quantile};
@@ -9,16 +9,16 @@ use crate::report::record::Record;
 use crate::report::table::Table;
 use crate::run::clock::Spent;
 
-/// Evaluations at the end of a run whose mean is its final return.
+/// Number of evaluations at the end of a run whose mean is its final return.
 const LAST: usize = 5;
-/// A mean return of an evaluation from which on a run counts as solved: robosuite's tasks have at most 500 in 500 actions.
+/// Mean return of an evaluation from which on a run counts as solved: robosuite's tasks have at most 500 in 500 actions.
 pub const SOLVED: f64 = 450.0;
-/// Of the numbers that no single column makes, those that `summary.csv` summarises over seeds.
+/// Those numbers without an entry in [`COLUMNS`] that `summary.csv` summarises over seeds.
 const SUMMARISED: [&str; 5] =
     ["curve_return", "best_return", "sampled_success_by_hand", "last_sampled_success_by_hand", "stopped_episode_share"];
 
-/// Forces (N) at which a real arm may be set to stop. Each has the name of a share: of the last policy's episodes,
-/// those that succeed before a force or a joint's speed exceeds its limit.
+/// Force limits (N) at which a real arm may be set to stop. Each has the name of a number: the share of the last policy's
+/// episodes that succeed before the force or a joint's speed exceeds its limit.
 const WITHIN: [(f64, &str); 6] = [
     (60.0, "end_success_within_60n"),
     (100.0, "end_success_within_100n"),
@@ -35,7 +35,7 @@ pub fn summarised() -> impl Iterator<Item = &'static str> {
     of_columns.chain(SUMMARISED).chain(WITHIN.map(|(_, name)| name))
 }
 
-/// What a run's numbers are made of.
+/// The tables from which a run's numbers are computed.
 pub(super) struct RunTables {
     pub(super) training: Columns,
     /// Step and mean return of every evaluation with mean actions.
@@ -44,14 +44,14 @@ pub(super) struct RunTables {
     last: Columns,
     last_sampled: Columns,
     pub(super) progress: Columns,
-    /// What the run took until its end, if it has come there and tells it.
+    /// Time that the whole run took; `None` if it is not done, or an outside run.
     spent: Option<Spent>,
-    /// Episodes of the last policy, if it was played on.
+    /// Episodes of the last policy, if it was played after training.
     end: Option<Columns>,
 }
 
 impl RunTables {
-    /// Those of a run.
+    /// Reads the tables of a run.
     pub(super) fn of(run: &Record) -> Result<Self> {
         let path = run.path.display();
         let (training, eval) = (run.columns(Table::Episodes)?, run.evaluations("mean")?);
@@ -77,7 +77,7 @@ impl RunTables {
         })
     }
 
-    /// The last training action that a table tells of.
+    /// The last training action in the tables.
     pub(super) fn last_step(&self) -> Result<u64> {
         let trained = self.training.values("step")?.last().copied();
         Ok(trained.or(self.returns.last().map(|point| point.0)).map_or(0, |step| step as u64))
@@ -88,7 +88,7 @@ impl RunTables {
         self.returns.last().map(|point| point.0 as u64)
     }
 
-    /// Every number of the run: those that its columns' entries name, and those that no single column makes.
+    /// Every number of the run: those with an entry in [`COLUMNS`], then those without.
     pub(super) fn numbers(&self) -> Result<Vec<(&'static str, Cell)>> {
         let mut numbers = vec![];
         for column in COLUMNS.iter() {
@@ -108,11 +108,11 @@ impl RunTables {
         Ok(numbers)
     }
 
-    /// What no single column makes.
+    /// The numbers without an entry in [`COLUMNS`].
     fn beside(&self) -> Result<Vec<(&'static str, Cell)>> {
         let Self { returns, last, last_sampled, .. } = self;
         let solved = returns.iter().find(|point| point.1 >= SOLVED).map(|point| point.0);
-        // The only evaluation of a short run comes after its last row of progress: it has the time of the run's end.
+        // The only evaluation of a short run comes after its last row of progress.csv, so it has the time of the run's end.
         let minutes_to_450 = |clock: &str, at_the_end: fn(Spent) -> f64| {
             let (clock, at_the_end) = (self.progress.points(clock)?, self.spent.map(at_the_end));
             let until = |at: f64| clock.iter().find(|point| point.0 >= at).map(|point| point.1).or(at_the_end);
@@ -144,7 +144,7 @@ impl RunTables {
     }
 }
 
-/// NaN is what no row tells.
+/// A number that is NaN, because no row has it, becomes an empty cell.
 fn known(value: f64) -> Cell {
     Some(value).filter(|value| !value.is_nan()).into()
 }
@@ -156,7 +156,8 @@ fn told(table: &Columns, column: &str, how: Statistic) -> Result<Cell> {
     Ok(statistic(how, &values, actions))
 }
 
-/// A statistic of the values that episodes of so many `actions` have; empty if none has one.
+/// A statistic of the `values` of episodes; empty if there are none. `actions` is the sum of their lengths, which
+/// [`Statistic::PerAction`] divides by.
 pub fn statistic(how: Statistic, values: &[f64], actions: f64) -> Cell {
     let above_0 = || values.iter().filter(|&&value| value > 0.0).count();
     if values.is_empty() {

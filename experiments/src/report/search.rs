@@ -20,23 +20,23 @@ pub struct Candidate {
     pub space: String,
     /// Variant of its runs.
     pub variant: String,
-    /// Runs, one for each seed.
+    /// Number of runs, one for each seed.
     pub seeds: usize,
-    /// Actions of the round, of each run.
+    /// Actions of each run in this round.
     pub actions: u64,
     /// Mean return of the evaluations in the last quarter of these actions, mean and sampled actions alike, over the seeds; none if
     /// a run failed.
     pub score: Option<f64>,
     /// 1 is the best of its task and space in this round.
     pub rank: usize,
-    /// What was drawn: in what it differs from the first candidate of its task and space, as `key = value, ..`.
+    /// The drawn settings: those in which it differs from the first candidate of its task and space, as `key = value, ..`.
     pub settings: String,
-    /// Of its first seed's run; none if that never began.
+    /// Commit of the first seed's run; none if that run never began.
     pub commit: Option<String>,
 }
 
-/// The candidates of `runs` below `out` after so many actions, the better one of a task and space first. `all` are the runs that the
-/// search began with.
+/// The candidates of `runs` below `out` after so many `actions`, the best of each task and space first. `all` are the
+/// runs that the search began with.
 ///
 /// # Errors
 /// If a table cannot be read.
@@ -81,7 +81,7 @@ pub fn goes_on(run: &RunConfig, ranked: &[Candidate]) -> bool {
     rivals.take(half).any(|candidate| candidate.variant == id.variant && candidate.score.is_some())
 }
 
-/// In what a run differs from another but for its seed and name.
+/// The settings in which `run` differs from `first`, apart from seed and variant.
 fn settings(first: &RunConfig, run: &RunConfig) -> String {
     let run = RunConfig { seed: first.seed, variant: first.variant.clone(), ..run.clone() };
     let own = first.differences(&run).into_iter().filter_map(|(key, _, value)| Some(format!("{key} = {}", value?)));

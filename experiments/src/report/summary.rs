@@ -1,4 +1,4 @@
-//! One row per run: what it ended with and what it cost.
+//! One row per run: its results, and the time that it took.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ use crate::run::clock::Spent;
 use crate::run::folder::RunFolder;
 use crate::run::rows::SCHEMA;
 
-/// A row of `runs.csv`: which run, its numbers, and what it took.
+/// A row of `runs.csv`: which run, its numbers, and the time that it took.
 #[derive(Debug, Clone, Default, PartialEq)]
 #[allow(missing_docs, reason = "documented once, in docs/columns.md")]
 pub struct RunSummary {
@@ -32,11 +32,11 @@ pub struct RunSummary {
     pub preset: String,
     pub position_step_m: Option<f64>,
     pub rotation_step_rad: Option<f64>,
-    /// Which forces its penalty counts, where its configuration is known; no column.
+    /// Which forces its penalty counts, where its configuration is known; not a column.
     pub force_penalty: Option<ForcePenalty>,
-    /// The options of its task; no column.
+    /// The options of its task; not a column.
     pub options: Table,
-    /// The actions that it was to train for, or of its last evaluation where its configuration is not known; no column.
+    /// The actions that it was to train for, or of its last evaluation where its configuration is not known; not a column.
     pub steps: Option<u64>,
     pub env_steps: u64,
     pub done: bool,
@@ -82,7 +82,7 @@ pub fn find_runs(root: &Path) -> Result<Vec<Result<Record, (RunFolder, Error)>>>
     find_new_runs(root, &mut HashSet::new())
 }
 
-/// Those below `root` but not below a folder that was looked into already.
+/// The runs below `root`, except in folders that were searched already.
 fn find_new_runs(root: &Path, seen: &mut HashSet<PathBuf>) -> Result<Vec<Result<Record, (RunFolder, Error)>>> {
     if !seen.insert(fs_err::canonicalize(root)?) {
         return Ok(vec![]);
@@ -106,12 +106,12 @@ fn find_new_runs(root: &Path, seen: &mut HashSet<PathBuf>) -> Result<Vec<Result<
     Ok(runs)
 }
 
-/// Of a folder called seed_N: seed 10 comes after seed 2.
+/// The N of a folder seed_N. Folders are sorted by it, so that seed 10 comes after seed 2.
 fn seed(path: &Path) -> Option<u64> {
     path.file_name()?.to_str()?.strip_prefix("seed_")?.parse().ok()
 }
 
-/// A group's name within its section: the action space, the variant, and the preset where it is none of those that tables are made with.
+/// A group's name within its section: the action space, the variant, and the preset unless it is `desktop`, `swift` or `plain`.
 pub fn label(space: &str, variant: &str, preset: &str) -> String {
     let label = config::label(space, variant);
     let usual = preset.is_empty()
@@ -120,25 +120,25 @@ pub fn label(space: &str, variant: &str, preset: &str) -> String {
 }
 
 impl RunSummary {
-    /// What tables and legends call it.
+    /// The name of its group in tables and legends.
     pub fn label(&self) -> String {
         label(&self.space, &self.variant, &self.preset)
     }
 
-    /// The number `name`; NaN where the run's tables do not tell it.
+    /// The number `name`; NaN if the run's tables do not have it.
     pub fn number(&self, name: &str) -> f64 {
         let cell = self.numbers.iter().find(|(known, _)| *known == name).map(|(_, cell)| *cell);
         cell.and_then(Cell::number).unwrap_or(f64::NAN)
     }
 
-    /// From the tables of a run found below `root`.
+    /// The summary of a run found below `root`.
     ///
     /// # Errors
-    /// If one is missing or damaged, or the run was never evaluated.
+    /// If a table is missing or damaged, or the run was never evaluated.
     pub fn of(run: &Record, root: &Path) -> Result<Self> {
         let tables = RunTables::of(run)?;
         let Record { config, manifest, done, .. } = run;
-        // The manifest is written when a run ends; of one that has not, the last row of its progress tells.
+        // The manifest has the time once the run has ended. Until then it is taken from the last row of progress.csv.
         let so_far = |clock: &str| Ok::<_, Error>(tables.progress.points(clock)?.last().map_or(0.0, |point| point.1));
         let spent = if *done { manifest.spent } else { Spent { wall_s: so_far("wall_s")?, cpu_s: so_far("cpu_s")? } };
         let step = |axis| Some(config.env.space.step(&config.env.controller, axis)).filter(|_| !run.outside);

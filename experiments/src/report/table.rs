@@ -1,10 +1,10 @@
-//! Which tables a run may leave.
+//! The tables that a run may have.
 
 use tasks::columns::{Over, run_numbers};
 
 use crate::run::csv_writer::DIGITS;
 
-/// Which training episode it was, how it ended, and its largest force.
+/// Columns of training episodes that the archive always keeps: which episode it was, how it ended, and its largest force.
 const KEPT_OF_TRAINING: [&str; 15] = [
     "schema",
     "step",
@@ -23,7 +23,7 @@ const KEPT_OF_TRAINING: [&str; 15] = [
     "success_before_stop",
 ];
 
-/// The tables that a run may leave, each a file of its folder and a file of the archive.
+/// The tables that a run may have, each a file of its folder and a file of the archive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Table {
     /// One row per training episode.
@@ -53,9 +53,9 @@ impl Table {
         }
     }
 
-    /// Significant digits of a fraction of a column in the archive. Three are enough for episodes of which only means
-    /// are told, and for the losses of a learner. The best evaluation is chosen by its return, which has the seven
-    /// digits of the run's own table.
+    /// Significant digits of a fraction of a column in the archive. Three are enough for episodes that only enter means,
+    /// and for the losses of a learner. The best evaluation is chosen by its return, which has the seven digits of the
+    /// run's own table.
     pub fn digits(self, column: &str) -> usize {
         match self {
             Table::Episodes => 3,
@@ -66,8 +66,9 @@ impl Table {
         }
     }
 
-    /// Whether the archive keeps a column. Of training episodes it keeps those of which a table of runs tells something, and a few that tell an
-    /// episode's end: evaluations have every column, and a training episode has noise in its actions.
+    /// Whether the archive keeps a column. Of training episodes it keeps the columns that a number in `runs.csv` needs,
+    /// and those in which an episode's end is recorded. Evaluations keep all columns; training episodes matter less, as
+    /// their actions have noise.
     pub fn keeps(self, column: &str) -> bool {
         let told = || run_numbers(Over::Training).any(|(known, _)| known.name == column);
         self != Table::Episodes || KEPT_OF_TRAINING.contains(&column) || told()

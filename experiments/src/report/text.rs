@@ -1,4 +1,4 @@
-//! Text that people write, with figures that come from the runs.
+//! Hand-written text, with figures that come from the runs.
 
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
@@ -126,7 +126,7 @@ fn rows(table: &CsvTable, wanted: &[(&str, String)]) -> Result<Vec<BTreeMap<Stri
     if let Some((column, _)) = wanted.iter().find(|(column, _)| table.position(column).is_none()) {
         bail!("{}: no column {column}", table.path().display());
     }
-    // A hash may have no letters.
+    // A commit's hash may have no letters, and stays a text.
     let number =
         |column: &str, text: &str| text.parse::<f64>().ok().filter(|value| column != "commit" && value.is_finite());
     let typed = |column: &str, text: &str| number(column, text).map_or(json!(text), |number| json!(number));

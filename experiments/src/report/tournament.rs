@@ -1,4 +1,4 @@
-//! What learners reach in equal times: a row per run.
+//! What learners reach in the same CPU time: a row per run.
 
 use anyhow::Result;
 use serde::Serialize;
@@ -31,7 +31,7 @@ pub struct TournamentRow {
 }
 
 impl TournamentRow {
-    /// Of a run, if its tables tell CPU time.
+    /// The row of a run, if its tables have CPU time.
     ///
     /// # Errors
     /// If a table cannot be read.

@@ -20,7 +20,7 @@ use crate::run::train::{self, Ending, RunOptions};
 pub fn train_and_draw(config: &RunConfig, out: &Path, options: RunOptions, stop: &Stop) -> Result<ExitCode> {
     let folder = RunFolder::below(out, config);
     let ending = train::in_folder(config, &folder, options, stop, &|| draw(&folder))?;
-    // Also of a run that was done before: the picture may be missing, or older than its tables.
+    // Drawn also for a run that was done before: the picture may be missing, or older than its tables.
     draw(&folder);
     Ok(if ending == Some(Ending::Stopped) { ExitCode::from(cli::STOPPED) } else { ExitCode::SUCCESS })
 }
@@ -29,13 +29,13 @@ pub fn train_and_draw(config: &RunConfig, out: &Path, options: RunOptions, stop:
 pub fn make_up_curves(folder: &RunFolder) {
     let written = |path: &Path| path.metadata().and_then(|file| file.modified()).ok();
     let picture = written(&folder.curves().with_extension("svg"));
-    // File systems tell times in steps of milliseconds: a table as old as the picture may be younger.
+    // File systems record times in steps of milliseconds: a table as old as the picture may be newer.
     if [folder.episodes(), folder.eval(), folder.progress()].iter().any(|table| written(table) >= picture) {
         draw(folder);
     }
 }
 
-/// What goes wrong is told, and the run goes on all the same: its exit code says how it ended.
+/// Draws the learning curves. An error is printed but does not fail the run, whose exit code says how it ended.
 fn draw(folder: &RunFolder) {
     // A run that is stopped while its script plays has no table yet.
     if !folder.episodes().exists() {

@@ -1,4 +1,4 @@
-//! What was expected before any run, held against the runs: a row per hypothesis, by one rule.
+//! Hypotheses written before the runs, compared with the runs: a verdict per hypothesis, all by one rule.
 
 use std::collections::{BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
@@ -15,19 +15,19 @@ use tasks::TaskName;
 use crate::config::label;
 use crate::report::summary::RunSummary;
 
-/// Probability of calling one difference of a family real though there is none.
+/// Significance level: the probability of at least one false positive in a family.
 const LEVEL: f64 = 0.05;
 
-/// The verdict on a hypothesis one of whose sides has no run that is done.
+/// The verdict on a hypothesis if one of its sides has no finished run.
 pub const NO_RUNS: &str = "no runs";
 
-/// The file: written, and committed, before the first run that it is about.
+/// A file of hypotheses, committed before the first run that it is about.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
     #[serde(default)]
     family: Family,
-    /// Whether the questions may be pooled with the same ones of other files; unless said, they may.
+    /// Whether the questions may be pooled with the same ones of other files; by default they may.
     pooled: Option<bool>,
     hypothesis: Vec<Hypothesis>,
 }
@@ -49,11 +49,11 @@ enum Family {
 struct Hypothesis {
     /// What is expected, in words.
     name: String,
-    /// On each of them it is a hypothesis of its own.
+    /// Its tasks; the hypothesis is tested on each task separately.
     tasks: Vec<TaskName>,
     /// Folder of the experiment whose runs are meant, if several have these groups.
     experiment: Option<String>,
-    /// A column of `runs.csv`. A run without it that never succeeded has the worst of all values.
+    /// A column of `runs.csv`. A run that has no value there because it never succeeded counts with the worst possible value.
     metric: String,
     /// Whether the space is expected above or below the other.
     expected: Expected,
@@ -114,10 +114,11 @@ pub struct Side {
     pub values: Vec<f64>,
 }
 
-/// Judges the hypotheses of several files, each by itself ([`judge`]); `p_holm_all` corrects for those of all files together.
+/// Judges the hypotheses of several files, each file by itself ([`judge`]); `p_holm_all` corrects for the hypotheses of
+/// all files together.
 ///
 /// # Errors
-/// As [`judge`]; if two files have one name.
+/// As [`judge`], or if two files have the same name.
 pub fn judge_all(files: &[PathBuf], runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
     for (at, file) in files.iter().enumerate() {
         if let Some(other) = files[..at].iter().find(|other| other.file_stem() == file.file_stem()) {
@@ -141,7 +142,7 @@ pub fn judge_all(files: &[PathBuf], runs: &[RunSummary]) -> Result<Vec<VerdictRo
 /// their means lies within the margin and each has five runs, and `not decided` if not.
 ///
 /// # Errors
-/// If the file is not one of hypotheses, names a metric that runs do not have, or means runs of several groups as one.
+/// If the file is not one of hypotheses, names a metric that runs do not have, or names a side that matches runs of several groups.
 pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
     let wrong = |problem: String| bad(format!("{}: {problem}", file.display()));
     let File { family, pooled, hypothesis: hypotheses } = parse(&settings::text(file)?).map_err(wrong)?;
@@ -189,8 +190,8 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
     Ok(rows)
 }
 
-/// The experiment and the values of both sides of a hypothesis on a task, from the runs that are `done`; or why these
-/// are not two groups.
+/// The experiment and the values of both sides of a hypothesis on a task, from the runs that are `done`; or the reason
+/// why the runs do not form two groups.
 fn sides(
     hypothesis: &Hypothesis,
     task: &str,
@@ -208,7 +209,7 @@ fn sides(
         return Err(format!("space and against are the same runs, {}", labels[0]));
     }
     let (mut seeds, mut presets, mut experiments) = (HashSet::new(), BTreeSet::new(), BTreeSet::new());
-    // What a run came to depends on how long it was watched.
+    // Results depend on the number of actions, so all runs need the same.
     let mut lengths = BTreeSet::new();
     let mut sides = labels.map(|label| Side { label, values: vec![] });
     for (run, numbers) in done.iter().filter(|(run, _)| is_meant(run)) {
@@ -267,8 +268,9 @@ pub(crate) fn label_of(space: &str, meant: &[&RunSummary]) -> Result<String, Str
     }
 }
 
-/// The value that counts for the run of these `numbers`, which lacks one in `metric` because its task was never fulfilled: infinitely much
-/// time, energy or force, or the lowest of all shares. `None` if the run may have come there all the same, as its tables do not tell.
+/// The value that counts for the run of these `numbers`, which lacks one in `metric` because its task was never
+/// fulfilled: infinite time, energy or force, or the lowest of all shares. `None` if the run may have fulfilled its task
+/// but its tables lack the column.
 fn worst(metric: &str, numbers: &Value) -> Option<f64> {
     if metric.ends_with("_to_450") {
         return numbers["steps_to_450"].is_null().then_some(f64::INFINITY);
@@ -292,7 +294,7 @@ fn largest_difference(metric: &str) -> f64 {
     if is_success || is_part { 1.0 } else { f64::MAX }
 }
 
-/// All but what depends on the other hypotheses.
+/// A row without the numbers that depend on other hypotheses.
 fn row(hypothesis: &Hypothesis, task: &str, experiment: String, sides: [Side; 2]) -> VerdictRow {
     let [a, b] = sides.each_ref().map(|side| side.values.as_slice());
     let finite = |sample: &[f64]| Some(mean(sample)).filter(|mean| mean.is_finite());
@@ -331,12 +333,12 @@ fn row(hypothesis: &Hypothesis, task: &str, experiment: String, sides: [Side; 2]
 fn verdict(row: &VerdictRow, expected: Expected) -> &'static str {
     let Some(p) = row.p_holm else { return NO_RUNS };
     if p < LEVEL {
-        // By ranks, as p: a mean may be infinite.
+        // The direction is that of the ranks, as in p, because a mean may be infinite.
         let above = row.above.is_some_and(|share| share > 0.5);
         return if above == (expected == Expected::Above) { "as expected" } else { "the other way round" };
     }
     let within = |margin: f64| row.ci_low.zip(row.ci_high).is_some_and(|(low, high)| -margin < low && high < margin);
-    // Two runs may well agree by chance.
+    // With few runs both sides may agree by chance.
     let enough = row.n_space.min(row.n_against) >= FEWEST_FOR_INTERVAL;
     if enough && row.margin.is_some_and(within) { "equal" } else { "not decided" }
 }

@@ -1,11 +1,11 @@
-//! What every checkpoint of a run says of itself, in the `caller` part of its `state.json`.
+//! The record in every checkpoint of a run, in the `caller` part of its `state.json`.
 
 use anyhow::{Result, ensure};
 use serde::{Deserialize, Serialize};
 
 use crate::config::RunId;
 
-/// Whose it is, and when it was taken.
+/// The run to which a checkpoint belongs, and when it was taken.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CheckpointRecord {
     /// The run.
@@ -16,10 +16,11 @@ pub struct CheckpointRecord {
 }
 
 impl CheckpointRecord {
-    /// Whether it may be of this run. Old ones do not tell their seed (0), and some runs were given another variant since.
+    /// Checks that the checkpoint may belong to the run `wanted`. Old checkpoints do not store the seed (0). The variant
+    /// is not compared, because some runs were given another one later.
     ///
     /// # Errors
-    /// Says of which run it is.
+    /// Names the run to which it belongs.
     pub fn belongs_to(&self, wanted: &RunId) -> Result<()> {
         let RunId { task, space, seed, .. } = &self.run;
         ensure!(

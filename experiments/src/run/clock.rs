@@ -1,4 +1,4 @@
-//! What a run costs, over all the processes that had a part in it: of one that was killed, what it had spent when it last saved itself.
+//! Time that a run takes, summed over all processes that trained it. A process that was killed counts up to its last checkpoint.
 
 use std::time::{Duration, Instant};
 
@@ -8,14 +8,15 @@ use serde::{Deserialize, Serialize};
 /// Time that a run has taken.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spent {
-    /// By the clock on the wall (s).
+    /// Wall-clock time (s).
     pub wall_s: f64,
-    /// Of the processor (s): other programs at work beside it count little. Of a run begun by an earlier program the time before that is missing.
+    /// CPU time (s), on which other programs of the machine have little effect. A run that an earlier version began lacks
+    /// the CPU time before that version was replaced.
     #[serde(default)]
     pub cpu_s: f64,
 }
 
-/// Goes on from what earlier processes spent.
+/// Measures the time of this process, on top of what earlier processes spent.
 pub struct Clock {
     before: Spent,
     started: Instant,
@@ -28,12 +29,12 @@ impl Clock {
         Clock { before: Spent::default(), started: Instant::now(), cpu_at_start: cpu_s() }
     }
 
-    /// The same after what earlier processes spent.
+    /// The same clock, on top of what earlier processes spent.
     pub fn after(self, before: Spent) -> Self {
         Clock { before, ..self }
     }
 
-    /// Until now.
+    /// Time spent until now.
     pub fn spent(&self) -> Spent {
         Spent {
             wall_s: self.before.wall_s + self.started.elapsed().as_secs_f64(),

@@ -1,4 +1,4 @@
-//! CSV files read back.
+//! CSV files that are read back.
 
 use std::path::{Path, PathBuf};
 
@@ -7,18 +7,18 @@ use serde::Serialize;
 
 use crate::run::packed;
 
-/// A CSV file, read.
+/// A CSV file in memory.
 #[derive(Debug, Clone)]
 pub struct CsvTable {
     path: PathBuf,
-    /// Names of the columns; none of a file in which nothing has been written yet.
+    /// Names of the columns; none if the file is empty.
     pub headers: csv::StringRecord,
-    /// One per row, as long as `headers`.
+    /// The rows, each as long as `headers`.
     pub rows: Vec<csv::StringRecord>,
 }
 
 impl CsvTable {
-    /// Reads what is complete of `path`, which a program may be writing: a kill may have cut its last line.
+    /// Reads the complete lines of `path`. A program may still be writing it, or may have been killed within its last line.
     ///
     /// # Errors
     /// If it is missing or not a table.
@@ -28,7 +28,8 @@ impl CsvTable {
         Self::parse(path, whole).with_context(|| path.display().to_string())
     }
 
-    /// Reads `path`, which nothing is added to any more: an editor may have left out the end of its last line. It is compressed if its name ends in `.zst`.
+    /// Reads all of `path`, to which no program writes any more; its last line may lack a line end. The file is
+    /// compressed if its name ends in `.zst`.
     ///
     /// # Errors
     /// If it is missing or not a table.
@@ -36,12 +37,12 @@ impl CsvTable {
         Self::parse(path, &packed::text(path)?).with_context(|| path.display().to_string())
     }
 
-    /// Of parts.
+    /// A table from its parts.
     pub fn new(path: &Path, headers: csv::StringRecord, rows: Vec<csv::StringRecord>) -> Self {
         CsvTable { path: path.into(), headers, rows }
     }
 
-    /// The table that `text` is, of the file `path`.
+    /// Parses `text`, the content of the file `path`.
     ///
     /// # Errors
     /// If it is not a table, its columns are not divided by commas, or its first line does not name them.
@@ -64,12 +65,12 @@ impl CsvTable {
         Ok(CsvTable { path: path.into(), headers, rows: reader.into_records().collect::<csv::Result<_>>()? })
     }
 
-    /// Where it was read.
+    /// The file from which it was read.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The file and line of a row, for messages: rows may be a part of those of a file.
+    /// The file and line of a row, for messages. The line is the file's, of which a table may have a part of the rows.
     pub fn place(&self, row: usize) -> String {
         let line = self.rows[row].position().map_or(row as u64 + 2, csv::Position::line);
         format!("{}, line {line}", self.path.display())
@@ -80,7 +81,7 @@ impl CsvTable {
         self.headers.iter().position(|header| header == column)
     }
 
-    /// The cells of a column, from the top; none of a table in which nothing has been written yet.
+    /// The cells of a column, from the top; none if the table has no header yet.
     ///
     /// # Errors
     /// If there is no such column.
@@ -93,7 +94,7 @@ impl CsvTable {
         Ok(self.rows.iter().map(|row| &row[at]).collect())
     }
 
-    /// Leaves the rows that have `value` in `column`; does nothing to a table in which nothing has been written yet.
+    /// Keeps only the rows that have `value` in `column`. A table without a header stays as it is.
     ///
     /// # Errors
     /// If there is no such column.
@@ -161,7 +162,7 @@ mod tests {
         assert!(told.contains("a.csv") && told.contains("line: 3"), "{told}");
     }
 
-    /// A mark of UTF-8 at the start, other line ends, quotes and empty lines are what spreadsheets add.
+    /// A byte order mark, other line ends, quotes and empty lines are what spreadsheets add.
     #[test]
     fn what_a_spreadsheet_adds_is_read_and_what_it_changes_is_told() {
         let table = parsed("\u{feff}step,\"x\"\r\n1,\"0.5\"\r\n\r\n").unwrap();

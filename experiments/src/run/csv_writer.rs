@@ -13,7 +13,7 @@ use crate::run::rows::SCHEMA;
 
 /// A CSV file open for appending; every row is handed to the system as it is written, so that it survives the process.
 pub struct CsvWriter {
-    /// None keeps nothing.
+    /// `None` discards all rows.
     file: Option<File>,
     /// Whether the header is still to be written.
     is_new: bool,
@@ -30,7 +30,7 @@ impl CsvWriter {
         Ok(CsvWriter { file: Some(file), is_new })
     }
 
-    /// A table that keeps nothing.
+    /// A table that discards all rows.
     pub fn discard() -> Self {
         CsvWriter { file: None, is_new: true }
     }
@@ -38,7 +38,7 @@ impl CsvWriter {
     /// Writes a row, fractions with seven digits.
     ///
     /// # Errors
-    /// If the disk does not take it; then nothing of it stays.
+    /// If the row cannot be written. Then no part of it stays in the file.
     pub fn write(&mut self, row: impl Serialize) -> Result<()> {
         let Some(file) = &mut self.file else { return Ok(()) };
         let mut exact = csv::WriterBuilder::new().has_headers(self.is_new).from_writer(vec![]);
@@ -54,16 +54,16 @@ impl CsvWriter {
         Ok(())
     }
 
-    /// Waits until every row is on the disk: what counts on them may be written then.
+    /// Waits until every row is on the disk, so that a checkpoint that relies on the rows may be written.
     ///
     /// # Errors
-    /// If the disk does not take them.
+    /// If they cannot be written.
     pub fn sync(&self) -> Result<()> {
         Ok(self.file.as_ref().map_or(Ok(()), File::sync_data)?)
     }
 }
 
-/// Significant digits of a fraction in the tables of a run. A simulation of contacts is not known more exactly.
+/// Significant digits of a fraction in the tables of a run. The simulation of contacts is not more precise than that.
 pub const DIGITS: usize = 7;
 
 /// A cell as it is written: a fraction with so many significant `digits`.
@@ -77,11 +77,11 @@ pub(crate) fn rounded(cell: &str, digits: usize) -> String {
     }
 }
 
-/// Makes sure that rows such as `row` may follow those of `path`: a table has one set of columns, and one schema. A new or empty file
-/// has none yet.
+/// Checks that rows such as `row` may be appended to `path`: they need the columns and the schema of the table. A new or
+/// empty file takes any rows.
 ///
 /// # Errors
-/// Names the columns if they are others, or the schema.
+/// Names the columns or the schema if they differ.
 pub fn takes(path: &Path, row: impl Serialize) -> Result<()> {
     if !path.exists() {
         return Ok(());

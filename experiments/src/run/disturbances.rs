@@ -26,13 +26,13 @@ struct Grid {
     case: Vec<Case>,
 }
 
-/// What the table calls the episodes that nothing disturbs, with which the others are paired.
+/// The table's name for the undisturbed episodes, with which the others are paired.
 pub const UNDISTURBED: &str = "none";
 
 /// The cases of `path` that are for `task`, after one without a disturbance.
 ///
 /// # Errors
-/// If the file is not a list of cases, two have one name, or `task` has not what one of its cases disturbs.
+/// If the file is not a list of cases, two cases have the same name, or a case disturbs something that `task` does not have.
 pub fn read(path: &Path, task: TaskName) -> Result<Vec<Case>> {
     let wrong = |problem: String| bad(format!("{}: {problem}", path.display()));
     let Grid { case: cases } = settings::parse(&settings::text(path)?).map_err(wrong)?;

@@ -1,4 +1,4 @@
-//! What the learner learns from: steps of an environment, kept in a replay memory.
+//! Transitions of an environment, stored in a replay buffer.
 
 use anyhow::Result;
 use sac::{Config, Replay, Transition};
@@ -9,7 +9,7 @@ use crate::run::rollout::{critics_view, sizes};
 use crate::run::seeds::sub_seed;
 use crate::run::stop::Stop;
 
-/// One step of `env`, kept in `replay`; `observation`, what critics see, becomes the next one.
+/// Takes a step in `env` and stores it in `replay`. `observation`, what critics see, is replaced by the next one.
 pub(super) fn step_and_store(
     env: &mut Env,
     observation: &mut Vec<f32>,
@@ -32,11 +32,11 @@ pub(super) fn step_and_store(
     Ok(step)
 }
 
-/// Transitions of the script's episodes, from starts of their own; not all if somebody asks to stop. The same each time, so that no checkpoint
-/// needs them.
+/// Transitions of the script's episodes, which have starts of their own. They are the same in every process, so that no
+/// checkpoint stores them. Some are missing if a stop is requested meanwhile.
 pub(super) fn prior_data(config: &RunConfig, stop: &Stop) -> Result<Replay> {
     let mut env = Env::new(config.env.clone(), sub_seed(config.seed, "prior", 0))?;
-    // None of the episodes is forgotten, however little the learner remembers of its own.
+    // The buffer holds all of the script's episodes, even if the learner's own buffer is smaller.
     let played = config.learner.prior_episodes as usize * config.env.horizon as usize;
     let capacity = config.learner.replay_capacity.max(played);
     let mut replay = Replay::new(&Config { replay_capacity: capacity, ..config.learner.clone() }, sizes(&env));
@@ -62,14 +62,14 @@ pub(super) fn prior_data(config: &RunConfig, stop: &Stop) -> Result<Replay> {
 mod tests {
     use super::*;
 
-    /// The script's episodes, played anew from the seed of their stream, fill a memory in which every number is the same.
+    /// The script's episodes, played again from the seed of their stream, fill a buffer in which every number is the same.
     #[test]
     fn prior_data_is_what_the_script_does_from_starts_of_its_own() {
         let mut config = RunConfig::preset(sac::Preset::DESKTOP);
         config.env.horizon = 30;
         config.learner.prior_episodes = 2;
         config.learner.scaled_observations = true;
-        // Less than is played: nothing of it is forgotten.
+        // Smaller than the number of the script's steps, all of which are stored nevertheless.
         config.learner.replay_capacity = 20;
 
         let env = |stream: &str| Env::new(config.env.clone(), sub_seed(config.seed, stream, 0)).unwrap();
@@ -100,7 +100,7 @@ mod tests {
         }
         let prior = prior_data(&config, &Stop::default()).unwrap();
         assert_eq!(prior.len(), 60);
-        // As text, in which a zero has its sign.
+        // Compared as text, which tells 0 from -0.
         assert!(format!("{prior:?}") == format!("{expected:?}"), "other numbers than the script's");
 
         let [own, training] = ["prior", "train-env"].map(|stream| env(stream).reset(None).to_vec());

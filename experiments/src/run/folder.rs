@@ -31,11 +31,11 @@ pub struct Lock {
 }
 
 impl Lock {
-    /// Whether the folder is still where it was when it was locked. What is written to its name would otherwise lie apart from the tables, which
-    /// are open and move with it.
+    /// Checks that the folder is still at the path where it was locked. The open tables move with a moved folder, and a
+    /// checkpoint written to the old path would be separated from them.
     ///
     /// # Errors
-    /// If it was moved or deleted, or its lock was.
+    /// If the folder or its lock file was moved or deleted.
     pub fn holds(&self) -> Result<()> {
         ensure!(
             self.place.is_there(),
@@ -57,7 +57,7 @@ pub struct Busy(pub PathBuf);
 pub enum State {
     /// Nothing there yet.
     New,
-    /// Begun, and nobody is at work.
+    /// Begun, but no process is at work.
     Begun,
     /// A process is at work.
     Running,
@@ -72,7 +72,7 @@ impl RunFolder {
         RunFolder { path: out.join(&id.task).join(id.label()).join(format!("seed_{}", id.seed)) }
     }
 
-    /// Any folder.
+    /// The folder `path`, with or without a run.
     pub fn at(path: &Path) -> Self {
         RunFolder { path: path.into() }
     }
@@ -80,12 +80,12 @@ impl RunFolder {
     /// A folder that holds a run.
     ///
     /// # Errors
-    /// If it holds no configuration.
+    /// If the folder holds no configuration.
     pub fn open(path: &Path) -> Result<Self> {
         let folder = Self::at(path);
         if !folder.config().is_file() {
             let below = fs_err::read_dir(path).into_iter().flatten().flatten().map(|entry| entry.path());
-            // Earlier programs kept a policy as a folder; it is now an archive with the folder's name and `.zip`.
+            // Earlier versions kept a policy as a folder; it is now a zip file with the folder's name and `.zip`.
             let beside = Some(file::with_suffix(path, ".zip")).filter(|path| path.is_file());
             let playable = |path: &PathBuf| Self::at(path).config().is_file() || kept::is_kept(path);
             let hint = match below.chain(beside).filter(playable).min() {
@@ -97,10 +97,10 @@ impl RunFolder {
         Ok(folder)
     }
 
-    /// Keeps the folder for `config` and this process alone. What lies there stays as it is until [`RunFolder::begin`].
+    /// Locks the folder for this process and the run `config`. Its files stay as they are until [`RunFolder::begin`].
     ///
     /// # Errors
-    /// If it holds another run, or a run and `resume` is not asked for; [`Busy`] if another process is at work there.
+    /// If the folder holds another run, or a run and `resume` is false; [`Busy`] if another process is at work there.
     pub fn prepare(&self, config: &RunConfig, resume: bool) -> Result<Lock> {
         let path = self.path.display();
         if self.config().exists() {
@@ -126,7 +126,7 @@ impl RunFolder {
         }
         fs_err::create_dir_all(&self.path)?;
         let file = fs_err::File::create(self.lock())?.into_parts().0;
-        // [`RunFolder::state`], too, holds the lock for a moment.
+        // [`RunFolder::state`] also takes the lock for a moment, so this tries again.
         let mut waits = 0..10;
         loop {
             match file.try_lock() {
@@ -141,11 +141,11 @@ impl RunFolder {
         Ok(Lock { file, folder: self.path.clone(), place })
     }
 
-    /// From now on the folder holds this run, even if it had ended after fewer steps. Called when all that it needs has been
-    /// read: a run that cannot go on stays what it was.
+    /// Makes the folder hold this run, and removes the mark of a shorter run that had ended. Called when all that the run
+    /// needs has been read, so that a run that cannot be resumed stays unchanged.
     ///
     /// # Errors
-    /// If the disk does not take it.
+    /// If the folder cannot be written.
     pub fn begin(&self, config: &RunConfig) -> Result<()> {
         self.clear();
         if self.done().exists() {
@@ -154,13 +154,13 @@ impl RunFolder {
         file::replace(&self.config(), config.to_toml().as_bytes())
     }
 
-    /// Takes away what a kill left of a run's own files while they were being written.
+    /// Removes the run's temporary files that a killed process left.
     fn clear(&self) {
         let own = ["config.toml", "manifest.json", "episodes.csv", "eval.csv", "progress.csv", "curves.", "DONE"];
         for file in fs_err::read_dir(&self.path).into_iter().flatten().flatten() {
             let name = file.file_name().to_string_lossy().into_owned();
             if name.ends_with(".tmp") && own.iter().any(|own| name.starts_with(own)) {
-                // It does no harm where it stays.
+                // A file that cannot be removed does no harm.
                 let _ = fs_err::remove_file(file.path());
             }
         }
@@ -172,7 +172,7 @@ impl RunFolder {
         if self.is_done(config) {
             State::Done
         } else if File::open(self.lock()).is_ok_and(held) {
-            // Perhaps without a configuration yet: prior data is collected first.
+            // There may be no configuration yet, because prior data is collected first.
             State::Running
         } else if !self.config().exists() {
             State::New
@@ -188,27 +188,28 @@ impl RunFolder {
             && stored.is_ok_and(|stored| stored.steps >= config.steps && stored.hash() == config.hash())
     }
 
-    /// Whether this run was taken on to more steps than those of `config`, though it may not have come there yet.
+    /// Whether this run was extended to more steps than those of `config` and has passed these, though it may not have
+    /// reached its new end.
     pub fn has_come_past(&self, config: &RunConfig) -> bool {
         let stored = RunConfig::resolve(Some(&self.config()), &[]);
         stored.is_ok_and(|stored| stored.steps > config.steps && stored.hash() == config.hash())
-            // An episode's row comes after the evaluations within it.
+            // An episode's row is written after those of the evaluations within it.
             && last_step(&self.episodes()).is_ok_and(|step| step >= config.steps)
     }
 
-    /// A run is taken on from its checkpoint. Without one it would begin anew and cut off its tables: only what was killed
-    /// before its first checkpoint may do that, not a folder out of which the checkpoint was taken. A checkpoint is saved after so many
-    /// actions or minutes, whichever come first, at the end of an episode.
+    /// Fails if the run's checkpoint was removed. Without a checkpoint a run begins anew and cuts off its tables, which
+    /// is allowed only to a run that was killed before its first checkpoint. A checkpoint is saved at the end of an
+    /// episode, after so many actions or minutes, whichever come first.
     fn can_go_on(&self, config: &RunConfig) -> Result<()> {
         if self.is_done(config) || Checkpoint::exists(&self.checkpoint()) {
             return Ok(());
         }
         let reached = last_step(&self.episodes())?;
         if reached == 0 && !self.done().exists() && last_step(&self.progress())? <= u64::from(config.env.horizon) {
-            // There was no end of an episode yet, at which a checkpoint could have been taken.
+            // No episode has ended yet, so there was no time for a checkpoint.
             return Ok(());
         }
-        // The interval between checkpoints with which the run was begun counts: it may be resumed with another.
+        // The interval with which the run was begun counts: it may be resumed with another.
         let begun = RunConfig::resolve(self.config().exists().then_some(self.config()).as_deref(), &[])?;
         let before_the_first = reached <= begun.checkpoint_every + u64::from(config.env.horizon)
             && learned_for_s(&self.progress(), begun.learner.prior_episodes > 0)?
@@ -221,7 +222,7 @@ impl RunFolder {
         Ok(())
     }
 
-    /// Locked by the process at work.
+    /// The file that the process at work locks.
     fn lock(&self) -> PathBuf {
         self.path.join("lock")
     }
@@ -246,7 +247,7 @@ impl RunFolder {
         self.path.join("eval.csv")
     }
 
-    /// What `evaluate --disturb` may leave: the episodes of its policy under each of a grid of disturbances.
+    /// Where `evaluate --disturb` may write its episodes under each of a grid of disturbances.
     pub fn disturbed(&self) -> PathBuf {
         self.path.join("disturbed.csv")
     }
@@ -277,8 +278,8 @@ impl RunFolder {
     }
 }
 
-/// How long a run had learned at the last row of its progress (s), 0 without one; after a script only since the first row, as the script may
-/// have played for longer than any interval between checkpoints.
+/// Time (s) that a run had learned at the last row of `progress`, 0 without a row. After a script's episodes it counts
+/// from the first row, because the script may have played for longer than the interval between checkpoints.
 fn learned_for_s(progress: &Path, after_script: bool) -> Result<f64> {
     if !progress.exists() {
         return Ok(0.0);

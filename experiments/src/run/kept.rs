@@ -1,4 +1,4 @@
-//! A policy by itself: a zip archive with what of a run's folder is needed to play it, which is how `archive` keeps it.
+//! A kept policy: a zip file with those files of a run's folder that are needed to play the policy. `archive` writes it.
 
 use std::io::{Cursor, Read, Write};
 use std::path::Path;
@@ -10,7 +10,7 @@ use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
 use crate::run::which::Which;
 
-/// Longest of the files when it is unpacked (bytes).
+/// Maximum size of an unpacked file (bytes).
 const LONGEST: u64 = 256 << 20;
 
 /// Folder of a checkpoint, as archivers list it.
@@ -29,11 +29,11 @@ pub fn is_kept(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending == "zip") && !path.is_dir()
 }
 
-/// Keeps a policy of the run in `folder` as `archive`, in place of one that is there. The same run gives the same bytes: no file
-/// has a time.
+/// Writes a policy of the run in `folder` to `archive`, and replaces an existing file. The files in it have no time, so
+/// that the same run gives the same bytes.
 ///
 /// # Errors
-/// If the run has no such policy, or the disk does not take it.
+/// If the run has no such policy, or the file cannot be written.
 pub fn pack(folder: &Path, which: Which, archive: &Path) -> Result<()> {
     let mut zip = ZipWriter::new(Cursor::new(vec![]));
     for name in files(which) {
@@ -61,7 +61,7 @@ pub fn is_whole(archive: &Path) -> bool {
     read().is_ok()
 }
 
-/// Whether `archive` is one of that checkpoint; a damaged one is of none.
+/// Whether `archive` holds the checkpoint `which`; a damaged archive holds none.
 pub fn holds(archive: &Path, which: Which) -> bool {
     let zip = fs_err::File::open(archive).ok().and_then(|file| ZipArchive::new(file).ok());
     zip.is_some_and(|zip| held(&zip) == which)
@@ -88,7 +88,7 @@ pub fn unpack(zip: fs_err::File, to: &Path) -> Result<Which> {
         if folders.contains(&name) {
             continue;
         }
-        // No other name is written to: not one with `..` in it either.
+        // Only the wanted names are written, so that a name with `..` cannot leave the folder.
         let Some(place) = missing.iter().position(|wanted| *wanted == name) else {
             bail!("has {name:?}; wanted are {}, each once", wanted.join(", "))
         };

@@ -13,8 +13,7 @@ use crate::run::folder::RunFolder;
 use crate::run::rollout::sizes;
 use crate::run::seeds::sub_seed;
 
-/// What a checkpoint holds beside the learner. Checkpoints are taken between episodes, so
-/// that no simulation state has to be saved.
+/// What a checkpoint holds besides the learner. Checkpoints are taken between episodes, so that no simulation state has to be saved.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Counters {
     pub step: u64,
@@ -25,7 +24,7 @@ pub(super) struct Counters {
     pub spent: Spent,
 }
 
-/// What learns, what it has seen, and how far it is.
+/// The learner, its replay buffer and its counters.
 pub(super) struct Learner {
     pub sac: Sac,
     pub replay: Replay,
@@ -33,7 +32,7 @@ pub(super) struct Learner {
 }
 
 impl Learner {
-    /// One that has learned nothing, for `env`.
+    /// A new learner for `env`.
     pub fn new(config: &RunConfig, env: &Env) -> Result<Self> {
         let counters = Counters {
             step: 0,
@@ -46,7 +45,7 @@ impl Learner {
         Ok(Self { sac, replay: Replay::new(&config.learner, sizes(env)), counters })
     }
 
-    /// The one of the folder's last checkpoint; the episodes of `env` go on from there.
+    /// The learner of the folder's last checkpoint. The episodes of `env` continue from there.
     pub fn load(config: &RunConfig, folder: &RunFolder, env: &mut Env) -> Result<Self> {
         let saved = Checkpoint::load(&folder.checkpoint(), &config.learner, sizes(env))?;
         let at = || folder.checkpoint().display().to_string();

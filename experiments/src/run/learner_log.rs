@@ -51,7 +51,7 @@ impl LearnerLog {
     }
 }
 
-/// Means of what is added together.
+/// Means of N numbers that are added in turn.
 struct Means<const N: usize> {
     sums: [f64; N],
     count: u64,

@@ -8,7 +8,7 @@ use crate::config::RunConfig;
 use crate::run::clock::Spent;
 use crate::run::folder::RunFolder;
 
-/// What took a run on.
+/// A process that resumed a run.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Continuation {
     /// From this training action on.
@@ -31,7 +31,7 @@ pub struct Manifest {
     pub command: Vec<String>,
     /// Commit of the checkout the program was built in, with `-dirty` if it was changed.
     pub commit: String,
-    /// Who took the run on after an interruption, if it was another program, another command or another kernel.
+    /// The processes that resumed the run with another commit, command or kernel than before.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub continued: Vec<Continuation>,
     /// Hash of the configuration.
@@ -40,8 +40,8 @@ pub struct Manifest {
     pub seed: u64,
     /// Processor model.
     pub cpu: String,
-    /// The learner's `kernels`, and what libtorch's MKL says of those that it took; empty in older manifests. Another kernel gives other
-    /// last bits.
+    /// The learner's setting `kernels`; `kernel` is what libtorch's MKL says that it took. Both are empty in older
+    /// manifests. Another kernel changes the last bits of numbers.
     #[serde(default)]
     pub kernels: String,
     /// See `kernels`.
@@ -53,7 +53,7 @@ pub struct Manifest {
     pub started_unix_s: u64,
     /// `running`, `stopped`, `failed` or `done`; a run that was killed stays `running`.
     pub status: String,
-    /// In this and earlier parts of the run.
+    /// Time of all processes that trained the run.
     #[serde(flatten)]
     pub spent: Spent,
 }
@@ -62,17 +62,17 @@ impl RunFolder {
     /// Writes the manifest.
     ///
     /// # Errors
-    /// If the disk does not take it.
+    /// If it cannot be written.
     pub fn write_manifest(&self, manifest: &Manifest) -> Result<()> {
         let path = self.path().join("manifest.json");
         let text = serde_json::to_string_pretty(manifest).context("manifest")?;
         file::replace(&path, (text + "\n").as_bytes())
     }
 
-    /// The manifest of a run that begins at `step`, or goes on from there; also written.
+    /// Writes and returns the manifest of a run that begins, or resumes at `step`.
     ///
     /// # Errors
-    /// If there is one and it is damaged or of another configuration, or the disk does not take it.
+    /// If an existing manifest is damaged or has another configuration, or if it cannot be written.
     pub fn begin_manifest(&self, config: &RunConfig, step: u64) -> Result<Manifest> {
         let mut manifest = Manifest::start(config);
         if step > 0 {
@@ -81,7 +81,7 @@ impl RunFolder {
             let last = manifest.continued.last();
             let begun = (&manifest.commit, &manifest.command, &manifest.kernel);
             let known = last.map_or(begun, |last| (&last.commit, &last.command, &last.kernel));
-            // Another program may know other settings.
+            // Another version of the program may have other settings, and so another hash.
             let same_program = *known.0 == commit && manifest.version == env!("CARGO_PKG_VERSION");
             ensure!(
                 !same_program || manifest.config_hash == config.hash(),
@@ -117,7 +117,7 @@ impl Manifest {
         commits.join(" ")
     }
 
-    /// Of a run of which nothing is known.
+    /// The manifest of a run of which only the seed is known.
     pub fn unknown(seed: u64) -> Self {
         Manifest {
             schema: 1,
@@ -136,8 +136,7 @@ impl Manifest {
         }
     }
 
-    /// The manifest of a run that starts now. Its learner has to be made before: `kernel` tells what libtorch chose for
-    /// it.
+    /// The manifest of a run that starts now. The learner has to be made before, because `kernel` is what libtorch chose for it.
     pub fn start(config: &RunConfig) -> Self {
         let since_1970 = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
         Manifest {

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
-/// The bytes that a file of this name has for `bytes`: compressed if the name says so.
+/// The content of the file `path` for `bytes`: compressed if the name ends in `.zst`.
 ///
 /// # Errors
-/// If there is no memory for it.
+/// If the compression fails.
 pub fn packed(path: &Path, bytes: Vec<u8>) -> Result<Vec<u8>> {
     // Small rather than fast: a table is written once.
     const LEVEL: i32 = 19;
@@ -20,7 +20,7 @@ pub fn packed(path: &Path, bytes: Vec<u8>) -> Result<Vec<u8>> {
 /// The text in a file.
 ///
 /// # Errors
-/// If it is missing or no text, or not compressed where its name says so.
+/// If the file is missing, is not text, or is not compressed although its name ends in `.zst`.
 pub fn text(path: &Path) -> Result<String> {
     if !is_packed(path) {
         return Ok(fs_err::read_to_string(path)?);

@@ -15,14 +15,14 @@ pub struct Playable {
     pub folder: RunFolder,
     /// Its configuration: a file, or an archive that has it.
     pub config: PathBuf,
-    /// Of a kept policy: which of its run's checkpoints it is.
+    /// For a kept policy, which of its run's checkpoints it is.
     pub kept: Option<Which>,
-    /// Of a kept policy the archive, and where it is unpacked until this is dropped.
+    /// For a kept policy, the zip file and the folder to which it is unpacked until this is dropped.
     unpacked: Option<(PathBuf, TempDir)>,
 }
 
 impl Playable {
-    /// That of a run's folder or of a kept policy.
+    /// Opens a run's folder or a kept policy.
     ///
     /// # Errors
     /// If `path` is neither, or the archive is damaged or has other files.
@@ -39,7 +39,7 @@ impl Playable {
         Ok(Playable { folder, config: path.into(), kept: Some(which), unpacked: Some((path.into(), to)) })
     }
 
-    /// An error that may name the folder to which an archive was unpacked, of which the user knows nothing.
+    /// The error with the zip file's name in place of the temporary folder to which it was unpacked, which the user does not know.
     pub fn named(&self, error: Error) -> Error {
         match &self.unpacked {
             Some((archive, to)) => {

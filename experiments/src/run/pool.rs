@@ -20,11 +20,11 @@ use crate::run::stop::{self, Stop};
 
 /// A program to run.
 pub struct Job {
-    /// What a person calls it.
+    /// Its name in messages.
     pub name: String,
     /// What to run.
     pub command: Command,
-    /// Where its output goes, after what is there already; its folder is made.
+    /// The file to which its output is appended; the file's folder is made.
     pub log: PathBuf,
 }
 
@@ -34,32 +34,32 @@ pub struct Ended {
     pub name: String,
     /// Its exit code, 126 if it could not be started; `None` if a signal killed it.
     pub code: Option<i32>,
-    /// Whether SIGKILL ended it, from elsewhere or from here as its time was over. That says nothing about its work.
+    /// Whether SIGKILL ended it, sent by another program or by the pool after the limit. This is no sign of an error in the job.
     pub killed: bool,
     /// Where its output is.
     pub log: PathBuf,
-    /// The last error it told of, or its last words.
+    /// The last error in its output, or else the last line.
     pub words: String,
 }
 
 /// How jobs are run.
 pub struct Pool<'a> {
-    /// At the same time.
+    /// Maximum number of jobs at the same time.
     pub parallel: usize,
-    /// After so long a job is asked to stop.
+    /// Time after which a job is asked to stop.
     pub limit: Option<Duration>,
-    /// What it has left then to save itself: it is killed after that.
+    /// Further time after which the job is killed.
     pub grace: Duration,
     /// The folder in which all jobs work: no job is begun when it is no longer there.
     pub out: &'a Place,
-    /// Whether somebody asks to stop.
+    /// Whether a stop is requested.
     pub stop: &'a Stop,
 }
 
 struct Running {
     name: String,
     begun: Instant,
-    /// When it was asked to stop because its time was over.
+    /// When it was asked to stop because of the limit.
     asked: Option<Instant>,
     child: Child,
     log: PathBuf,
@@ -71,21 +71,21 @@ struct Running {
 /// The code that a shell gives to what cannot be started.
 const NOT_STARTED: Option<i32> = Some(126);
 
-/// Last words of a job that was killed as its time was over.
+/// Last words of a job that was killed after its limit.
 pub const TOO_LATE: &str = "was over its limit of time, did not save itself and was killed";
 
-/// How often children are looked after.
+/// Interval at which child processes are checked.
 const POLL: Duration = Duration::from_millis(200);
 
-/// Runs all jobs and returns how each ended. When a stop is asked for, those running are asked to stop and no other is begun. One that cannot
-/// be started hides no other.
+/// Runs all jobs and returns how each ended. If a stop is requested, the running jobs are asked to stop and no other is
+/// begun. A job that cannot be started does not stop the others.
 pub fn run(jobs: Vec<Job>, pool: &Pool) -> Vec<Ended> {
     let Pool { parallel, stop, .. } = *pool;
     let progress = PoolProgress::new(jobs.len());
     let mut waiting = jobs.into_iter();
     let (mut running, mut ended) = (vec![], vec![]);
     let mut asked = false;
-    // A launcher may have SIGCHLD ignored. The system would then remove ended children before their exit code is read.
+    // A launcher may have set SIGCHLD to be ignored. The system would then remove ended children before their exit code is read.
     let _ = flag::register(SIGCHLD, Arc::default());
     loop {
         while running.len() < parallel && !stop.requested() {
@@ -137,15 +137,15 @@ pub fn run(jobs: Vec<Job>, pool: &Pool) -> Vec<Ended> {
 }
 
 impl Running {
-    /// A job that somebody has halted with a signal is set going too, so that it can save itself.
+    /// Asks the job to stop. A job that was suspended with SIGSTOP is continued, so that it can save a checkpoint.
     fn ask_to_stop(&self) {
         for signal in [Signal::TERM, Signal::CONT] {
-            // One that has just ended needs no asking.
+            // This fails if the job has just ended, which does no harm.
             let _ = kill_process(Pid::from_child(&self.child), signal);
         }
     }
 
-    /// Asks it to stop when its time is over, and kills it if it does not.
+    /// Asks it to stop after the limit, and kills it if it does not.
     fn keep_to(&mut self, limit: Duration, grace: Duration, progress: &PoolProgress) {
         match self.asked {
             None if self.begun.elapsed() > limit => {
@@ -154,7 +154,7 @@ impl Running {
                 self.ask_to_stop();
             }
             Some(asked) if asked.elapsed() > grace => {
-                // As before: it may have just ended.
+                // This too fails if the job has just ended.
                 let _ = self.child.kill();
             }
             _ => {}
@@ -172,21 +172,21 @@ fn start(Job { name, mut command, log }: Job, pool: &Pool, progress: &PoolProgre
     }
     let file = OpenOptions::new().create(true).append(true).open(&log)?.into_parts().0;
     let old = file.metadata()?.len() as usize;
-    // In a process group of its own, so that a terminal's Ctrl-C reaches it once: through us.
+    // In a process group of its own, so that Ctrl-C in a terminal reaches it only once, through this process.
     command.stdin(Stdio::null()).stdout(file.try_clone()?).stderr(file).process_group(0);
     die_with_us(&mut command);
     let child = command.spawn().with_context(|| name.clone())?;
     Ok(Running { bar: progress.begun(&name), name, begun: Instant::now(), asked: None, child, log, old })
 }
 
-/// Has the child asked to stop when we end, however we end: nobody else would look after it.
+/// Has the system send SIGTERM to the child when this process ends in any way: otherwise the child would go on without a sweep.
 fn die_with_us(command: &mut Command) {
     let us = getpid();
     let listen = move || {
         set_parent_process_death_signal(Some(Signal::TERM))?;
-        // As long as it has no handler the signal would end it: so the signal waits until it has one.
+        // Without a handler the signal would end the child at once, so it is held back until the child has one.
         stop::hold()?;
-        // We may have ended before the child could ask to be told.
+        // This process may have ended before the child asked for the signal.
         if getppid() == Some(us) { Ok(()) } else { Err(std::io::ErrorKind::BrokenPipe.into()) }
     };
     // SAFETY: between fork and exec only calls that are safe in a signal handler are allowed: these are bare system calls.
@@ -247,7 +247,7 @@ impl PoolProgress {
         if self.plain {
             program::tell(text);
         } else {
-            // A terminal that is gone is no error.
+            // A terminal that was closed is not an error.
             let _ = self.all.println(text);
         }
     }

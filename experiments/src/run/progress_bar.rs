@@ -20,7 +20,7 @@ pub struct RunProgress<'a> {
     /// The last evaluation, or the start: its time and action.
     since: Instant,
     since_step: Option<u64>,
-    /// Actions per second up to it. None before the first: the random actions at the start are quicker.
+    /// Actions per second up to the last evaluation. `None` before the first, because the random actions at the start are quicker.
     rate: Option<f64>,
     recent: Vec<f64>,
 }
@@ -112,7 +112,7 @@ mod tests {
 
     use super::*;
 
-    /// Nothing wraps at 80 columns.
+    /// A line fits into 80 columns.
     #[test]
     fn a_line_fits_a_terminal() {
         let outcome = Outcome::default().with(&[("return", Cell::Real(-1435.26)), ("success", Cell::Flag(true))]);

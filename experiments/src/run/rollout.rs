@@ -12,7 +12,7 @@ use tasks::{Env, Outcome, play};
 use crate::config::RunId;
 use crate::run::rows::{EvaluationKey, SCHEMA};
 
-/// Whoever chooses the actions.
+/// What chooses the actions.
 #[derive(Clone)]
 pub enum Policy {
     /// A trained network.
@@ -70,7 +70,7 @@ pub fn learner_view(env: &Env, scaled: bool) -> Vec<f32> {
     observation
 }
 
-/// What its critics see, as the replay memory keeps it: the observation, then what only they see.
+/// What the learner's critics see, as the replay buffer stores it: the observation, then what critics alone see.
 pub fn critics_view(env: &Env, scaled: bool) -> Vec<f32> {
     let mut seen = learner_view(env, scaled);
     let policy = seen.len();
@@ -81,7 +81,7 @@ pub fn critics_view(env: &Env, scaled: bool) -> Vec<f32> {
     seen
 }
 
-/// What a learner in `env` deals with.
+/// Lengths of observation, critics' part and action in `env`.
 pub fn sizes(env: &Env) -> Sizes {
     Sizes {
         observation: env.observation_components().len(),
@@ -90,7 +90,7 @@ pub fn sizes(env: &Env) -> Sizes {
     }
 }
 
-/// Plays an episode from each of `starts`; `write` gets a row for it as it ends. Returns the outcomes.
+/// Plays an episode from each of `starts`; `write` gets a row for each episode as it ends. Returns the outcomes.
 ///
 /// # Errors
 /// If a row cannot be written.

@@ -1,5 +1,5 @@
-//! The tables a run leaves behind, one row type per file. What each column means stands in
-//! `docs/columns.md`. No wall-clock time but in `progress.csv`: the same seed gives the same bytes.
+//! The tables of a run, one row type per file. What each column means stands in `docs/columns.md`. Clock times are in
+//! `progress.csv` alone: in the other tables the same seed gives the same bytes.
 
 use std::sync::LazyLock;
 
@@ -45,13 +45,13 @@ pub struct EvaluationKey {
     pub episode_seed: u64,
 }
 
-/// In hexadecimal: a spreadsheet rounds a number of more than 15 digits.
+/// Written in hexadecimal, because a spreadsheet rounds a number of more than 15 digits.
 fn as_text<S: Serializer>(seed: &u64, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_str(&format_args!("{seed:#018x}"))
 }
 
-/// One row of `progress.csv`: the clock, and the learner, averaged over the updates since the last row; empty cells if
-/// there was none.
+/// One row of `progress.csv`: times, and the learner's numbers averaged over the updates since the last row; empty cells
+/// if there was no update.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "documented once, in docs/columns.md")]
 pub struct ProgressRow {

@@ -1,4 +1,4 @@
-//! Every stream of random numbers of a run, by name: adding one does not shift the others.
+//! Seeds of a run's streams of random numbers, each by its name, so that a new stream does not change the others.
 
 /// Sub-seed of `stream` in the run with `seed`; `index` counts within the stream.
 pub fn sub_seed(seed: u64, stream: &str, index: u64) -> u64 {
@@ -8,14 +8,15 @@ pub fn sub_seed(seed: u64, stream: &str, index: u64) -> u64 {
     u64::from_le_bytes(bytes)
 }
 
-/// Seed of the `index`-th episode of the `evaluation`-th evaluation while a run learns: the same for every run and action
-/// space, so that differences are paired, and other ones each time, so that a mean over evaluations is one over starts.
+/// Seed of the `index`-th episode of the `evaluation`-th evaluation in training. All runs and action spaces have the same
+/// starts, so that differences are paired. Each evaluation has others, so that a mean over evaluations is a mean over
+/// starts.
 pub fn training_evaluation_seed(evaluation: u64, index: u32) -> u64 {
     sub_seed(evaluation, "evaluation while learning", u64::from(index))
 }
 
-/// Seed of the `index`-th evaluation episode of programs that do not train: the same for every policy and action space,
-/// and none by which a checkpoint was chosen.
+/// Seed of the `index`-th evaluation episode of programs that do not train. All policies and action spaces have the same
+/// starts, and no checkpoint was chosen by them.
 pub fn evaluation_seed(index: u32) -> u64 {
     sub_seed(0, "evaluation", u64::from(index))
 }

@@ -1,4 +1,4 @@
-//! Who plays, and where: a trained run, the scripted expert or chance.
+//! What plays, and where: a trained run, the scripted expert or random actions.
 
 use std::path::{Path, PathBuf};
 
@@ -53,15 +53,15 @@ pub struct Player {
     pub policy: Policy,
     /// Which checkpoint of a run it is.
     pub checkpoint: Option<Which>,
-    /// Training actions that the policy has seen.
+    /// Training actions after which the policy was saved.
     pub step: u64,
-    /// The first setting that is not as it was in training, in words.
+    /// The first setting that differs from training, in words.
     pub changed: Option<String>,
 }
 
 impl SourceArgs {
-    /// Who plays beside this one: in another action space, named by `what`, the same script or
-    /// chance; or the trained policy of the run folder or kept policy `what`.
+    /// The player of a second episode. If `what` names an action space, the same script or random actions play in it.
+    /// Otherwise the trained policy of the run folder or kept policy `what` plays.
     ///
     /// # Errors
     /// If `what` is neither, or a trained policy is asked to play in another action space.
@@ -131,7 +131,7 @@ pub struct Trained {
 }
 
 impl Trained {
-    /// That of a run's folder or of a kept policy, with its checkpoint `which`: unless said the best one, or the one that is kept.
+    /// Opens a run's folder or a kept policy with its checkpoint `which`, by default the best one, or the one that was kept.
     ///
     /// # Errors
     /// If the run or its checkpoint is missing or damaged.
@@ -162,10 +162,10 @@ impl Trained {
         }
     }
 
-    /// The policy, to play in `env`, which is that of the run `id`, and the training actions that it has seen.
+    /// The policy, to be played in `env`, the environment of the run `id`; and the training actions after which it was saved.
     ///
     /// # Errors
-    /// If it is damaged or was trained for something else.
+    /// If the policy is damaged or was trained for another task or space.
     pub fn policy(&self, env: &Env, id: &RunId, act: Act) -> Result<(Policy, u64)> {
         let sizes = (env.observation_components().len(), env.action_dim());
         let (actor, record) = Actor::load(&self.checkpoint(), sizes.0, sizes.1, self.config.seed)
@@ -182,7 +182,8 @@ impl Trained {
 /// The configuration of an existing run with flags on top.
 ///
 /// # Errors
-/// As [`EnvArgs::resolve`]; also if there is a file or a key that is not the environment's: the run has its own.
+/// As [`EnvArgs::resolve`]; also if a flag names a file or a key that is not the environment's, because the run has its
+/// own configuration.
 fn on_top_of(of_run: &Path, env: &EnvArgs) -> Result<RunConfig> {
     if env.settings.config.is_some() {
         return Err(bad("--config cannot be combined with --run: the run has its own configuration".into()));

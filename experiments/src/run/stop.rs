@@ -1,5 +1,5 @@
-//! Ctrl-C, SIGTERM and a terminal that goes away (SIGHUP) ask a run to save itself; Ctrl-C after that kills it. A second SIGTERM
-//! does not: a scheduler sends one to every process of a job, and so does the sweep that started the run.
+//! Ctrl-C, SIGTERM and a closed terminal (SIGHUP) ask a run to save a checkpoint and end; Ctrl-C after that kills it. A
+//! second SIGTERM does not: a scheduler sends one to every process of a job, and so does the sweep that started the run.
 
 use std::io::Result;
 use std::sync::Arc;
@@ -8,18 +8,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::flag;
 
-/// Whether somebody asked to stop.
+/// Whether a signal asked to stop.
 #[derive(Clone, Default)]
 pub struct Stop(Arc<AtomicBool>);
 
 impl Stop {
-    /// Listens from now on, and hears what [`hold_signals`](crate::hold_signals) has held back.
+    /// Handles the signals from now on, including those that [`hold_signals`](crate::hold_signals) has held back.
     ///
     /// # Errors
     /// If the system refuses the handlers.
     pub fn on_signals() -> Result<Self> {
         let stop = Stop::default();
-        // Before the next two: the first signal finds the flag unset and only sets it.
+        // Registered before the handlers that set the flag, so that the first Ctrl-C finds the flag unset and only sets it.
         flag::register_conditional_shutdown(SIGINT, 128 + SIGINT, Arc::clone(&stop.0))?;
         flag::register(SIGINT, Arc::clone(&stop.0))?;
         flag::register(SIGTERM, Arc::clone(&stop.0))?;
@@ -50,8 +50,8 @@ fn set_held(how: libc::c_int) -> Result<()> {
     if failed == 0 { Ok(()) } else { Err(std::io::Error::from_raw_os_error(failed)) }
 }
 
-/// Holds back the signals that ask to stop, until [`Stop::on_signals`]: a program that is started calls it before anything else, and so
-/// does what starts one. Nothing but system calls that are safe between fork and exec.
+/// Holds back the signals that ask to stop, until [`Stop::on_signals`]. A program calls it before anything else, and so
+/// does a pool in the child that it starts. It makes only system calls that are safe between fork and exec.
 ///
 /// # Errors
 /// If the system refuses.
@@ -59,8 +59,8 @@ pub fn hold() -> Result<()> {
     set_held(libc::SIG_BLOCK)
 }
 
-/// Has a program hold back the signals that ask to stop from its first moment on: libtorch takes a fifth of a second before `main`, in which
-/// they would end it as if it knew of none.
+/// Has a program hold back the signals that ask to stop from its start on. Loading libtorch takes a fifth of a second
+/// before `main`, in which such a signal would end the program.
 #[macro_export]
 macro_rules! hold_signals {
     () => {
@@ -69,7 +69,7 @@ macro_rules! hold_signals {
         #[unsafe(link_section = ".preinit_array")]
         static HOLD_SIGNALS: extern "C" fn() = {
             extern "C" fn hold() {
-                // Where the system refuses, they end the program as before.
+                // If the system refuses, such a signal ends the program.
                 let _ = $crate::run::stop::hold();
             }
             hold

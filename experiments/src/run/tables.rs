@@ -1,4 +1,4 @@
-//! The tables of a run, as far as a checkpoint has seen them.
+//! The tables of a run, up to the action of its checkpoint.
 
 use anyhow::{Result, bail, ensure};
 use tasks::Outcome;
@@ -9,7 +9,7 @@ use crate::run::csv_writer::{CsvWriter, DIGITS, cut_after, last_step, rounded, t
 use crate::run::folder::RunFolder;
 use crate::run::rows::{EvaluationKey, ProgressRow, TrainingKey};
 
-/// Those that a run writes.
+/// The tables that a run writes.
 pub(super) struct Tables {
     pub(super) episodes: CsvWriter,
     pub(super) eval: CsvWriter,
@@ -17,7 +17,8 @@ pub(super) struct Tables {
 }
 
 impl Tables {
-    /// Whether those of `folder` have all the rows up to `step`, where a checkpoint has seen so many `episodes`, in our columns.
+    /// Checks that the tables of `folder` have this program's columns and all rows up to `step`, at which the checkpoint
+    /// had counted so many `episodes`.
     pub(super) fn can_go_on(folder: &RunFolder, config: &RunConfig, step: u64, episodes: u64) -> Result<()> {
         let table = folder.episodes();
         takes(&table, (TrainingKey::default(), Outcome::default()))?;
@@ -46,7 +47,7 @@ impl Tables {
         Ok(())
     }
 
-    /// Those of `folder` up to `step`: rows from after it will be written again.
+    /// Opens the tables of `folder` up to `step`. Later rows are cut off and will be written again.
     pub(super) fn going_on(folder: &RunFolder, config: &RunConfig, step: u64) -> Result<Self> {
         let open = |path, step| {
             cut_after(path, step)?;
@@ -65,10 +66,10 @@ impl Tables {
     }
 }
 
-/// Whether every row of a table is of this run, as far as its columns tell.
+/// Checks that every row of a table is of this run, as far as its columns tell.
 ///
 /// # Errors
-/// If one is of another.
+/// If a row is of another run.
 pub fn of_run(table: &CsvTable, config: &RunConfig) -> Result<()> {
     let RunId { task, space, seed, .. } = RunId::of(config);
     for (column, ours) in [("task", task), ("space", rounded(&space, DIGITS)), ("seed", seed.to_string())] {
@@ -80,7 +81,8 @@ pub fn of_run(table: &CsvTable, config: &RunConfig) -> Result<()> {
     Ok(())
 }
 
-/// The last action at which a run that has come to `step` was evaluated, but for one at its end.
+/// The action of the last regular evaluation of a run that has come to `step`. The extra evaluation at the end of a short
+/// run does not count.
 fn evaluated(config: &RunConfig, step: u64) -> u64 {
     step / config.evaluate_every * config.evaluate_every
 }

@@ -53,7 +53,7 @@ pub enum Ending {
     Stopped,
 }
 
-/// What the last checkpoint says of itself.
+/// The record in the last checkpoint.
 #[derive(Serialize)]
 struct LastRecord<'a> {
     #[serde(flatten)]
@@ -62,7 +62,7 @@ struct LastRecord<'a> {
     counters: &'a Counters,
 }
 
-/// What the checkpoint of the best evaluation says of itself.
+/// The record in the checkpoint of the best evaluation.
 #[derive(Serialize)]
 struct BestRecord {
     #[serde(flatten)]
@@ -83,15 +83,15 @@ struct Run<'a> {
     prior: Option<Replay>,
     counters: Counters,
     saved_step: u64,
-    /// After how many actions the best policy was kept, if that was after the last checkpoint: the run was killed between the two. Going on
-    /// repeats that evaluation, and its policy replaces the kept one even if it returns less. Otherwise the kept policy would be one whose
-    /// evaluation `eval.csv` no longer has.
+    /// The action at which the best policy was kept, if that is after the last checkpoint: the run was killed between the
+    /// two. The resumed run repeats that evaluation, and its policy replaces the kept one even if it returns less.
+    /// Otherwise `eval.csv` would lack the evaluation of the kept policy.
     best_ahead: Option<u64>,
     tables: Tables,
     board: Option<TensorBoard>,
     log: LearnerLog,
     clock: Clock,
-    /// When it began, went on or was saved last.
+    /// When the run began, was resumed or was last saved.
     saved: Instant,
 }
 
@@ -156,7 +156,7 @@ pub fn train(
     let ending = ending.with_context(|| format!("{}", folder.path().display()))?;
     written?;
     if matches!(ending, Ending::Done) {
-        // This file is written last: where it is, the others are whole.
+        // Written last: if this file exists, the others are complete.
         file::replace(&folder.done(), b"")?;
     }
     Ok(ending)
@@ -178,7 +178,8 @@ fn best_step(folder: &RunFolder, env: &Env) -> Result<Option<u64>> {
 }
 
 impl<'a> Run<'a> {
-    /// Nothing in the folder changes before all that it needs has been read. `None` if somebody asks to stop meanwhile.
+    /// Begins or resumes a run. Nothing in the folder changes before all that the run needs has been read. `None` if a
+    /// stop is requested meanwhile.
     fn start(
         config: &'a RunConfig,
         folder: &'a RunFolder,
@@ -243,14 +244,14 @@ impl<'a> Run<'a> {
             }
         }
         if self.counters.best_return.is_none() {
-            // Too short a run for an evaluation on the way.
+            // The run was too short for a regular evaluation.
             self.evaluate(progress)?;
         }
         self.save()?;
         Ok(Ending::Done)
     }
 
-    /// An episode, with all that is learned, logged and evaluated meanwhile.
+    /// Plays an episode, and learns, logs and evaluates meanwhile.
     fn play_episode(&mut self, stop: &Stop, progress: &mut RunProgress) -> Result<Episode> {
         let scaled = self.config.learner.scaled_observations;
         let mut action = vec![0.0f32; self.env.action_dim()];
@@ -269,7 +270,7 @@ impl<'a> Run<'a> {
             episode.add(step);
             self.learn()?;
             let evaluates = self.counters.step.is_multiple_of(self.config.evaluate_every);
-            // An evaluation has the time of the row for the same action, so the row is written first.
+            // Reports take an evaluation's time from the row for the same action, so the row is written first.
             if evaluates || self.counters.step.is_multiple_of(LOG_EVERY) {
                 self.write_progress()?;
             }
@@ -356,7 +357,7 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Whether to save now, at the end of an episode that took so long, as the next end may be too late.
+    /// Whether to save now, at the end of an episode that took the time `episode`: the end of the next one may be too late.
     fn is_time_to_save(&self, episode: Duration) -> bool {
         self.counters.step - self.saved_step >= self.config.checkpoint_every
             || (self.saved.elapsed() + episode).as_secs_f64() > 60.0 * self.config.checkpoint_minutes
@@ -364,7 +365,7 @@ impl<'a> Run<'a> {
 
     fn save(&mut self) -> Result<()> {
         self.lock.holds()?;
-        // A checkpoint whose rows a power loss took away could not be gone on from.
+        // Rows reach the disk before the checkpoint: a checkpoint whose rows were lost in a power cut could not be resumed.
         self.tables.sync()?;
         self.counters.episode_stream = self.env.episode_stream();
         self.counters.spent = self.clock.spent();

@@ -12,7 +12,7 @@ pub enum Which {
 }
 
 impl Which {
-    /// Its folder, in `checkpoints` of the run's.
+    /// Name of its folder, in the run's folder `checkpoints`.
     pub fn name(self) -> &'static str {
         match self {
             Which::Best => "best",

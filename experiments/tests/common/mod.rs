@@ -18,7 +18,7 @@ pub fn train(out: &Path) -> Command {
     train_for(2000, out)
 }
 
-/// The same, longer or shorter.
+/// The same run with `steps` actions.
 pub fn train_for(steps: u64, out: &Path) -> Command {
     let mut command = program("train");
     command.args(["--seed", "7", "--quiet", "--set", "evaluate_every=1000", "--steps", &steps.to_string()]);
@@ -42,45 +42,45 @@ pub fn few(steps: u64) -> String {
     )
 }
 
-/// How far the runs of a sweep are, by its own list.
+/// The states of a sweep's runs, as `sweep --list` prints them.
 pub fn states(file: &Path, out: &Path) -> Vec<String> {
     let output = program("sweep").arg(file).arg("--list").arg("--out").arg(out).output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
     text.lines().skip(1).map(|line| line.split_whitespace().nth(4).unwrap().to_string()).collect()
 }
 
-/// A program at work; a test that fails half-way does not leave it behind.
+/// A running program, which is stopped if the test fails.
 pub struct Running(Child);
 
 pub fn start(command: &Command) -> Running {
     Running(std::process::Command::new(command.get_program()).args(command.get_args()).spawn().unwrap())
 }
 
-/// With its progress in a pipe whose reader has ended.
+/// Starts a program whose progress goes to a pipe without a reader.
 pub fn start_unheard(command: &Command) -> Running {
     let (_, deaf) = std::io::pipe().unwrap();
     let loud = command.get_args().filter(|argument| *argument != "--quiet");
     Running(std::process::Command::new(command.get_program()).args(loud).stderr(deaf).spawn().unwrap())
 }
 
-/// With its standard error in a file.
+/// Starts a program whose standard error goes to a file.
 pub fn start_loud(command: &Command, errors: &Path) -> Running {
     let file = std::fs::File::create(errors).unwrap();
     Running(std::process::Command::new(command.get_program()).args(command.get_args()).stderr(file).spawn().unwrap())
 }
 
 impl Running {
-    /// Its number.
+    /// Its process id.
     pub fn id(&self) -> u32 {
         self.0.id()
     }
 
-    /// Waits until it has ended by itself; its exit code.
+    /// Waits until it ends by itself; its exit code.
     pub fn ends(&mut self) -> Option<i32> {
         self.0.wait().unwrap().code()
     }
 
-    /// Waits until `done` says so, which the program is to bring about.
+    /// Waits until `done` is true, which the program has to bring about before it ends.
     pub fn wait_until(&mut self, what: &str, mut done: impl FnMut() -> bool) {
         let deadline = Instant::now() + Duration::from_secs(300);
         loop {
@@ -99,24 +99,24 @@ impl Running {
         self.wait_until(&format!("a row in {}", table.display()), || last_step(table).is_some());
     }
 
-    /// Ends it without a warning.
+    /// Ends it with SIGKILL.
     pub fn kill(&mut self) {
         self.0.kill().unwrap();
         self.0.wait().unwrap();
     }
 
-    /// Tells it something.
+    /// Sends it a signal.
     pub fn signal(&mut self, signal: Signal) {
         kill_process(Pid::from_child(&self.0), signal).unwrap();
     }
 
-    /// Takes its terminal away; its exit code.
+    /// Sends it SIGHUP, as a closed terminal does; its exit code.
     pub fn hang_up(&mut self) -> Option<i32> {
         self.signal(Signal::HUP);
         self.0.wait().unwrap().code()
     }
 
-    /// Asks it to stop, twice, as a scheduler and the sweep that started it would; its exit code.
+    /// Sends it SIGTERM twice, as a scheduler and the sweep that started it would; its exit code.
     pub fn stop(&mut self) -> Option<i32> {
         for _ in 0..2 {
             self.signal(Signal::TERM);
@@ -138,18 +138,18 @@ pub fn last_step(table: &Path) -> Option<f64> {
     Columns::read(table).ok()?.values("step").ok()?.last().copied()
 }
 
-/// What the program noted in a checkpoint, if that is there.
+/// The program's own record in a checkpoint, if the checkpoint exists.
 pub fn note(checkpoint: &Path) -> Option<serde_json::Value> {
     let state = std::fs::read(checkpoint.join("state.json")).ok()?;
     Some(serde_json::from_slice::<serde_json::Value>(&state).unwrap()["caller"].take())
 }
 
-/// A changed `state.json` without its checksum, as those of earlier programs are.
+/// A changed `state.json` without its checksum, which earlier versions did not write.
 pub fn unsummed(text: &str) -> String {
     text.lines().filter(|line| !line.contains("\"checksum\"")).map(|line| format!("{line}\n")).collect()
 }
 
-/// The same bytes in both folders.
+/// Asserts that the named files have the same bytes in both folders.
 pub fn assert_same(a: &Path, b: &Path, names: &[&str]) {
     for name in names {
         let [a, b] = [a, b].map(|folder| std::fs::read(folder.join(name)).unwrap());
@@ -157,7 +157,7 @@ pub fn assert_same(a: &Path, b: &Path, names: &[&str]) {
     }
 }
 
-/// A row of the replay memory.
+/// A row of the replay buffer.
 pub struct Stored {
     pub observation: Vec<f32>,
     pub action: Vec<f32>,
@@ -166,8 +166,8 @@ pub struct Stored {
     pub discount: f32,
 }
 
-/// The replay memory of a run's last checkpoint, laid out as `crates/sac/src/replay_file.rs` says; of a run so short that no segment of it
-/// is full.
+/// The replay buffer in a run's last checkpoint, laid out as `crates/sac/src/replay_file.rs` says. The run has to be so
+/// short that no segment of the buffer is full.
 pub fn stored(run: &Path) -> Vec<Stored> {
     let bytes = std::fs::read(run.join("checkpoints/last/replay.bin")).unwrap();
     let count = |n: usize| u64::from_le_bytes(bytes[8 + 8 * n..][..8].try_into().unwrap()) as usize;

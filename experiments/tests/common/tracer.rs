@@ -1,5 +1,5 @@
-//! Runs a program under `ptrace` and has one of its writes fail: the k-th of those system calls that change what is below a folder. The program is
-//! the one that people run; nothing in it knows of this.
+//! Runs a program under `ptrace` and has one of its writes fail: the k-th of those system calls that change something
+//! below a folder. The program itself is unchanged.
 
 use std::collections::HashSet;
 use std::ffi::OsString;
@@ -12,21 +12,22 @@ use std::process::{Command, ExitStatus, Stdio};
 
 use libc::{c_int, c_long, pid_t};
 
-/// What happens at the k-th write.
+/// The fault at the k-th write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault {
-    /// It fails, and the next succeeds (EIO).
+    /// The write fails (EIO), and later ones succeed.
     Once,
-    /// The disk is full from then on: half of it is written, and the rest and all that follows fails (ENOSPC). Files can be deleted and cut.
+    /// The disk is full from this write on: half of it is written, and all that follows fails (ENOSPC). Files can still
+    /// be deleted and cut.
     Full,
-    /// Half of it is written, and the process is killed.
+    /// Half of the write is done, and the process is killed.
     Kill,
 }
 
-/// What came of it.
+/// The result of a traced program.
 #[derive(Debug)]
 pub struct Traced {
-    /// Writes below the folder.
+    /// Number of writes below the folder.
     pub writes: u64,
     /// How the program ended.
     pub status: ExitStatus,
@@ -36,7 +37,7 @@ pub struct Traced {
     pub failed: Option<String>,
 }
 
-/// What a call takes: the argument that is an open file, or those that are a folder (if it has one) and a path in it.
+/// Which arguments of a call name the file: an open file (the first), a path, or a folder (if there is one) and a path in it.
 #[derive(Clone, Copy)]
 enum Target {
     Open,
@@ -103,7 +104,7 @@ pub fn run(mut command: Command, folder: &Path, fault: Option<(u64, Fault)>) -> 
         }
         // A new thread or process begins with a stop of its own, the first program with that of its exec.
         let ours = event != 0 || is_new && [libc::SIGSTOP, libc::SIGTRAP].contains(&signal);
-        // One that was killed meanwhile is no longer there.
+        // This fails if the process was killed meanwhile.
         let _ = request(libc::PTRACE_CONT, pid, if ours { 0 } else { signal as usize });
     }
     let mut text = String::new();
@@ -122,7 +123,7 @@ struct Tracer<'a> {
 }
 
 impl Tracer<'_> {
-    /// A call that the filter has stopped.
+    /// Handles a call at which the filter has stopped the process.
     fn call(&mut self, pid: pid_t) -> Result<()> {
         // SAFETY: plain numbers, for which zero is a value; the system fills them.
         let mut registers: libc::user_regs_struct = unsafe { std::mem::zeroed() };
@@ -160,7 +161,7 @@ impl Tracer<'_> {
                     Ok(())
                 }
             }
-            // The half that is left follows at once, and finds the process killed.
+            // The program writes the other half next, and is killed at that call.
             Fault::Kill if self.writes == at && is_write => halve(pid, registers),
             Fault::Kill if self.writes >= at => {
                 // SAFETY: a bare system call.
@@ -172,7 +173,7 @@ impl Tracer<'_> {
     }
 }
 
-/// Has the call return an error in place of being made.
+/// Has the call return an error without being made.
 fn fail(pid: pid_t, mut registers: libc::user_regs_struct, error: c_int) -> Result<()> {
     registers.orig_rax = u64::MAX;
     registers.rax = -i64::from(error) as u64;
@@ -232,7 +233,7 @@ fn filter() -> Vec<libc::sock_filter> {
     filter
 }
 
-/// In the child, before it becomes the program.
+/// Prepares the child before it becomes the program.
 fn be_traced(filter: &[libc::sock_filter]) -> Result<()> {
     let program = libc::sock_fprog { len: filter.len() as u16, filter: filter.as_ptr().cast_mut() };
     // SAFETY: bare system calls; the program outlives them.

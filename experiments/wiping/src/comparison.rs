@@ -20,12 +20,12 @@ use crate::{Run, simulate};
 pub struct Comparison {
     /// Names of the spaces.
     spaces: [String; 4],
-    /// By space, trial, metric.
+    /// Values by space, trial and metric.
     values: [Vec<Vec<f64>>; 4],
 }
 
 impl Comparison {
-    /// Wipes `trials` times with every space; trial and space are paired.
+    /// Wipes `trials` times with every space; all spaces have the same trials.
     ///
     /// # Errors
     /// If the configuration is not allowed.
@@ -52,7 +52,7 @@ impl Comparison {
     /// Writes `trials.csv`, `comparison.csv`, `comparison.svg`.
     ///
     /// # Errors
-    /// If the disk does not take them.
+    /// If they cannot be written.
     pub fn write(&self, out: &Path) -> Result<()> {
         let trials = self.spaces.iter().zip(&self.values).flat_map(|(space, rows)| {
             rows.iter().enumerate().map(move |(trial, row)| ([space.clone(), trial.to_string()], row.to_vec()))
@@ -77,7 +77,7 @@ impl Comparison {
         plot::write("Stiffness and what it costs, 1 kHz", &self.panels(), &out.join("comparison"))
     }
 
-    /// Every trial a point over its stiffness.
+    /// Panels in which every trial is a point over its stiffness.
     fn panels(&self) -> Vec<Panel> {
         let panel = |(title, unit, metric, scale): (&str, &str, &str, f64)| {
             let series = self.spaces.iter().enumerate().flat_map(|(index, space)| {

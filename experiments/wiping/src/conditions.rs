@@ -1,4 +1,4 @@
-//! The same wipes under other conditions: disturbances that nobody knows of, and other settings.
+//! The same wipes under other conditions: disturbances that neither the script nor the controller's model knows, and other settings.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use crate::setup::Setup;
 use crate::trial::Trial;
 use crate::{Run, simulate};
 
-/// What is different from the set-up as given.
+/// How a condition differs from the given set-up.
 pub struct Condition {
     name: &'static str,
     /// Changes arm, controller, spaces or sensing.
@@ -102,11 +102,11 @@ fn law(setup: &mut Setup, change: impl Fn(&mut Psi)) {
     });
 }
 
-/// Wipes `trials` times under every condition with each space of the set-up whose index is in `spaces`, and writes a
-/// row per trial to `path`.
+/// Wipes `trials` times under every condition with each space of the set-up whose index is in `spaces`, and writes a row
+/// per trial to `path`.
 ///
 /// # Errors
-/// If the configuration is not allowed or the disk does not take the table.
+/// If the configuration is not allowed, or the table cannot be written.
 pub fn write(
     conditions: &[Condition],
     spaces: &[usize],
@@ -122,7 +122,7 @@ pub fn write(
     let rows = parallel::map(&jobs, |&(condition, space, trial)| {
         let mut setup = setup.clone();
         (condition.change)(&mut setup);
-        // The set-up as given is stable; what a changed one does is for the table to tell.
+        // The given set-up is stable. A changed one may be unstable, which the table then shows.
         law(&mut setup, |psi| psi.allow_unstable = true);
         let space = &setup.spaces[space];
         let trial = Trial::random(seed, trial);
@@ -140,7 +140,7 @@ mod tests {
     use super::*;
     use crate::spaces::AFORCE;
 
-    /// No two conditions have the same value.
+    /// Asserts that no two conditions have the same value.
     fn assert_all_differ<T: PartialEq>(conditions: &[Condition], values: &[T]) {
         assert_eq!(conditions.len(), values.len());
         for (i, value) in values.iter().enumerate() {
@@ -149,7 +149,7 @@ mod tests {
         }
     }
 
-    /// Each table begins with what it is compared with.
+    /// The first condition of each table is the unchanged set-up.
     #[test]
     fn every_condition_is_another_one() {
         for conditions in [disturbances(), variants(), laws()] {
@@ -164,7 +164,7 @@ mod tests {
         }
     }
 
-    /// A set-up may be stable as given and not under another condition: that is a row, not the end of the program.
+    /// A set-up may become unstable under a condition: the table then has its row, and the program goes on.
     #[test]
     fn a_condition_may_be_unstable() {
         let folder = tempfile::tempdir().unwrap();
@@ -179,7 +179,7 @@ mod tests {
         write(literal, &[AFORCE], &setup, 1, 1, &folder.path().join("table.csv")).unwrap();
     }
 
-    /// A condition without effect would have the same numbers as another.
+    /// Without an effect, a condition would have the same numbers as another.
     #[test]
     fn every_condition_makes_a_difference() {
         let folder = tempfile::tempdir().unwrap();

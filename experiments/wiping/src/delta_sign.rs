@@ -1,7 +1,7 @@
 //! The sign of delta on the arm: where the adaptive law is stable, against the closed form.
 //!
-//! The closed form is for one axis. The arm is weakest in the direction in which it is heaviest, and that is not an axis:
-//! there the inertia is an eigenvalue of Lambda, while the law damps with Lambda's diagonal.
+//! The closed form is for one axis. The arm is least stable in the direction in which it is heaviest, which is not an
+//! axis: there the inertia is an eigenvalue of Lambda, while the law damps with Lambda's diagonal.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -37,7 +37,7 @@ const SHARES: [f64; 8] = [0.5, 0.71, 0.84, 0.92, 1.09, 1.19, 1.41, 2.0];
 const PUSH: (f64, f64) = (0.01, 0.1);
 /// The natural periods after the push whose largest deviations are compared.
 const PERIODS: [usize; 2] = [2, 4];
-/// An arm farther than this from where it is held, a hundred times as far as the push moves it, is lost (m).
+/// Deviation (m), a hundred times that by the push, beyond which the arm counts as lost.
 const LOST: f64 = 0.01;
 
 /// One point of the grid.
@@ -51,7 +51,7 @@ pub struct Point {
     pub stiffness_min: f64,
     /// Largest stable alpha by the closed form in the heaviest direction (N/m/s), the joints' damping included.
     pub alpha_max: f64,
-    /// The same for the weakest of the three axes, each with its own entry of the inertia matrix.
+    /// The same for the least stable of the three axes, each with its own entry of the inertia matrix.
     pub alpha_max_axes: f64,
     /// Feed-forward gain (N/m/s).
     pub alpha: f64,
@@ -79,8 +79,8 @@ pub fn grid(setup: &Setup) -> Result<Vec<Point>> {
     parallel::map(&jobs, |&(damping, sign, stiffness, share)| point(setup, damping, sign, stiffness, share))
 }
 
-/// One law on the arm: its alpha is a `share` of the closed form's limit, its stiffness along the axes is held at the
-/// lowest value, where it is weakest; about them it follows the law.
+/// One law on the arm. Its alpha is the closed form's limit times `share`. Its stiffness along the axes is held at the
+/// lowest value, where the law is least stable; about the axes it follows the law.
 ///
 /// # Errors
 /// If the configuration is not allowed.
@@ -177,7 +177,7 @@ fn growth(simulation: &mut Simulation, controller: &mut Controller, direction: &
 /// Writes `delta_sign.csv`, `delta_sign.svg`.
 ///
 /// # Errors
-/// If the disk does not take them.
+/// If they cannot be written.
 pub fn write(points: &[Point], out: &Path) -> Result<()> {
     file::write_table(&out.join("delta_sign.csv"), points)?;
     let panels: Vec<Panel> = DAMPINGS.iter().map(|(_, damping)| panel(points, damping)).collect();
@@ -195,7 +195,7 @@ fn panel(points: &[Point], damping: &str) -> Panel {
         for stiffness in STIFFNESS {
             let of = |p: &&Point| p.damping == damping && p.sign == sign && p.stiffness_min == stiffness;
             let line: Vec<&Point> = points.iter().filter(of).collect();
-            // Between the last that holds and the first that does not; nothing if all are alike.
+            // Between the last stable alpha and the first unstable one; no point if all are alike.
             let boundary = line.windows(2).find(|pair| pair[0].stable && !pair[1].stable);
             let point = boundary.map(|pair| (stiffness, (pair[0].alpha * pair[1].alpha).sqrt()));
             series.push(Series::new(format!("{sign}, on the arm"), point.into_iter().collect()));

@@ -19,7 +19,7 @@ const FIGURE_END: f64 = 12.0;
 /// Runs the nominal trial with AFORCE and writes `evolution.csv`, `evolution.svg`.
 ///
 /// # Errors
-/// If the configuration is not allowed or the disk does not take the files.
+/// If the configuration is not allowed, or the files cannot be written.
 pub fn write(setup: &Setup, out: &Path) -> Result<()> {
     let trial = Trial::nominal();
     let record = simulate(&Run { setup, space: &setup.spaces[AFORCE], trial, disturbance: Disturbance::default() })?;
@@ -59,7 +59,7 @@ fn panels(record: &Record, trial: &Trial, force: f64) -> Vec<Panel> {
                 ("desired", &|s| if s.engagement > 0.0 { force } else { 0.0 }),
             ],
         ),
-        // Force control takes its share of the contact axis.
+        // Force control takes over a share of the contact axis.
         axes("Stiffness", "N/m", &|s| {
             translation(&s.stiffness).component_mul(&Vector3::new(1.0, 1.0, 1.0 - s.engagement))
         }),

@@ -15,7 +15,7 @@ pub(crate) struct Metric {
     pub of: fn(&Record, &Outcome) -> f64,
 }
 
-/// Everything, energies while circling first: of all of the torque, then without gravity and Coriolis compensation.
+/// All metrics. First come energies while circling: of the whole torque, then without the compensation of gravity and Coriolis forces.
 pub(crate) const METRICS: [Metric; 28] = {
     const fn metric(name: &'static str, of: fn(&Record, &Outcome) -> f64) -> Metric {
         Metric { name, of }
@@ -52,15 +52,15 @@ pub(crate) const METRICS: [Metric; 28] = {
     ]
 };
 
-/// The value of every metric, in order; `force` is the desired one (N). A wipe that was broken off has NaN for all but
-/// `completed`, which is 0: half of the way costs half of the energy.
+/// The value of every metric, in order; `force` is the desired one (N). An unfinished wipe has NaN for all but
+/// `completed`, which is 0: half of the circles would seem to cost half of the energy.
 pub(crate) fn measure(record: &Record, force: f64) -> Vec<f64> {
     let outcome = record.outcome(force);
     let counts = |metric: &Metric| record.completed || metric.name == "completed";
     METRICS.iter().map(|metric| if counts(metric) { (metric.of)(record, &outcome) } else { f64::NAN }).collect()
 }
 
-/// A number as it stands in the tables; empty if there is none.
+/// A number as it is written in the tables; empty if it is not finite.
 pub(crate) fn cell(value: f64) -> String {
     match value {
         value if !value.is_finite() => String::new(),
@@ -69,10 +69,10 @@ pub(crate) fn cell(value: f64) -> String {
     }
 }
 
-/// Writes a table whose rows are a wipe each: the columns `keys` that say which, then every metric.
+/// Writes a table with a row per wipe: the columns `keys`, which name the wipe, then every metric.
 ///
 /// # Errors
-/// If the disk does not take it.
+/// If it cannot be written.
 pub(crate) fn write_wipes<const N: usize>(
     path: &Path,
     keys: [&str; N],

@@ -1,4 +1,4 @@
-//! What happened in a wipe, and what is made of it.
+//! The samples of a wipe, and the numbers that are computed from them.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use anyhow::Result;
 use output::file;
 use physics::robots::Robot;
 
-/// One of so many samples is a row of the table and a point of the figure of a single wipe.
+/// One of so many samples is shown, in the table and in the figure of a single wipe.
 pub const SAMPLES_PER_ROW: usize = 20;
 
 /// One control sample (1 ms): what the controller was given, and what it made of it. World axes.
@@ -16,7 +16,7 @@ pub const SAMPLES_PER_ROW: usize = 20;
 pub struct Sample {
     /// Since the start (s).
     pub time: f64,
-    /// What the script was at.
+    /// Phase of the script.
     pub phase: Phase,
     /// Force with which the table pushes the tool up (N): the simulated one, low-passed, and the one that the
     /// controller was given.
@@ -83,7 +83,7 @@ pub struct Record {
     pub force_max: f64,
     /// Share of the paint that is left.
     pub paint_left: f64,
-    /// The script came to its end.
+    /// Whether the script came to its end.
     pub completed: bool,
 }
 
@@ -122,7 +122,7 @@ impl Record {
         self.force_max = self.force_max.max(sample.simulation.contact().hand_force());
     }
 
-    /// What the controller was given and what it made of it.
+    /// Stores what the controller was given and what it computed.
     fn look(&mut self, phase: Phase, sample: &tasks::Sample, dt: f64) {
         let controller = sample.controller;
         let (tool, set_point) = (sample.given.pose, controller.set_point());
@@ -144,7 +144,7 @@ impl Record {
         });
     }
 
-    /// The energy of one sample. A torque acts over the whole of it: its work goes with the mean velocity.
+    /// Adds the energy of one sample. The torque is constant over the sample, so its work is that with the mean velocity.
     fn account(&mut self, phase: Phase, sample: &tasks::Sample, robot: &Robot, dt: f64) {
         let (before, after, tau) = (sample.given, sample.simulation.measure(), sample.tau);
         let qd = (before.qd + after.qd) / 2.0;
@@ -183,7 +183,7 @@ impl Record {
         None
     }
 
-    /// The numbers; `force` is the desired one (N). Without circles errors are NaN.
+    /// The wipe in numbers; `force` is the desired one (N). Without circles errors are NaN.
     pub fn outcome(&self, force: f64) -> Outcome {
         let wiping: Vec<&Sample> = self.during(Phase::Wipe).collect();
         let mean = |of: &dyn Fn(&Sample) -> f64| wiping.iter().map(|s| of(s)).sum::<f64>() / wiping.len() as f64;
@@ -205,10 +205,10 @@ impl Record {
         (self.total.net - self.stored - self.total_losses.joints - self.total_losses.table).abs() / self.total.absolute
     }
 
-    /// One of `SAMPLES_PER_ROW` samples as CSV.
+    /// Writes one of [`SAMPLES_PER_ROW`] samples to a CSV file.
     ///
     /// # Errors
-    /// If the disk does not take it.
+    /// If it cannot be written.
     pub fn write_csv(&self, path: &Path) -> Result<()> {
         const AXES: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
         let mut header: Vec<String> =

@@ -11,8 +11,7 @@ use crate::record::Record;
 use crate::setup::Setup;
 use crate::trial::Trial;
 
-/// Time (s) beyond that of the script's pressing and circling, after which a script that has not come to its end is
-/// given up.
+/// Time (s) that a script may take beyond its pressing and circling before it is given up.
 const PATIENCE: f64 = 12.0;
 
 /// One wipe to be done.
@@ -45,7 +44,7 @@ pub fn simulate(run: &Run) -> Result<Record> {
         };
         let step = env.step_watched(&action, |sample| record.take(script.phase(), sample, &robot));
         if step.terminated || step.truncated {
-            break false; // Diverged, or out of patience: what there is.
+            break false; // The simulation diverged or the time is over: the record keeps the samples until here.
         }
     };
     record.stored = env.simulation().energy() - start_energy;

@@ -19,8 +19,8 @@ use crate::spaces::{AFORCE, spaces};
 pub struct Setup {
     /// The robot.
     pub robot: RobotName,
-    /// The joints without damping and friction, no air, and the table with next to no friction (the tool's own, 0.001): what wiping costs then is the
-    /// controller's own.
+    /// Joints without damping and friction, no air, and a table with next to no friction (the tool's own, 0.001): what
+    /// wiping then costs is the controller's own doing.
     pub lossless: bool,
     /// Force to press with (N).
     pub force: f64,
@@ -67,7 +67,7 @@ impl Default for Setup {
                 // At most 40 cm/s and 3 rad/s on the way to the spot; the circle takes 13 cm/s.
                 position_step: 0.02,
                 rotation_step: 0.15,
-                // Braking takes longer than an action: the set-point circles without stopping 20 times a second.
+                // Braking takes longer than an action, so that the set-point does not stop 20 times a second while it circles.
                 interpolation: Interpolation::JerkLimited { dynamics: 0.15 },
                 // Faster than the circle, below the limit (1 + kp) D/M = 26 1/s of the damped axis on a stiff table.
                 force: ForceConfig { ki: 16.0, ..ForceConfig::default() },

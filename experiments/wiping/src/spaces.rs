@@ -10,8 +10,8 @@ pub const HIGH: usize = 3;
 
 const FILE: &str = include_str!("spaces.toml");
 
-/// Adaptive, and stiffness fixed at low, mid, high, each with the same force controller and called as the built-in space that it
-/// extends.
+/// The adaptive space, and the fixed stiffnesses low, mid and high. Each has the same force controller, and the name of
+/// the built-in space that it extends.
 pub(crate) fn spaces() -> [ActionSpace; 4] {
     let mut file: Table = FILE.parse().expect("the built-in file is TOML");
     let Some(Value::Array(spaces)) = file.remove("space") else { panic!("the built-in file lists spaces") };
@@ -32,7 +32,7 @@ mod tests {
     use physics::scenes::wipe::scene;
     use physics::wiping_tool::GRIP_SITE;
 
-    /// The certificate of stability is asked for at the largest apparent inertia, in any direction.
+    /// Stability is certified for the largest apparent inertia, in any direction.
     #[test]
     fn nominal_inertia_covers_the_arm() {
         let setup = Setup::default();

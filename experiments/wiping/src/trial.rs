@@ -22,7 +22,7 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// In the middle of the ranges.
+    /// The trial in the middle of all ranges.
     pub fn nominal() -> Self {
         Trial { spot: [0.12, 0.0], height: TABLE_HEIGHT, friction: 0.3, start: HOME.into(), seed: u64::MAX }
     }
@@ -38,7 +38,7 @@ impl Trial {
             height: around(height, 0.02),
             friction: around(friction, 0.1),
             start: start.map(|q| around(q, 0.02)),
-            // An environment draws bias and noise from the complement of its seed: here from the number that is drawn.
+            // An environment draws bias and noise from the complement of its seed, which here is the number that was drawn.
             seed: !rng.random::<u64>(),
         }
     }

@@ -1,4 +1,4 @@
-//! The experiment, small: what adapts, what is held, what comes back the same.
+//! Small wiping experiments: what adapts, what is held, and what is reproducible.
 
 use aforce::wiper::Phase;
 use aforce::{Gains, GoalRule, Stiffness};
@@ -33,7 +33,7 @@ fn force_is_held_and_stiffness_adapts() {
     let record = aforce(&setup, Disturbance::default());
     assert!(record.completed);
 
-    // Within 10 % soon after contact, and from then on while nothing moves; on average while circling.
+    // The force is within 10 % soon after contact, and stays there while nothing moves; while circling it is within 10 % on average.
     let reached = record.force_reached(setup.force).expect("the force is reached");
     let after = reached - record.contact().unwrap();
     assert!((0.0..1.0).contains(&after), "{after} s");
@@ -128,7 +128,7 @@ fn the_same_seed_gives_the_same_bytes() {
     assert_ne!(Trial::random(5, 0), Trial::random(6, 0));
 }
 
-/// A payload that the model does not know of is taken for a force from above: the arm presses too hard by its weight.
+/// A payload that the model does not know is taken for a force from above: the arm presses too hard by its weight.
 #[test]
 fn an_unknown_payload_is_taken_for_a_contact_force() {
     let setup = small(1);
@@ -140,7 +140,7 @@ fn an_unknown_payload_is_taken_for_a_contact_force() {
     assert!(record.ledger_gap() < 0.01);
 }
 
-/// Later by the time that the rest of the way takes, at the 4 cm/s or less at which the script lowers the tool.
+/// A lower table is met later by the time that the further way takes, at the 4 cm/s or less at which the script lowers the tool.
 #[test]
 fn a_lower_table_is_met_later() {
     let contact = |offset| {
@@ -182,7 +182,7 @@ fn the_printed_sign_destabilises_where_the_closed_form_says_so() {
     assert!(damping.alpha > literal.alpha && damping.stable && !literal.stable, "{damping:?} {literal:?}");
 }
 
-/// The script aims from where the controller counts.
+/// The script computes its actions from the pose from which the controller counts the goal.
 #[test]
 fn a_rebased_goal_wipes_as_well() {
     let mut setup = small(1);

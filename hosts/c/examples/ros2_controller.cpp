@@ -1,5 +1,5 @@
-// A controller for ros2_control over aforce.h. It was never compiled: ROS is not among what this repository builds with.
-// `Model` is yours: pose, Jacobian, mass matrix, gravity and Coriolis torques of the arm.
+// A controller for ros2_control that uses aforce.h. It was never compiled, as this repository does not build with ROS.
+// `Model` is a class of yours: pose, Jacobian, mass matrix, gravity and Coriolis torques of the arm.
 
 #include <aforce.h>
 
@@ -54,9 +54,9 @@ public:
         // The torque commanded so far, from which the limits on its rate count. If the law compensates gravity, this is the gravity torque,
         // not the last torque of an earlier activation. If the arm itself does (interface.gravity = "arm"), it is 0.
         for (int i = 0; i < 7; i++) state.tau[i] = tau_[i] = state.gravity[i];
-        taken_ = received_;             // actions from before do not count
+        taken_ = received_;             // actions from before the activation do not count
         double pose[16];
-        model_.pose(state.q, pose);     // an arm that reports its own pose has two to compare
+        model_.pose(state.q, pose);     // if the arm reports its own pose, put that into state.pose: aforce_start compares the two
         char why[256] = "";
         if (aforce_start(&host_, &state, pose, why, sizeof why) == AFORCE_RESULT_OK) return CallbackReturn::SUCCESS;
         RCLCPP_ERROR(get_node()->get_logger(), "refused: %s", why);
@@ -77,7 +77,7 @@ public:
         if (command.fault)
             RCLCPP_ERROR_THROTTLE(get_node()->get_logger(), *get_node()->get_clock(), 1000, "%s",
                                   aforce_fault_text(command.fault));
-        return controller_interface::return_type::OK;   // a fault holds and relaxes: its torque is sent too
+        return controller_interface::return_type::OK;   // after a fault the host still gives a torque, which holds the posture ever more softly
     }
 
 private:

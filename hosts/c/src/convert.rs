@@ -1,4 +1,4 @@
-//! Between the header's arrays and the law's types.
+//! Conversions between the arrays of the C header and the law's types.
 
 use aforce::host::{ArmState, Command, Status, pose_from_matrix};
 use aforce::{Jacobian, JointMatrix, Pose};

@@ -191,7 +191,7 @@ pub unsafe extern "C" fn aforce_drop(host: *mut AforceHost) {
             && memory.alive == ALIVE
         {
             memory.alive = 0;
-            // SAFETY: a host was alive in it, and is no more.
+            // SAFETY: the memory held a host, and is no longer marked as holding one.
             unsafe { memory.words.as_mut_ptr().cast::<Host>().drop_in_place() };
         }
         AforceResult::Ok
@@ -351,7 +351,7 @@ pub extern "C" fn aforce_fault_text(fault: u32) -> *const c_char {
     text::of_fault(fault).as_ptr()
 }
 
-/// The host in memory that holds one.
+/// The host in `memory`, if it holds one.
 fn alive(memory: &AforceHost) -> Option<&Host> {
     // SAFETY: the mark is there only while a host is.
     (memory.alive == ALIVE).then(|| unsafe { &*memory.words.as_ptr().cast::<Host>() })
@@ -362,7 +362,7 @@ fn alive_mut(memory: &mut AforceHost) -> Option<&mut Host> {
     (memory.alive == ALIVE).then(|| unsafe { &mut *memory.words.as_mut_ptr().cast::<Host>() })
 }
 
-/// No panic leaves the library.
+/// Runs `body`; a panic becomes [`AforceResult::Internal`], as none may unwind into C.
 fn guarded(body: impl FnOnce() -> AforceResult) -> AforceResult {
     catch_unwind(AssertUnwindSafe(body)).unwrap_or(AforceResult::Internal)
 }

@@ -1,4 +1,4 @@
-//! What codes mean, and messages into the caller's memory.
+//! Texts of result and fault codes, and messages written into the caller's memory.
 
 use std::ffi::{CStr, c_char};
 use std::fmt::{self, Display, Write};
@@ -23,7 +23,7 @@ pub(crate) fn of_fault(fault: u32) -> &'static CStr {
     if fault == 0 { c"none" } else { Fault::text(fault).unwrap_or(c"no such fault") }
 }
 
-/// Writes `text` with its zero into `size` bytes at `message`, as far as it goes, and nothing on the heap.
+/// Writes `text` with a terminating zero into the `size` bytes at `message`, cut off where it is too long. Does not allocate.
 ///
 /// # Safety
 /// `message` must be null or have `size` bytes.
@@ -34,12 +34,12 @@ pub(crate) unsafe fn write_text(text: &impl Display, message: *mut c_char, size:
     // SAFETY: the bytes are the caller's, and nothing else writes to them meanwhile.
     let mut buffer =
         Buffer { free: unsafe { std::slice::from_raw_parts_mut(message.cast::<MaybeUninit<u8>>(), size) } };
-    // What does not fit is cut off: that is no error.
+    // Text that does not fit is cut off, which is not an error.
     let _ = write!(buffer, "{text}");
     buffer.free[0].write(0);
 }
 
-/// What is left of the caller's bytes: one at least, for the zero.
+/// The unwritten bytes of the caller's memory: at least one, for the terminating zero.
 struct Buffer<'a> {
     free: &'a mut [MaybeUninit<u8>],
 }

@@ -1,4 +1,4 @@
-// A host in C: refusals, the golden vectors of the law, a fault. `host GOLDEN_FOLDER`; exits with 0 if all is as it should be.
+// A host in C: refusals, the golden vectors of the law, a fault. Usage: `host GOLDEN_FOLDER`; exits with 0 if every check passes.
 
 #include <math.h>
 #include <stdbool.h>
@@ -18,7 +18,7 @@
 
 enum { SAMPLES = 40, COLUMNS = 1 + 7 + 7 + 3 + 4 + 6 + 42 + 49 + 7 + 6, ENTRIES = 13 };
 
-// A Panda without bounds of its own, in the settings of the golden vectors.
+// The settings of the golden vectors: a Panda's torque limits, and all other bounds so wide that they never act.
 static const char *const SETUP =
     "interface = 'plain'\n"
     "space = '%s'\n"
@@ -47,10 +47,10 @@ static const char *const SETUP =
     "interpolation.linear.ramp_ratio = 1\n"
     "force = { ki = 4, force_max = 50 }\n";
 
-static AforceHost host; // Zeroed, as aforce_init wants it.
+static AforceHost host; // Zeroed, as aforce_init requires.
 static char message[256];
 
-// `disagreement`: "1", or "inf", with which the parts of a state are not compared.
+// `disagreement`: "1", or "inf" to switch off the comparison of a state's fields with each other.
 static int init(const char *space, const char *disagreement) {
     char setup[2048];
     snprintf(setup, sizeof setup, SETUP, space, disagreement);
@@ -81,7 +81,7 @@ static int read_table(const char *folder, const char *name, int columns, double 
     return row;
 }
 
-// A row of measurements.csv as a state: matrices there are row by row, here column by column.
+// A row of measurements.csv as a state. Matrices are row-major in the file and column-major in the state.
 static AforceState state_of(const double *row) {
     AforceState state;
     memset(&state, 0, sizeof state);
@@ -103,7 +103,7 @@ static AforceState state_of(const double *row) {
         for (int c = 0; c < 7; c++) state.jacobian[r + 6 * c] = jacobian[7 * r + c];
     for (int r = 0; r < 7; r++)
         for (int c = 0; c < 7; c++) state.mass[r + 7 * c] = mass[7 * r + c];
-    memcpy(state.gravity, bias, sizeof state.gravity); // Coriolis forces are in it.
+    memcpy(state.gravity, bias, sizeof state.gravity); // The bias includes Coriolis torques.
     memcpy(state.wrench, bias + 7, sizeof state.wrench);
     memcpy(state.tau, bias, sizeof state.tau);
     return state;
@@ -124,7 +124,7 @@ static void check_refusals(const AforceState *first) {
     CHECK(aforce_init(&host, "x", NULL, 0) == AFORCE_RESULT_BAD_SETUP);
 
     CHECK(init("low", "1") == AFORCE_RESULT_OK);
-    CHECK(init("low", "1") == AFORCE_RESULT_BAD_POINTER); // There is one already.
+    CHECK(init("low", "1") == AFORCE_RESULT_BAD_POINTER); // The memory already holds a host.
     const double action[6] = {0};
     CHECK(aforce_action_length(&host) == 6);
     CHECK(aforce_set_goal(&host, action, 6) == AFORCE_RESULT_NOT_RUNNING);
@@ -134,9 +134,9 @@ static void check_refusals(const AforceState *first) {
     CHECK(aforce_start(&host, first, model, message, sizeof message) == AFORCE_RESULT_REFUSED);
     CHECK(strstr(message, "0.1070 m"));
     AforceState turned = *first;
-    turned.pose[0] = 3; // No rotation.
+    turned.pose[0] = 3; // Not a rotation.
     CHECK(aforce_start(&host, &turned, turned.pose, message, sizeof message) == AFORCE_RESULT_REFUSED);
-    // Fields that nobody filled, at the start and underway.
+    // Fields left at zero, at the start and while the law runs.
     AforceState empty[2] = {*first, *first};
     memset(empty[0].mass, 0, sizeof empty[0].mass);
     memset(empty[1].jacobian, 0, sizeof empty[1].jacobian);
@@ -151,7 +151,7 @@ static void check_refusals(const AforceState *first) {
     CHECK(aforce_start(&host, first, first->pose, message, sizeof message) == AFORCE_RESULT_OK);
     CHECK(aforce_set_goal(&host, action, 7) == AFORCE_RESULT_BAD_LENGTH);
 
-    // A fault latches, and the torque stays one that the arm takes.
+    // A fault latches, and the torque stays finite.
     AforceState broken = *first;
     broken.mass[3] = NAN;
     CHECK(aforce_update(&host, &broken, 0.002, &command) == AFORCE_RESULT_OK);
@@ -178,7 +178,7 @@ int main(int argc, char **argv) {
     AforceState first = state_of(measurements[0]);
     check_refusals(&first);
 
-    // Every space of the record that a host takes: `aforce-shaped` lets K wind up, robosuite's set-points jump.
+    // Every space of the record except those that a host refuses: `aforce-shaped`, whose K winds up, and robosuite's, whose set-points jump.
     char path[4096], line[4096];
     snprintf(path, sizeof path, "%s/torques.csv", argv[1]);
     FILE *file = fopen(path, "r");
@@ -202,8 +202,8 @@ int main(int argc, char **argv) {
         if (!taken) continue;
         for (int goal = 0; goal < goals; goal++)
             if ((int)actions[goal][0] == sample) {
-                // The host counts an action from the measurement it had last, the record from the present one: a cycle
-                // of no length hands it over.
+                // The host counts an action from the previous measurement, the record from the present one. An update
+                // with dt = 0 makes the present measurement the previous one.
                 AforceCommand command;
                 CHECK(aforce_update(&host, &state, 0, &command) == AFORCE_RESULT_OK);
                 CHECK(aforce_set_goal(&host, actions[goal] + 1, aforce_action_length(&host)) == AFORCE_RESULT_OK);
@@ -224,7 +224,7 @@ int main(int argc, char **argv) {
     printf("%d spaces, %d samples: torques within %.1e Nm, K within %.1e of the record\n", spaces, rows, worst_torque,
            worst_stiffness);
     CHECK(spaces >= 14 && rows == SAMPLES * spaces);
-    // The record's twist has ten decimals, ours is jacobian x qd.
+    // The tolerance allows for the record's twist, which is rounded to ten decimals; the host's twist is jacobian x qd.
     CHECK(worst_torque < 1e-5 && worst_stiffness < 1e-5);
     return 0;
 }

@@ -58,7 +58,7 @@ fn a_refusal_and_a_fault_use_no_heap() {
     let (host, out, size) = (host.as_mut_ptr(), message.as_mut_ptr(), message.len());
     let good = state();
     let model = good.pose.as_ptr();
-    // SAFETY: everything lives until the end, and has the size that is told.
+    // SAFETY: everything lives until the end of the test, and has the size that is passed.
     unsafe {
         assert_eq!(aforce_init(host, SETUP.as_ptr(), out, size), AforceResult::Ok);
         let before = ALLOCATIONS.get();

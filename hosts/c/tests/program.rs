@@ -1,5 +1,5 @@
-//! The committed header is what cbindgen makes of the library. C programs against the header and both libraries are compiled with
-//! every warning, run, and held against the golden vectors.
+//! The committed header is what cbindgen makes from the library. A C program is compiled with many warnings as errors against the header
+//! and each of the two libraries, and compares the torques with the golden vectors.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -8,7 +8,7 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Where cargo puts the libraries of the profile that is tested: beside the tests.
+/// The folder in which cargo puts the libraries of the tested profile: that of the test programs.
 fn libraries() -> PathBuf {
     std::env::current_exe().unwrap().parent().unwrap().to_owned()
 }
@@ -59,7 +59,7 @@ fn the_header_is_cpp_too() {
     run(command.arg(root().join("include")).arg(source));
 }
 
-/// `HEADER=write cargo test -p aforce-c --test program` takes a change over.
+/// `HEADER=write cargo test -p aforce-c --test program` writes the header anew.
 #[test]
 fn the_header_is_the_librarys() {
     let root = root();

@@ -3,10 +3,10 @@
 
     software_robot.py FOLDER [--lose SHARE] [--late SHARE] [--gap COMMAND] [--object WIDTH]
 
-FOLDER takes a virtual environment with franka-sim (pip needs a package index the first time) and the robot's model, without meshes. Prints
-"ready" once it answers, then "second" after each second of its clock that a client sees, and ends when its standard input does. Exits with 77
-if franka-sim cannot be installed. Its clock is its cycles': each state that it sends is a millisecond of its physics, and it waits for the
-answer, so a busy machine changes nothing. It tests protocol, limits and recovery, not latency. It reports no external wrench.
+FOLDER gets a virtual environment with franka-sim (pip needs a package index the first time) and the robot's model, without meshes. The script
+prints "ready" once the robot answers, then "second" after every 1000 states that it has sent, and ends when its standard input closes. It exits
+with 77 if franka-sim cannot be installed. Each state that is sent advances the simulation by a millisecond, and the robot waits for the client's
+answer, so a busy machine changes nothing. This tests protocol, limits and recovery, not latency. The robot reports no external wrench.
 """
 
 import argparse
@@ -24,12 +24,12 @@ from pathlib import Path
 
 PACKAGE = "franka-sim==1.1.7"
 CANNOT_INSTALL = 77
-# Wall time that a client has for an answer (s): less than the second after which it gives up by itself.
+# Wall time that a client has for an answer (s): less than the second without a state after which the client gives up.
 PATIENCE = 0.5
 
 
 def environment(folder: Path) -> Path:
-    """The Python of a virtual environment that has franka-sim."""
+    """Path of the Python of a virtual environment with franka-sim, which is installed if it is missing."""
     python = folder / "venv" / "bin" / "python"
     done = folder / "venv" / "installed"
     if not done.exists() or done.read_text() != PACKAGE:
@@ -46,7 +46,7 @@ def environment(folder: Path) -> Path:
 
 
 def model(folder: Path) -> Path:
-    """The package's own description of the arm as MJCF: no meshes, which it would download, but every joint and mass."""
+    """Path of an MJCF file made from the package's URDF: every joint and mass, but no meshes, which the package would download."""
     import franka_sim
     import mujoco
 
@@ -64,11 +64,11 @@ def model(folder: Path) -> Path:
     bare, mjcf = folder / "fr3.urdf", folder / "fr3.xml"
     urdf.write(bare)
     mujoco.mj_saveLastXML(str(mjcf), mujoco.MjModel.from_xml_path(str(bare)))
-    # A robot's O_T_EE is the flange, link8, unless a tool is set; franka-sim's is the body called link7, 107 mm before it.
+    # A real robot's O_T_EE is the flange, link8, unless a tool is set. franka-sim takes the body named link7, 107 mm before the flange.
     arm = ET.parse(mjcf)
     for body in arm.iter("body"):
         body.set("name", {"link7": "wrist", "link8": "link7"}.get(body.get("name"), body.get("name")))
-    # Its servos, which hold the arm between motions, want the joints of the model that it would download; a URDF has no rotors.
+    # franka-sim's servos, which hold the arm between motions, are tuned for the joints of the model that it would download. A URDF has no rotors.
     for joint in arm.iter("joint"):
         joint.set("armature", "0.195")
         joint.set("damping", "1")
@@ -77,12 +77,12 @@ def model(folder: Path) -> Path:
 
 
 class Network(socket.socket):
-    """A robot's socket that loses states and commands, hands some commands over a cycle late, and once loses 30 commands in a row."""
+    """The robot's socket with faults: it loses states and commands, delivers some commands a cycle late, and once loses 30 commands in a row."""
 
     def __init__(self, whole: socket.socket, faults: argparse.Namespace) -> None:
         super().__init__(fileno=whole.detach())
         self.faults, self.random, self.states, self.commands, self.held = faults, random.Random(7), 0, 0, None
-        self.unanswered = False  # No answer to the latest state will come in its cycle.
+        self.unanswered = False  # Whether no answer to the latest state will come within its cycle.
 
     def sendto(self, state: bytes, address: tuple) -> int:
         if self.held is not None:
@@ -113,7 +113,7 @@ def serve(folder: Path, faults: argparse.Namespace) -> None:
     from franka_sim.mujoco_franka_sim import MujocoFrankaSim
 
     class Physics(MujocoFrankaSim):
-        """Moves when the robot sends a state, and by itself while nobody listens."""
+        """Advances with each state that the robot sends, and by the wall clock while no client is connected."""
 
         moving = threading.Lock()
 
@@ -135,7 +135,7 @@ def serve(folder: Path, faults: argparse.Namespace) -> None:
             super().start_command_receiver()
 
         def _drain_gate(self, answer_deadline: float = 0.0) -> float:
-            # The robot waits for a client that the machine does not let run, unless the answer is known to be lost.
+            # Waits longer for a client that the operating system does not schedule, unless the answer is known to be lost.
             lost = getattr(self.udp_socket, "unanswered", True)
             return super()._drain_gate(answer_deadline + (0.0 if lost else PATIENCE))
 
@@ -144,7 +144,7 @@ def serve(folder: Path, faults: argparse.Namespace) -> None:
             self.physics_sim.step()
 
         def _absorb_within_motion_limits(self, command: dict, fresh: bool = True) -> bool:
-            # A robot drops what comes after its cycle.
+            # A real robot drops a command that arrives after its cycle.
             return fresh and super()._absorb_within_motion_limits(command, fresh=fresh)
 
     server = Server(
@@ -154,14 +154,14 @@ def serve(folder: Path, faults: argparse.Namespace) -> None:
         enforce_comm_constraints=True,
         enforce_motion_limits=True,
     )
-    # It ends with whoever started it, even if that was killed.
+    # Ends when the parent process ends, even if it was killed: standard input closes then.
     threading.Thread(target=lambda: (sys.stdin.read(), os._exit(0)), daemon=True).start()
     threading.Thread(target=wait_until_ready, daemon=True).start()
     server.start()
 
 
 def wait_until_ready() -> None:
-    # 127.0.0.1:1337 in the kernel's list, listening: to knock would be a handshake that fails.
+    # Looks for a listening 127.0.0.1:1337 in the kernel's table. A trial connection would be a failed handshake for the robot.
     listens = re.compile(r"^ *\d+: 0100007F:0539 \S+ 0A ", re.MULTILINE)
     while not listens.search(Path("/proc/net/tcp").read_text()):
         time.sleep(0.1)

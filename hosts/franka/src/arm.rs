@@ -1,10 +1,11 @@
-//! From Franka's state and model to the state that the law's host reads.
+//! Converts Franka's state and model into the state that the law's host reads.
 
 use aforce::host::{ArmState, pose_from_matrix};
 use aforce::{Jacobian, JointMatrix, Pose};
 use franka::{Frame, FrankaResult, Model, Robot, RobotState};
 
-/// Signs, sides and gravity are the interface's to name ([`aforce::host::ArmInterface::FRANKA`]): numbers pass as they are.
+/// Copies the robot's numbers unchanged. [`aforce::host::ArmInterface::FRANKA`] names their conventions: the wrench's sign, the side of the
+/// inertia, who compensates gravity.
 pub fn arm_state(state: &RobotState, model: &Model) -> ArmState {
     ArmState {
         q: state.q.into(),
@@ -19,14 +20,14 @@ pub fn arm_state(state: &RobotState, model: &Model) -> ArmState {
     }
 }
 
-/// The robot's present state. The first read takes what has come while nobody read: the socket keeps the oldest states,
-/// as many as it has room for. The second waits for the next state.
+/// The robot's present state. While the program does not read, states queue in the socket, and a full queue drops the newest. The
+/// first read empties the queue, the second waits for the next state.
 pub fn now(robot: &Robot) -> FrankaResult<RobotState> {
     robot.read_once()?;
     robot.read_once()
 }
 
-/// The tool where the model sees it at the robot's joint angles.
+/// Pose of the tool point by the model's kinematics at the robot's joint angles (m, base frame).
 pub fn model_pose(state: &RobotState, model: &Model) -> Pose {
     pose_from_matrix(&model.pose(Frame::EndEffector, state))
 }
@@ -35,7 +36,7 @@ pub fn model_pose(state: &RobotState, model: &Model) -> Pose {
 mod tests {
     use super::*;
 
-    /// The Panda's model in franka-rs against this project's sign and side conventions, at two postures.
+    /// Checks the Panda's model in franka-rs against this project's conventions of sign and side, at one posture.
     #[test]
     fn twist_is_the_derivative_of_the_pose_and_the_mass_is_link_side() {
         let model = Model::native_fer();
@@ -53,7 +54,7 @@ mod tests {
         };
         let twist = {
             let y = arm_state(&state, &model);
-            // Rotors of 0.2 to 0.6 kg m2 would show: the last link alone has hundredths.
+            // With rotors the last joint would have more than 0.2 kg m^2; the last link alone has a few hundredths.
             assert!(y.mass[(6, 6)] < 0.1 && y.mass[(6, 6)] > 0.0, "{}", y.mass[(6, 6)]);
             y.jacobian * y.qd
         };

@@ -1,4 +1,4 @@
-//! What is looked at before a torque flows.
+//! Checks before the first torque is sent.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -10,11 +10,11 @@ use franka::{Model, Robot};
 
 use crate::arm::{arm_state, now};
 
-/// The least force that counts as a push (N), and the time to give it.
+/// Smallest force that counts as a push (N), and the time in which the push has to come.
 const PUSH: f64 = 8.0;
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// What an untouched tool may read (N), and the time over which it is looked at.
+/// Largest mean force of an untouched tool (N), and the time over which the mean is taken.
 const REST: f64 = 4.0;
 const UNTOUCHED: Duration = Duration::from_millis(500);
 
@@ -24,9 +24,9 @@ pub fn go_on(stop: &AtomicBool) -> Result<()> {
     Ok(())
 }
 
-/// Asks for a push upwards by hand, and refuses a wrench that reads anything else: with the wrong sign or axes contact is never
-/// seen, or pressing feeds itself. What is felt before it does not count, and may not be much: a payload that the arm does not know
-/// would push for the hand.
+/// Asks for a push upwards by hand, and refuses a wrench that reads another direction: with a wrong sign or wrong axes contact is never
+/// detected, or pressing amplifies itself. The mean force before the push is subtracted and must be small, so that the weight of an unknown
+/// payload is not taken for the push.
 pub fn push_by_hand(robot: &Robot, model: &Model, setup: &HostSetup, stop: &AtomicBool) -> Result<()> {
     let read = || -> Result<Vector3> {
         go_on(stop)?;

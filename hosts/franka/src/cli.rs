@@ -1,4 +1,4 @@
-//! What can be said at the prompt.
+//! The command line.
 
 use std::path::PathBuf;
 

@@ -1,27 +1,27 @@
-//! How far an episode is, and what it has cost.
+//! Time, energy and lost packets of an episode so far.
 
 use std::fmt::{self, Display, Formatter};
 
 use aforce::host::{ArmState, CompensatedBy, HostSetup};
 use aforce::{Arm, EnergyLedger, JointVector};
 
-/// The robot reports the share that arrived of so many commands.
+/// The robot reports which share of this many latest commands has arrived.
 const WINDOW: u64 = 100;
 
 /// Time and energy of the cycles so far.
 pub struct Course {
-    /// Since the first one (s).
+    /// Time since the first cycle (s).
     pub time: f64,
     pub cycles: u64,
-    /// When whoever acts is asked next (s).
+    /// Time at which the script or policy is asked next (s).
     pub next_action: f64,
-    /// Of all of the torque.
+    /// Energy of the whole torque.
     pub energy: EnergyLedger,
-    /// Without the compensation of gravity and Coriolis forces.
+    /// Energy of the torque without the compensation of gravity and Coriolis forces.
     pub control_energy: EnergyLedger,
-    /// States of the robot that did not come.
+    /// Number of lost states of the robot.
     lost: u64,
-    /// The least share of the last 100 commands that reached the robot.
+    /// Smallest share so far of 100 successive commands that reached the robot.
     arrived: f64,
     last_qd: Option<JointVector>,
 }
@@ -42,9 +42,9 @@ impl Default for Course {
 }
 
 impl Course {
-    /// Takes in a cycle that began `dt` (s) after the one before; `arrived` is the robot's share of commands.
+    /// Adds a cycle that began `dt` (s) after the previous one. `arrived` is the share of arrived commands that the robot reports.
     pub fn add(&mut self, arm: &ArmState, setup: &HostSetup, dt: f64, arrived: f64) {
-        // Of the torque that has acted since the last cycle.
+        // The torque `arm.tau` has acted since the last cycle, so its power counts at the mean speed of that time.
         let qd = 0.5 * (self.last_qd.replace(arm.qd).unwrap_or(arm.qd) + arm.qd);
         let law_coriolis =
             if setup.interface.coriolis == CompensatedBy::Law { arm.coriolis } else { JointVector::zeros() };

@@ -1,4 +1,4 @@
-//! Every tenth cycle as CSV: the columns of the wiping experiment, and what only a host has.
+//! Every tenth cycle as CSV: the columns of the wiping experiment, and columns that only a host has.
 
 use std::cell::Cell;
 use std::path::Path;
@@ -11,7 +11,7 @@ use anyhow::{Context, Result, anyhow};
 
 use crate::protocol::Fingers;
 
-/// Rows that may wait for the disk.
+/// Largest number of rows that wait for the disk.
 const WAITING: usize = 4096;
 const AXES: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
 
@@ -26,7 +26,7 @@ pub struct Row {
     feedforward: Vector6,
     energy: [f64; 2],
     tank: f64,
-    /// The law's, or `fault` where the program ends it for one of its own.
+    /// Status of the law, or `fault` if the program stops the law for a fault of its own.
     pub status: &'static str,
     limited: u32,
     tau: JointVector,
@@ -35,8 +35,9 @@ pub struct Row {
 }
 
 impl Row {
-    /// What the host has just done. `energies` are of all of the torque, and without the compensation of gravity and Coriolis
-    /// forces. Forces are along the `contact_axis`. Last come the episode's number, and the gripper where there is one.
+    /// The host's latest cycle; `None` before the host has read a state. `energies` are those of the whole torque, and of the torque
+    /// without the compensation of gravity and Coriolis forces. Forces are components along `contact_axis`. The last argument is the
+    /// episode's number and the state of the gripper, if there is one.
     pub fn new(
         time: f64,
         phase: &'static str,
@@ -93,7 +94,7 @@ impl Row {
 
     fn cells(&self) -> Vec<String> {
         let error = pose_error(&self.tool, &self.set_point);
-        // The contact force itself, force_n, only a simulator knows.
+        // `force_n`, the true contact force, stays empty: only a simulator knows it.
         let mut cells = vec![format!("{:.3}", self.time), self.phase.into(), String::new()];
         let vectors: [&[f64]; 6] = [
             &self.force,
@@ -117,16 +118,16 @@ impl Row {
     }
 }
 
-/// Writes rows in a thread of its own: the disk is not the control loop's concern.
+/// Writes rows in a thread of its own, so that the control loop does not wait for the disk.
 pub struct Log {
     rows: SyncSender<Row>,
-    /// How many rows found no room to wait.
+    /// Number of rows that were dropped because the queue was full.
     lost: Cell<u64>,
     writer: JoinHandle<Result<()>>,
 }
 
 impl Log {
-    /// A new file; one that exists is not overwritten. It is gone again if there was no row to write.
+    /// Creates the file; an existing file is an error. A file that gets no row is removed in the end.
     pub fn create(path: &Path) -> Result<Self> {
         let file = std::fs::File::create_new(path).with_context(|| path.display().to_string())?;
         let (rows, received) = sync_channel::<Row>(WAITING);
@@ -148,14 +149,14 @@ impl Log {
         Ok(Self { rows, lost: Cell::new(0), writer })
     }
 
-    /// A row, unless the disk is too slow to take it.
+    /// Queues a row, or drops it if the queue is full.
     pub fn add(&self, row: Row) {
         if self.rows.try_send(row).is_err() {
             self.lost.set(self.lost.get() + 1);
         }
     }
 
-    /// Waits until all is written. Returns how many rows are missing, as the disk was too slow to take them.
+    /// Waits until all is written. Returns the number of rows that were dropped because the disk was too slow.
     ///
     /// # Errors
     /// If a row could not be written.
@@ -174,7 +175,7 @@ mod tests {
     #[test]
     fn the_measured_force_is_along_the_contact_axis() {
         let (mut host, (mut arm, _)) = (testing::host(), testing::panda());
-        // The arm reports what the tool exerts.
+        // The arm reports the wrench that the tool exerts on the environment.
         arm.wrench = -Vector6::new(1.0, 2.0, 3.0, 0.0, 0.0, 0.0);
         let command = host.update(&arm, 0.001);
         let energy = EnergyLedger::default();

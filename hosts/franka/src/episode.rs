@@ -20,32 +20,32 @@ use crate::speed::too_fast;
 /// Cycles per row of the log.
 const LOGGED: u64 = 10;
 
-/// Who says what to do.
+/// Source of the actions.
 pub enum Source {
-    /// The host itself.
+    /// A script of this program.
     Script(Running),
-    /// A program.
+    /// A policy in a process of its own.
     Policy(Policy),
 }
 
-/// How an episode ended, or what became of a wish after it.
+/// How an episode ended, or how a request between two episodes turned out.
 #[derive(Debug)]
 pub enum End {
-    /// The script was done, the longest time was over, or a signal came.
+    /// The script was done, the time limit was reached, or a signal came.
     Over,
-    /// The policy asked for it.
+    /// The policy sent a request instead of an action.
     Asked(Ask),
-    /// The host stopped the law.
+    /// The law ended with a fault.
     Fault(Fault),
-    /// The host did not begin the law.
+    /// The host refused to start the law.
     Unstarted(Fault),
-    /// The law was stopped because the gripper does not do what it is told.
+    /// The law was stopped because the gripper has failed.
     Gripper,
-    /// The robot stopped by itself.
+    /// The robot stopped by itself, with this message.
     Reflex(String),
-    /// The policy has recovered the robot.
+    /// The robot was recovered at the policy's request.
     Recovered,
-    /// What the policy asked for is not to be had.
+    /// The policy's request was refused, for this reason.
     Refused(String),
 }
 
@@ -61,7 +61,7 @@ impl End {
         }
     }
 
-    /// Why, if nobody wanted it.
+    /// The cause of an end that was not intended.
     pub fn reason(&self) -> Option<String> {
         match self {
             Self::Over | Self::Asked(_) | Self::Recovered => None,
@@ -71,7 +71,7 @@ impl End {
         }
     }
 
-    /// The number of the host's fault.
+    /// Code of the host's fault.
     pub fn fault(&self) -> Option<u32> {
         match self {
             Self::Fault(fault) | Self::Unstarted(fault) => Some(fault.code()),
@@ -79,7 +79,7 @@ impl End {
         }
     }
 
-    /// The result of a program that ends with this.
+    /// The program's result if it ends with this.
     pub fn result(&self) -> Result<()> {
         match (self, self.reason()) {
             (Self::Reflex(_), Some(reason)) => bail!("the robot has stopped: {reason}"),
@@ -91,7 +91,7 @@ impl End {
     }
 }
 
-/// The robot's own words where it refuses or stops a motion. Any other error ends the program.
+/// The robot's message if it has refused or stopped a motion. Any other error ends the program.
 pub fn said(error: FrankaError) -> Result<String> {
     match error {
         FrankaError::Control(exception) => Ok(exception.message),
@@ -100,14 +100,14 @@ pub fn said(error: FrankaError) -> Result<String> {
     }
 }
 
-/// The arm with whoever acts on it.
+/// The arm, and the script or policy that acts on it.
 pub struct Act<'a> {
     pub robot: &'a Robot,
     pub model: &'a Model,
-    /// Reads a state of the robot.
+    /// Converts a state of the robot.
     pub read: &'a dyn Fn(&RobotState) -> ArmState,
     pub setup: &'a HostSetup,
-    /// The set-up's, of length 1.
+    /// The set-up's contact axis, of length 1.
     pub contact_axis: Vector3,
     pub host: Host,
     pub source: Source,
@@ -118,14 +118,14 @@ pub struct Act<'a> {
     pub duration: f64,
     /// Joint angles (rad) to which a reset goes.
     pub home: [f64; 7],
-    /// From 1.
+    /// Number of the episode, from 1.
     pub episode: u32,
-    /// Why the law was told to stop.
+    /// Why the program stopped the law, if it has.
     pub ended: Option<Result<End>>,
 }
 
 impl Act<'_> {
-    /// From the first action on, if a policy acts, until the arm has relaxed or the robot has stopped.
+    /// Runs an episode until the arm has relaxed or the robot has stopped. `first` is the first action of a policy.
     pub fn episode(&mut self, mut first: Option<Answer>) -> Result<End> {
         let mut control = match self.robot.start_torque_control() {
             Ok(control) => control,
@@ -140,7 +140,7 @@ impl Act<'_> {
             };
             let arm = (self.read)(&state);
             let begins = course.cycles == 0;
-            // From where the arm is now, with the torque that it has now.
+            // Starts again, from the pose and the torque of this cycle: the arm may have moved since `get_ready`.
             if begins && let Err(fault) = self.host.start(&arm, &model_pose(&state, self.model)) {
                 break Ok(End::Unstarted(fault));
             }
@@ -163,14 +163,14 @@ impl Act<'_> {
             if let Err(error) = control.write_once(&tau) {
                 break said(error).map(End::Reflex);
             }
-            // After the torque has been sent: the time that this takes only shortens the wait for the next cycle.
+            // Only after the torque has been sent, so that the time that this takes does not delay the torque.
             self.consult(&mut course, &command.status, &mut first);
         };
         println!("{course}, tank {:.2} J", self.host.tank());
         end
     }
 
-    /// The law ends where a joint is faster than the robot allows it to be there.
+    /// Stops the law if a joint comes close to the speed limit that the robot has at the joint's present angle.
     fn check_speed(&mut self, state: &RobotState) {
         let (lower, upper) =
             (self.robot.lower_joint_velocity_limits(&state.q), self.robot.upper_joint_velocity_limits(&state.q));
@@ -200,7 +200,7 @@ impl Act<'_> {
         }
     }
 
-    /// Asks whoever acts, takes the answer, and ends the law where it is time to.
+    /// Asks the script or policy, takes the answer, and stops the law if the gripper has failed, a signal came or time is over.
     fn consult(&mut self, course: &mut Course, status: &Status, first: &mut Option<Answer>) {
         if course.time >= course.next_action {
             course.next_action += 1.0 / f64::from(self.setup.controller.policy_hz);
@@ -215,7 +215,7 @@ impl Act<'_> {
         }
     }
 
-    /// The law ends, for this reason if there is none yet.
+    /// Stops the law. Of several reasons the first is kept.
     fn end(&mut self, end: Result<End>) {
         self.ended.get_or_insert(end);
         self.host.stop();
@@ -228,12 +228,13 @@ impl Act<'_> {
         }
     }
 
-    /// Of the gripper, where there is one.
+    /// State of the gripper, if there is one.
     pub fn fingers(&self) -> Option<Fingers> {
         self.hand.as_ref().map(Hand::fingers)
     }
 
-    /// At the policy's rate. It is told nothing as long as its first action has not been taken.
+    /// Takes the script's next action, or sends the arm's state to the policy. A policy whose first action has yet to be taken
+    /// (`is_first`) gets no state.
     fn ask(&mut self, time: f64, status: &Status, is_first: bool) {
         if !matches!(status, Status::Running | Status::Limited(_)) {
             return;
@@ -242,7 +243,7 @@ impl Act<'_> {
         match &mut self.source {
             Source::Script(script) => match script.action(&self.host, self.setup) {
                 Some(action) => {
-                    let _ = self.host.set_goal(&action); // After a fault nobody listens.
+                    let _ = self.host.set_goal(&action); // After a fault the host refuses actions.
                 }
                 None => self.end(Ok(End::Over)),
             },
@@ -254,14 +255,14 @@ impl Act<'_> {
         }
     }
 
-    /// At each cycle. A policy that answers nonsense is ended as one that asks for the end.
+    /// Takes an answer of the policy, if there is one, in each cycle. An answer that cannot be read stops the law and ends the program.
     fn answer(&mut self, first: Option<Answer>) {
         let Source::Policy(policy) = &mut self.source else { return };
         let answer = first.map_or_else(|| policy.answer(), |first| Ok(Some(first)));
         match answer {
             Ok(Some(Answer::Action(action))) => {
                 let (motion, grip) = action.entries().split_at(self.host.controller().space().dim());
-                // What comes while the law ends is not taken.
+                // An action that comes while the arm relaxes is refused; the gripper does not move then either.
                 if self.host.set_goal(motion).is_ok()
                     && let (Some(hand), [grip]) = (&mut self.hand, grip)
                 {
@@ -284,7 +285,7 @@ mod tests {
     use crate::testing;
     use std::time::Duration;
 
-    /// Reading and writing the robot's packets, which franka-rs tests, apart.
+    /// Leaves out reading and writing the robot's packets, which franka-rs tests.
     #[test]
     fn what_a_cycle_does_in_the_control_thread_takes_no_memory() {
         let folder = tempfile::tempdir().unwrap();

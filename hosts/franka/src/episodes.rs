@@ -1,4 +1,4 @@
-//! What comes between two episodes: a policy is told how the last one ended, and asks for what it wants.
+//! Between two episodes: a policy is told how the last one ended, and asks for a reset, a recovery or the end.
 
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -14,11 +14,12 @@ use crate::gripper::Hand;
 use crate::motion;
 use crate::protocol::{Answer, Ask, Told};
 
-/// Pause before a policy hears that its wish was refused, or that the robot has stopped: it may ask for the same again
-/// and again.
+/// Pause before a policy is told that its request was refused or that the robot has stopped. It slows down a policy that
+/// repeats its request.
 const REFUSED: Duration = Duration::from_millis(500);
 
-/// Ends the program where a person has taken the arm: a policy that goes on asking would move it as soon as the stop is released.
+/// Ends the program if the user stop is pressed or the arm is guided by hand: a policy that repeats its request would move the arm as
+/// soon as the stop is released.
 fn in_our_hands(mode: RobotMode) -> Result<()> {
     match mode {
         RobotMode::UserStopped => bail!("the user stop is pressed: release it and start the program again"),
@@ -27,19 +28,19 @@ fn in_our_hands(mode: RobotMode) -> Result<()> {
     }
 }
 
-/// Refuses a law under which the arm would swing where it stands.
+/// Refuses a law that is unstable on the arm in its present posture.
 fn stable(space: &ActionSpace, host: &Host) -> Result<(), String> {
     let y = host.measurement().ok_or("the robot's state was not read")?;
     stable_on(space, y).map_err(|error| error.below("space").to_string())
 }
 
 impl Act<'_> {
-    /// A script's one episode, or a policy's, as many as it asks for.
+    /// Runs the one episode of a script, or as many episodes as the policy asks for.
     pub fn episodes(&mut self) -> Result<()> {
         if let Source::Script(_) = self.source {
             return self.episode(None)?.result();
         }
-        // How the last episode ended; `None` where the arm is ready for the next.
+        // How the last episode ended; `None` if the arm is ready for the next.
         let mut last = None::<End>;
         loop {
             let answer = self.answer_between(last.as_ref())?;
@@ -53,14 +54,14 @@ impl Act<'_> {
                 (Some(Answer::Ask(Ask::Reset)), Some(_)) => self.reset()?,
                 (Some(Answer::Ask(Ask::Recover)), last) => Some(self.recover(last)?),
                 (Some(Answer::Ask(Ask::End)), _) => return Ok(()),
-                // The policy has ended, or acts on although the episode is over.
+                // The policy has ended, or sends an action although the episode is over.
                 (None | Some(Answer::Action(_)), Some(last)) => return last.result(),
                 (None, None) => return Ok(()),
             };
         }
     }
 
-    /// What the policy wants now that the last episode has ended so, or is ready for another.
+    /// Tells the policy how the last episode ended, or that the arm is ready, and waits for its answer.
     fn answer_between(&mut self, last: Option<&End>) -> Result<Option<Answer>> {
         let fingers = self.fingers();
         let mut told = Told::running(&self.host, self.episode, 0.0, &Status::Stopped, fingers)
@@ -78,7 +79,7 @@ impl Act<'_> {
         policy.answer_to(told, &self.stop)
     }
 
-    /// Back to the start: the next episode, if it can begin there.
+    /// Moves back to the start. `None` if the next episode can begin there.
     fn reset(&mut self) -> Result<Option<End>> {
         if self.stop.load(Ordering::Relaxed) {
             return Ok(Some(End::Over));
@@ -88,13 +89,13 @@ impl Act<'_> {
                 self.episode += 1;
                 None
             }
-            // Also one that has met something on its way to the start.
+            // The arm may have collided on its way to the start.
             Err(reason) if now(self.robot)?.robot_mode == RobotMode::Reflex => Some(End::Reflex(reason)),
             Err(reason) => Some(End::Refused(reason)),
         })
     }
 
-    /// Makes the arm ready for the law, after a move to the start if it is to `move_home`; or says why it cannot be.
+    /// Checks that the law can start, after a move to the start if `move_home`. The inner error says why it cannot.
     pub fn get_ready(&mut self, move_home: bool) -> Result<Result<(), String>> {
         ensure!(!self.hand.as_ref().is_some_and(Hand::has_failed), "the gripper has failed: start the program again");
         let mode = now(self.robot)?.robot_mode;
@@ -110,7 +111,7 @@ impl Act<'_> {
         Ok(started.map_err(|fault| format!("{fault}: refused")).and_then(|()| stable(&self.setup.space, &self.host)))
     }
 
-    /// Clears a reflex. What has ended stays ended: the policy asks for a reset next.
+    /// Clears a reflex. The episode that it ended does not go on: the policy asks for a reset next.
     fn recover(&mut self, last: Option<End>) -> Result<End> {
         in_our_hands(now(self.robot)?.robot_mode)?;
         match self.robot.automatic_error_recovery() {

@@ -1,4 +1,4 @@
-//! A Franka hand: one thread sends it what is wanted, another reads its width. Neither is the control thread.
+//! A Franka hand: one thread sends its commands, another reads its width. The control thread waits for neither.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -10,12 +10,12 @@ use serde::Deserialize;
 
 use crate::protocol::Fingers;
 
-/// Fingers nearer to each other than this hold nothing (m).
+/// Distance below which the fingers hold nothing (m).
 const EMPTY: f64 = 0.002;
-/// The widest opening that a homing finds may be narrower than the set-up asks, by so much (m): hands differ by less.
+/// Largest difference by which the opening that a homing finds may be below the set-up's (m). Hands differ by less.
 const HOMING: f64 = 0.002;
 
-/// How it moves: the table `robot.gripper` of a set-up.
+/// How the gripper moves: the table `robot.gripper` of a set-up.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GripperSetup {
@@ -34,7 +34,7 @@ impl Default for GripperSetup {
 }
 
 impl GripperSetup {
-    /// The fingers of a Franka hand go 8 cm apart, move with up to 10 cm/s, and press with up to 70 N for as long as one likes.
+    /// Checks the limits of a Franka hand: fingers 8 cm apart, 10 cm/s, and 70 N of continuous force.
     pub fn validate(&self) -> Result<()> {
         for (key, value, most) in [("open", self.open, 0.08), ("speed", self.speed, 0.1), ("force", self.force, 70.0)] {
             ensure!(
@@ -50,16 +50,16 @@ impl GripperSetup {
 pub struct Hand {
     fingers: Arc<Shared>,
     orders: SyncSender<()>,
-    /// What was wanted last.
+    /// Whether the latest command was to close; `None` before the first.
     closed: Option<bool>,
 }
 
-/// What the threads tell each other.
+/// What the threads share. `width` has the bits of an `f64` (m).
 #[derive(Default)]
 struct Shared {
     width: AtomicU64,
     grasped: AtomicBool,
-    /// To be closed.
+    /// Whether the gripper is to close.
     close: AtomicBool,
     failed: AtomicBool,
 }
@@ -70,7 +70,7 @@ impl Shared {
         self.grasped.store(grasped && width > EMPTY, Ordering::Relaxed);
     }
 
-    /// Says why, once.
+    /// Marks the gripper as failed, and prints the first error.
     fn fail(&self, error: &dyn std::fmt::Display) {
         if !self.failed.swap(true, Ordering::Relaxed) {
             eprintln!("the gripper: {error}");
@@ -79,7 +79,7 @@ impl Shared {
 }
 
 impl Hand {
-    /// Connects to the hand of the robot at `address`, whose port is the robot's own.
+    /// Connects to the hand of the robot at `address`. A port in `address` is that of the robot and is left out.
     pub fn connect(address: &str, setup: GripperSetup) -> Result<Self> {
         let gripper = Arc::new(Gripper::new(without_port(address)).context("the gripper")?);
         let state = gripper.read_once().context("the gripper")?;
@@ -127,11 +127,11 @@ impl Hand {
         }
         self.closed = Some(close);
         self.fingers.close.store(close, Ordering::Relaxed);
-        // If the channel is full, the order that waits in it will be carried out with this wish.
+        // If the channel is full, the order that waits in it will use this value of `close`.
         let _ = self.orders.try_send(());
     }
 
-    /// How it is.
+    /// The latest state of the hand.
     pub fn fingers(&self) -> Fingers {
         Fingers {
             width: f64::from_bits(self.fingers.width.load(Ordering::Relaxed)),
@@ -139,26 +139,26 @@ impl Hand {
         }
     }
 
-    /// Whether it does not answer, or has failed to do what it was told.
+    /// Whether the hand no longer answers, or has failed to carry out a command.
     pub fn has_failed(&self) -> bool {
         self.fingers.failed.load(Ordering::Relaxed)
     }
 }
 
-/// A grasp ends where something stops the fingers. Its tolerances allow every width, so that a hand answers `true` also with nothing
-/// between them: whether it holds something is told by the width ([`Shared::tell`]) and not by the answer.
+/// A grasp ends where something stops the fingers. Its tolerances allow every width, so that a hand answers `true` even with nothing
+/// between the fingers. Therefore the width ([`Shared::tell`]), not the answer, decides whether the hand holds something.
 fn closed(answer: FrankaResult<bool>) -> Result<()> {
     answer?;
     Ok(())
 }
 
-/// A hand answers `false` where its fingers did not come to the width that it was told.
+/// A hand answers `false` if its fingers did not reach the commanded width.
 fn opened(answer: FrankaResult<bool>) -> Result<()> {
     ensure!(answer?, "the fingers did not open");
     Ok(())
 }
 
-/// An address of version 6 has more than one colon, and stands in brackets before a port.
+/// The address without its port. An IPv6 address has more than one colon, and is in brackets if a port follows.
 fn without_port(address: &str) -> &str {
     if let Some((host, _)) = address.strip_prefix('[').and_then(|rest| rest.split_once(']')) {
         return host;

@@ -1,10 +1,10 @@
-//! The memory of a program that has a deadline.
+//! Locks the program's memory: the control loop has a deadline.
 
 use anyhow::{Result, bail};
 use rustix::mm::{MlockAllFlags, mlockall};
 
-/// Keeps all of it, also what is yet to come, in the machine's memory: a page that has to be read from a disk takes milliseconds. A failure
-/// is an error where the deadline is enforced, and a line elsewhere.
+/// Keeps all present and future pages of the program in RAM, as reading a page from disk takes milliseconds. A failure is an error if the
+/// deadline `is_enforced`, and otherwise a printed line.
 pub fn lock(is_enforced: bool) -> Result<()> {
     match mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE) {
         Err(error) if is_enforced => bail!(

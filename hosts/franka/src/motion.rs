@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use franka::{ControllerMode, Duration, FciVersion, FrankaResult, JointPositions, Robot, RobotState, motion_finished};
 
-/// Largest speed of a joint on the way (rad/s): a fifth of what the slowest may.
+/// Largest speed of a joint on the way (rad/s): about a fifth of the slowest joint's limit.
 const SPEED: f64 = 0.4;
 /// Time in which the arm comes to rest when it is told to stop (s).
 const BRAKING: f64 = 0.5;
@@ -27,8 +27,8 @@ pub fn move_to(robot: &Robot, goal: [f64; 7], stop: &AtomicBool) -> FrankaResult
     )
 }
 
-/// Where the way begins (rad). A Panda's first set-point, unlike an FR3's, is filtered and limited against the set-point
-/// that the robot had: from the measured angles it would be a jump.
+/// Joint angles at which the way begins (rad). A Panda's first set-point (protocol version 5), unlike an FR3's, is filtered and limited
+/// against the robot's previous set-point: a way from the measured angles would begin with a jump.
 fn beginning(state: &RobotState, version: FciVersion) -> [f64; 7] {
     match version {
         FciVersion::V5 => state.q_d,
@@ -36,25 +36,25 @@ fn beginning(state: &RobotState, version: FciVersion) -> [f64; 7] {
     }
 }
 
-/// A quintic: at rest, without acceleration, at both ends.
+/// A quintic polynomial in time with zero speed and acceleration at both ends.
 struct Way {
     start: [f64; 7],
     goal: [f64; 7],
-    /// How long it takes, and how much of that is done (s).
+    /// Duration of the way, and the part of it that is done (s).
     duration: f64,
     done: f64,
-    /// Since it was told to stop (s).
+    /// Time since it was told to stop (s).
     braking: Option<f64>,
 }
 
 impl Way {
     fn new(start: [f64; 7], goal: [f64; 7]) -> Self {
         let furthest = goal.iter().zip(start).map(|(goal, start)| (goal - start).abs()).fold(0.0, f64::max);
-        // A quintic's peak speed is 1.875 of its mean.
+        // A quintic's peak speed is 1.875 times its mean speed.
         Self { start, goal, duration: (1.875 * furthest / SPEED).max(0.5), done: 0.0, braking: None }
     }
 
-    /// `dt` seconds later. Once told to `stop`, time on the way slows down to none.
+    /// Advances by `dt` (s). Once told to `stop`, the time along the way slows down smoothly to a standstill.
     fn advance(&mut self, dt: f64, stop: bool) {
         let rate = match &mut self.braking {
             Some(elapsed) => {
@@ -86,7 +86,7 @@ impl Way {
 mod tests {
     use super::*;
 
-    /// The first joint's angles (rad) in cycles of 1 ms; told to stop after `stop` of them.
+    /// The first joint's angles (rad) in cycles of 1 ms. The way is told to stop after `stop` cycles.
     fn angles(stop: usize) -> Vec<f64> {
         let mut way = Way::new([0.0; 7], [1.0, -0.5, 0.0, 0.0, 0.0, 0.0, 0.2]);
         let mut angles = vec![0.0];

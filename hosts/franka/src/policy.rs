@@ -11,26 +11,26 @@ use anyhow::{Context, Result, bail, ensure};
 
 use crate::protocol::{Answer, Expected, Told};
 
-/// Time that a policy has for its first answer, and how long a signal may wait meanwhile.
+/// Time that a policy has for its first answer, and the interval at which a wait looks for signals.
 const PATIENCE: Duration = Duration::from_secs(30);
 const LOOK: Duration = Duration::from_millis(50);
-/// Time that it has to save what it has learned, once its input is closed.
+/// Time that a policy has to save what it has learned, once its input is closed.
 const LEAVE: Duration = Duration::from_secs(10);
 
 /// The running policy. The host does not watch its process: when no action comes in time, the watchdog stops the arm.
 pub struct Policy {
     child: Child,
-    /// Until it is to end.
+    /// Queue of states for the policy; `None` once the policy is to end.
     told: Option<SyncSender<Told>>,
     answers: Receiver<Result<Answer>>,
-    /// Asked, and not yet answered.
+    /// Whether the policy has yet to answer the latest state.
     waiting: bool,
-    /// It has answered at least once.
+    /// Whether the policy has answered at least once.
     begun: bool,
 }
 
 impl Policy {
-    /// Starts `command` (words at spaces), which is to answer with such actions.
+    /// Starts `command`, split into words at spaces, which is to answer with the `expected` actions.
     pub fn start(command: &str, expected: Expected) -> Result<Self> {
         let mut words = command.split_whitespace();
         let program = words.next().context("--policy: no program")?;
@@ -38,13 +38,13 @@ impl Policy {
             .args(words)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
-            // A terminal's Ctrl-C is for the host: the policy's input is closed, and it saves what it has learned.
+            // Ctrl-C in a terminal thus reaches the host alone, which closes the policy's input so that the policy can save what it has learned.
             .process_group(0)
             .spawn()
             .with_context(|| format!("--policy {command}"))?;
         let mut input = child.stdin.take().context("the policy's input")?;
         let output = BufReader::new(child.stdout.take().context("the policy's output")?);
-        // Making text of numbers, writing and reading take their time: not in the control thread.
+        // Serialising, writing and reading take too long for the control thread.
         let (told, received) = sync_channel::<Told>(1);
         std::thread::spawn(move || {
             for told in received {
@@ -66,8 +66,8 @@ impl Policy {
         Ok(Self { child, told: Some(told), answers, waiting: false, begun: false })
     }
 
-    /// Tells it how the arm is, unless an answer is still due: what queues up would be answered late. A policy that is gone is noticed
-    /// by its silence.
+    /// Sends the arm's state to the policy, unless an answer is still due: a queued state would be answered late. A policy that has died
+    /// is noticed because no action comes.
     pub fn tell(&mut self, told: Told) {
         if !self.waiting
             && let Some(to) = &self.told
@@ -91,8 +91,8 @@ impl Policy {
         }
     }
 
-    /// Between two episodes: its answer to `told`, for which it has as long as it wants, once it has ever answered. An answer to what
-    /// it was told before is none. `None` if it has ended, or after a signal.
+    /// Between two episodes: the policy's answer to `told`. Only its first answer of all has a time limit. A late answer to an earlier
+    /// state is dropped. `None` if the policy has ended, or after a signal.
     pub fn answer_to(&mut self, told: Told, stop: &AtomicBool) -> Result<Option<Answer>> {
         let begin = Instant::now();
         let mut late = self.waiting;
@@ -120,10 +120,10 @@ impl Policy {
         Ok(None)
     }
 
-    /// Closes its input and gives it its time to end by itself.
+    /// Closes the policy's input and gives the policy time to end by itself.
     ///
     /// # Errors
-    /// If it has ended with an error.
+    /// If the policy has ended with an error.
     fn leave(&mut self) -> Result<()> {
         self.told = None;
         let begin = Instant::now();
@@ -140,7 +140,7 @@ impl Policy {
 
 impl Drop for Policy {
     fn drop(&mut self) {
-        // How it ends is told where it has not been asked to.
+        // The exit status is ignored: `answer_to` reports a policy that ends without being asked to.
         let _ = self.leave();
         let _ = self.child.kill();
         let _ = self.child.wait();
@@ -153,7 +153,7 @@ mod tests {
     use crate::testing;
     use aforce::host::Status;
 
-    /// A policy may compute as long as it wants while the arm rests, and fail at that.
+    /// A policy may end while the arm rests between two episodes. An exit code other than 0 is an error.
     #[test]
     fn a_policy_that_ends_between_two_episodes_says_how() {
         let folder = tempfile::tempdir().unwrap();
@@ -174,7 +174,7 @@ mod tests {
         }
     }
 
-    /// It takes ten times as long as passes between two questions, and answers with the last joint's angle.
+    /// The policy takes ten times as long as passes between two states, and answers with the last joint's angle.
     #[test]
     fn a_slow_policy_answers_to_what_was_measured_after_its_last_answer() {
         let folder = tempfile::tempdir().unwrap();

@@ -5,22 +5,22 @@ use aforce::host::{Host, Status};
 use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
 
-/// Most numbers in an action.
+/// Largest number of entries of an action.
 const LONGEST: usize = 24;
 
-/// How the arm is, in base axes. Filled in the control thread, which makes no text of it.
+/// State of the arm that a policy is sent; vectors are in base axes. The control thread fills it, another thread serialises it.
 #[derive(Debug, Clone, Serialize)]
 pub struct Told {
-    /// From 1.
+    /// Number of the episode, from 1.
     pub episode: u32,
-    /// Since the law began in this episode (s).
+    /// Time since the law began in this episode (s).
     pub time: f64,
     /// `running`, `limited`; between episodes `ready`, or how the last one ended.
     pub status: &'static str,
-    /// Why it ended.
+    /// Why the last episode ended.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// Of a fault of the host, the number of its kind: [`aforce::host::Fault::code`].
+    /// Code of the host's fault: [`aforce::host::Fault::code`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fault: Option<u32>,
     /// What was cut, as the bits of [`aforce::host::Limited`].
@@ -28,18 +28,18 @@ pub struct Told {
     /// Joint angles and speeds (rad, rad/s).
     q: [f64; 7],
     qd: [f64; 7],
-    /// Of the tool (m), and its rotation as x, y, z, w.
+    /// Position of the tool point (m), and its orientation as a quaternion x, y, z, w.
     position: [f64; 3],
     quaternion: [f64; 4],
     /// The tool's velocity (m/s, rad/s).
     twist: [f64; 6],
-    /// The environment's on the tool (N, Nm).
+    /// Wrench of the environment on the tool (N, Nm).
     wrench: [f64; 6],
     /// K that acts (N/m, Nm/rad), F_ff (N, Nm) and F_d (N).
     stiffness: [f64; 6],
     feedforward: [f64; 6],
     desired_force: f64,
-    /// Where there is one.
+    /// State of the gripper, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     gripper: Option<Fingers>,
 }
@@ -47,9 +47,9 @@ pub struct Told {
 /// A gripper's state.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Fingers {
-    /// Between the fingers (m).
+    /// Distance between the fingers (m).
     pub width: f64,
-    /// Whether they hold something.
+    /// Whether the fingers hold something.
     pub grasped: bool,
 }
 
@@ -85,13 +85,13 @@ impl Told {
 /// What a policy answers with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Answer {
-    /// Of the space, and of the gripper if there is one.
+    /// Entries of the action space, then one for the gripper if there is one.
     Action(Action),
-    /// Something else than to act.
+    /// A request instead of an action.
     Ask(Ask),
 }
 
-/// Entries in [-1, 1].
+/// An action, entries in [-1, 1]; the host clips others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Action {
     entries: [f64; LONGEST],
@@ -104,7 +104,7 @@ pub struct Action {
 pub enum Ask {
     /// End the episode, go back to the start, tell `ready`.
     Reset,
-    /// Clear the stop in which the robot stands.
+    /// Clear the reflex that has stopped the robot.
     Recover,
     /// End the program.
     End,
@@ -121,12 +121,12 @@ impl Action {
 #[derive(Debug, Clone)]
 pub struct Expected {
     length: usize,
-    /// What they are for.
+    /// Name of the action space, for messages.
     name: String,
 }
 
 impl Expected {
-    /// Those of a space, with an entry more for a gripper.
+    /// Actions of `space`, with one entry more for a gripper.
     pub fn new(space: &ActionSpace, gripper: bool) -> Result<Self> {
         let length = space.dim() + usize::from(gripper);
         let name = format!("`{space}`{}", if gripper { " with a gripper" } else { "" });

@@ -1,13 +1,13 @@
-//! A table that is not there: its push, added to what the arm reports.
+//! A virtual table for rehearsals in the air: its contact force is added to the wrench that the arm reports.
 
 use aforce::Vector3;
 use aforce::host::{ArmState, WrenchSign};
 
-/// Stiffness (N/m) and damping (Ns/m) of its top.
+/// Stiffness (N/m) and damping (Ns/m) of the table's top.
 const STIFFNESS: f64 = 5e3;
 const DAMPING: f64 = 100.0;
 
-/// Adds what a table at `height` (m, base frame) would push with to the wrench, which has base axes and this `sign`.
+/// Adds the contact force of a table at `height` (m, base frame) to the wrench, which has base axes and this `sign`.
 pub fn add_table(state: &mut ArmState, height: f64, sign: WrenchSign) {
     let depth = height - state.pose.translation.z;
     if depth > 0.0 {

@@ -9,24 +9,24 @@ use serde::Deserialize;
 
 use crate::gripper::GripperSetup;
 
-/// Largest force (N, Nm) at which a robot may be told to stop.
+/// Largest collision threshold that a set-up may have (N, Nm).
 pub const COLLISION_MAX: f64 = 100.0;
 const COLLISION_MARGIN: f64 = 1.5;
-/// Largest payload of both arms (kg), and how far from the flange a tool or a payload may be (m).
+/// Largest payload of a Panda and of an FR3 (kg), and how far from the flange a tool or a payload may be (m).
 const PAYLOAD: f64 = 3.0;
 const REACH: f64 = 1.0;
 
-/// What the robot is told before a motion.
+/// Settings that are sent to the robot before a motion.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RobotSetup {
-    /// External torque of each joint (Nm) at which the robot itself stops: that of Franka's examples.
+    /// External torque of each joint (Nm) at which the robot itself stops; by default that of Franka's examples.
     pub collision_torque: [f64; 7],
-    /// External force and moment (N, Nm; base axes) at which it stops; by default half more than `limits.external_max`.
+    /// External force and moment (N, Nm; base axes) at which the robot itself stops; by default 1.5 times `limits.external_max`, at most 100.
     pub collision_force: Option<[f64; 6]>,
-    /// What is fixed to the flange beside what Desk knows; as Desk has it, if it is not given.
+    /// Payload at the flange beside the end effector that is configured in Franka's Desk; if absent, Desk's payload stays.
     pub load: Option<Load>,
-    /// The tool point's frame seen from the nominal end effector: 4 x 4, column-major (m); as Desk has it, if it is not given.
+    /// The tool point's frame in the nominal end-effector frame: 4 x 4, column-major (m); if absent, Desk's frame stays.
     pub tool: Option<[f64; 16]>,
     /// The hand, if the host is to move it.
     pub gripper: Option<GripperSetup>,
@@ -36,11 +36,11 @@ pub struct RobotSetup {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Load {
-    /// kg.
+    /// Mass (kg).
     pub mass: f64,
-    /// Its centre, seen from the flange (m).
+    /// Centre of mass in the flange's frame (m).
     pub centre: [f64; 3],
-    /// About its centre: 3 x 3, column-major (kg m^2).
+    /// Inertia about the centre of mass: 3 x 3, column-major (kg m^2).
     pub inertia: [f64; 9],
 }
 
@@ -56,7 +56,7 @@ impl Load {
             "robot.load.centre = {:?} is not allowed; allowed: up to {REACH} m either way",
             self.centre
         );
-        // No body has a moment of inertia that is larger than the two others together.
+        // Of the principal moments of inertia of a body none is larger than the sum of the two others.
         let inertia = Matrix3::from_column_slice(&self.inertia);
         let is_symmetric = (inertia - inertia.transpose()).amax() <= 1e-9 && inertia.iter().all(|x| x.is_finite());
         let is_bodys = is_symmetric && {
@@ -76,7 +76,7 @@ impl Default for RobotSetup {
 }
 
 impl RobotSetup {
-    /// Takes the table `robot` out of a set-up, and leaves empty lines in its place: the others keep their numbers.
+    /// Splits the table `robot` from a set-up. Empty lines take its place, so that the other lines keep their numbers in messages.
     pub fn cut_out(text: &str) -> Result<(Self, String)> {
         let (mut own, mut rest, mut inside) = (String::new(), String::new(), false);
         for line in text.lines() {
@@ -126,7 +126,7 @@ impl RobotSetup {
         self.gripper.as_ref().map_or(Ok(()), GripperSetup::validate)
     }
 
-    /// Tells the robot. `external_max` is what the set-up calls a fault (N, Nm).
+    /// Sends the settings to the robot. `external_max` is the external force and moment that is a fault of the host (N, Nm).
     pub fn apply(&self, robot: &Robot, external_max: [f64; 2]) -> Result<()> {
         let [force, moment] = external_max.map(|max| (COLLISION_MARGIN * max).min(COLLISION_MAX));
         let forces = self.collision_force.unwrap_or([force, force, force, moment, moment, moment]);

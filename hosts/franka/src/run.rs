@@ -1,4 +1,4 @@
-//! All of it: set-up, connection, checks, and episodes one after the other.
+//! The whole program: set-up, connection, checks, and episodes one after the other.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -21,11 +21,11 @@ use crate::robot_setup::{COLLISION_MAX, RobotSetup};
 use crate::script::Running;
 use crate::{checks, memory, motion};
 
-/// The robot refuses torque rates of 1000 Nm/s, and compares in single precision.
+/// Share of the torque-rate limit that the host uses: the robot refuses 1000 Nm/s, and compares in single precision.
 const RATE_SHARE: f64 = 0.99;
 const IDENTITY: [f64; 16] = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 
-/// All of it.
+/// Runs the program.
 pub fn run(args: &Args) -> Result<()> {
     let (setup, own) = read_setup(args)?;
     let host = Host::new(&setup)?;
@@ -35,7 +35,7 @@ pub fn run(args: &Args) -> Result<()> {
     for signal in [SIGINT, SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
     }
-    // Threads and processes that begin after the robot is connected would have its thread's priority.
+    // Threads and processes that start after the connection would inherit the real-time priority of the control thread.
     let log = args.log.as_deref().map(Log::create).transpose()?;
     let outcome = with_robot(args, &setup, &own, host, &stop, log.as_ref());
     let lost = log.map_or(Ok(0), Log::finish);
@@ -107,7 +107,7 @@ fn with_robot(
     act.episodes()
 }
 
-/// What contradicts the set-up, or itself.
+/// Refuses arguments that are out of range or contradict the set-up.
 fn check_arguments(args: &Args, setup: &HostSetup) -> Result<()> {
     ensure!(args.duration > 0.0, "--duration {}: must be above 0", args.duration);
     ensure!(
@@ -173,7 +173,7 @@ fn read_setup(args: &Args) -> Result<(HostSetup, RobotSetup)> {
     Ok((setup, own))
 }
 
-/// The joint angles (rad) to start from, which the arm must reach.
+/// The joint angles of `--start` (rad), which must be within the arm's ranges.
 fn within(start: &[f64], arm: &Arm) -> Result<[f64; 7]> {
     for (joint, (angle, [low, high])) in start.iter().zip(arm.range).enumerate() {
         ensure!((low..=high).contains(angle), "--start, joint {}: {angle} rad; allowed: {low} to {high}", joint + 1);
@@ -181,7 +181,7 @@ fn within(start: &[f64], arm: &Arm) -> Result<[f64; 7]> {
     start.try_into().context("--start takes seven angles")
 }
 
-/// The set-up's arm must ask no more than the robot can do, whose generation its protocol tells.
+/// Refuses a set-up whose arm exceeds the limits of the connected robot. The protocol's version tells a Panda from an FR3.
 fn check_arm(arm: &Arm, version: FciVersion) -> Result<()> {
     let (name, robot) = match version {
         FciVersion::V5 => ("panda", Arm::PANDA),
@@ -190,7 +190,7 @@ fn check_arm(arm: &Arm, version: FciVersion) -> Result<()> {
     arm.stays_within(&robot).map_err(|error| anyhow!("{}; the robot is of the kind {name}", error.below("arm")))
 }
 
-/// The robot's own settings: its stops, and its wrench about the tool point.
+/// Clears a reflex and sends the robot's own settings. The wrench that the robot reports is about the tool point.
 fn prepare(robot: &Robot, setup: &HostSetup, own: &RobotSetup) -> Result<()> {
     if now(robot)?.robot_mode == RobotMode::Reflex {
         println!("the robot has stopped in a reflex: recovering");

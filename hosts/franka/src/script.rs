@@ -1,4 +1,4 @@
-//! What the arm does by itself: one action per 50 ms.
+//! The built-in scripts: one action per 50 ms at the usual 20 Hz.
 
 use aforce::host::{Host, HostSetup};
 use aforce::wiper::{RoundPath, Wiper};
@@ -10,12 +10,12 @@ use crate::cli::Script;
 pub enum Running {
     /// Stays at this pose.
     Hold(Pose),
-    /// Goes round, on a table or in the air.
+    /// Circles, on a table or in the air.
     Round(Wiper),
 }
 
 impl Running {
-    /// Begins at `start`: height and orientation in the air, middle of the circles.
+    /// A script that begins at `start` (m, base frame): the middle of the circles, the tool's orientation, and the height in the air.
     pub fn new(script: Script, start: Pose) -> Self {
         match script {
             Script::Hold => Self::Hold(start),
@@ -24,7 +24,7 @@ impl Running {
         }
     }
 
-    /// Name in the log of what the script is at.
+    /// Name of the present phase in the log.
     pub fn phase(&self) -> &'static str {
         match self {
             Self::Hold(_) => "hold",

@@ -1,18 +1,19 @@
-//! How fast a joint may be where it is: an FR3's limits shrink towards the ends of its range.
+//! Speed limits of the joints at their present angles: an FR3's limits shrink towards the ends of a joint's range.
 
 use aforce::host::Fault;
 
-/// A joint may have this share of the robot's speed limit where it is, and this speed (rad/s) on top. Towards the end
-/// of the joint's range the limit goes to 0, and a joint at rest may stand there.
+/// Allowed speed of a joint: this share of the robot's limit at the joint's angle, plus this speed (rad/s). The limit goes to 0
+/// at the end of the range, where a joint may still be at rest.
 const SHARE: f64 = 0.95;
 const REST: f64 = 0.02;
 
-/// The first joint that is near the speed at which the robot would stop by itself: beyond a share of the robot's own limits where it is.
+/// A fault for the first joint that comes close to the speed at which the robot stops by itself. `lower` and `upper` are the robot's limits
+/// at the present joint angles; all values in rad/s.
 pub fn too_fast(speeds: &[f64; 7], lower: &[f64; 7], upper: &[f64; 7]) -> Option<Fault> {
     (0..7).find_map(|i| {
         let limit = if speeds[i] < 0.0 { -lower[i] } else { upper[i] };
         let (speed, max) = (speeds[i].abs(), SHARE * limit + REST);
-        // A speed that is no number is too fast.
+        // NaN counts as too fast.
         let is_within = speed <= max;
         (!is_within).then_some(Fault::JointSpeed { joint: i + 1, speed, max })
     })

@@ -9,7 +9,7 @@ use franka::{Frame, Model, RobotState};
 
 use crate::arm::{arm_state, model_pose};
 
-/// What a Panda's interface reports, and where the model sees the tool.
+/// State of a resting Panda, and the tool's pose by the model.
 pub fn panda() -> (ArmState, Pose) {
     let model = Model::native_fer();
     let q = [0.0, -0.8, 0.0, -2.4, 0.0, 1.6, 0.8];
@@ -18,7 +18,7 @@ pub fn panda() -> (ArmState, Pose) {
     (arm_state(&state, &model), model_pose(&state, &model))
 }
 
-/// A host that has started there.
+/// A host that has started in the state of [`panda`].
 pub fn host() -> Host {
     let mut setup = HostSetup::from_toml(include_str!("../configs/fr3.toml")).unwrap();
     setup.arm = Arm::PANDA;
@@ -53,7 +53,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// How often this thread has taken or given back memory.
+/// Number of allocations and deallocations of this thread.
 pub fn allocations() -> u64 {
     ALLOCATIONS.with(Cell::get)
 }

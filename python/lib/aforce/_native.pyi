@@ -1,4 +1,4 @@
-"""The types of what is written in Rust. SI units; world axes, linear part first."""
+"""The types of the part that is written in Rust. SI units; world axes, linear part first."""
 
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -72,7 +72,7 @@ class Controller:
         **settings: Any,
     ) -> Controller: ...
     def reset(self, measurement: Measurement) -> None:
-        """Begins an episode: goal at the measured pose, K at its start, no force."""
+        """Begins an episode: goal at the measured pose, K at its initial value, no force."""
 
     def set_goal(self, action: ArrayLike, measurement: Measurement) -> None:
         """A new goal: one action of the space, shape (dim,), entries in [-1, 1] (others are clipped)."""
@@ -89,7 +89,7 @@ class Controller:
 
     @property
     def dim(self) -> int:
-        """Numbers in an action."""
+        """Number of entries of an action."""
 
     @property
     def stiffness(self) -> _Numbers:
@@ -105,7 +105,7 @@ class Controller:
 
     @property
     def wrench(self) -> _Numbers:
-        """What the task asks the tool to push with (N, Nm): -F_ff - F_cmd - K e - D e_dot; shape (6,)."""
+        """Wrench with which the law has the tool push (N, Nm): -F_ff - F_cmd - K e - D e_dot; shape (6,)."""
 
     @property
     def error(self) -> _Numbers:
@@ -145,34 +145,34 @@ class Place:
 
     @property
     def position(self) -> _Numbers:
-        """Of its frame (m); shape (3,)."""
+        """Origin of its frame (m); shape (3,)."""
 
     @property
     def quaternion(self) -> _Numbers:
-        """x, y, z, w; shape (4,)."""
+        """Orientation as x, y, z, w; shape (4,)."""
 
     @property
     def rotation(self) -> _Numbers:
-        """Its axes as columns; shape (3, 3)."""
+        """Rotation matrix with its axes as columns; shape (3, 3)."""
 
     @property
     def velocity(self) -> _Numbers:
-        """Of its origin (m/s); shape (3,)."""
+        """Velocity of its origin (m/s); shape (3,)."""
 
     @property
     def angular_velocity(self) -> _Numbers:
-        """(rad/s); shape (3,)."""
+        """Angular velocity (rad/s); shape (3,)."""
 
     def point(self, within: ArrayLike) -> _Numbers:
-        """Where a point of its frame is in the world (m); shapes (3,)."""
+        """World position of a point that is given in its frame (m); shapes (3,)."""
 
 @final
 class State:
-    """What the methods of a task read, as it was when they were called. World axes, SI units."""
+    """State of the simulation that a task's methods read, as it was when they were called. World axes, SI units."""
 
     @property
     def time(self) -> float:
-        """Since the start of the episode (s)."""
+        """Time since the start of the episode (s)."""
 
     @property
     def tool(self) -> Place:
@@ -188,11 +188,11 @@ class State:
 
     @property
     def force(self) -> _Numbers:
-        """What the environment exerts on the hand, filtered (N); shape (3,)."""
+        """Force of the environment on the hand, filtered (N); shape (3,)."""
 
     @property
     def torque(self) -> _Numbers:
-        """About the tool point (Nm); shape (3,)."""
+        """Torque of the environment on the hand about the tool point, filtered (Nm); shape (3,)."""
 
     @property
     def contact_force(self) -> float:
@@ -200,15 +200,15 @@ class State:
 
     @property
     def fingers(self) -> float | None:
-        """Distance of the finger pads (m); None for a tool without."""
+        """Distance of the finger pads (m); None for a tool without fingers."""
 
     @property
     def penalty(self) -> float:
-        """`force_penalty.weight` (0.05) times this action's largest force, if that is above the limit, else 0; told to `reward` and `success`
-        alone."""
+        """`force_penalty.weight` (0.05) times this action's largest force, if that is above the limit, else 0. Only `reward`, `success` and
+        `lost` get it; elsewhere it is 0."""
 
     def body(self, name: str) -> Place:
-        """Where a body of the scene is; KeyError if there is none of this name."""
+        """Pose and velocity of a body of the scene; KeyError if there is none of this name."""
 
     def joint(self, name: str) -> float:
         """Position of a joint of the scene (rad or m)."""
@@ -234,7 +234,7 @@ class Env:
         """Observation, reward, terminated, truncated, info."""
 
     def pixels(self) -> NDArray[Any] | None:
-        """What the observed camera sees now; shape (height, width, 1 or 3); None where there is none."""
+        """What the observed camera sees now; shape (height, width, 1 or 3); None if no camera is observed."""
 
     def expert_action(self) -> _Floats:
         """What the task's script would do now."""

@@ -38,7 +38,7 @@ def spaces_of(description: dict[str, Any], scaled: bool) -> tuple[Box, Box]:
 
 
 def with_pixels(description: dict[str, Any], numbers: Box) -> "gym.spaces.Space[Any]":
-    """The space of observations: of numbers, or where a camera is observed of those as `state` and of its `pixels`."""
+    """The space of observations: that of the numbers, or with an observed camera a dict of the numbers as `state` and of `pixels`."""
     form = description.get("pixels")
     if form is None:
         return numbers
@@ -47,7 +47,7 @@ def with_pixels(description: dict[str, Any], numbers: Box) -> "gym.spaces.Space[
 
 
 def absolute(config: File | None, settings: dict[str, Any]) -> tuple[str | None, dict[str, Any]]:
-    """The same with absolute paths of files: a copy of the environment may be made in another working directory."""
+    """Both arguments with absolute paths of files: a copy of the environment may be made in another working directory."""
     for key, endings in (("space", (".toml",)), ("robot", (".toml", ".urdf"))):
         file = settings.get(key)
         if isinstance(file, os.PathLike) or isinstance(file, str) and file.endswith(endings):
@@ -56,12 +56,12 @@ def absolute(config: File | None, settings: dict[str, Any]) -> tuple[str | None,
 
 
 def maker(named: str | None, task: "Makes | str | None", settings: dict[str, Any]) -> "Makes | str":
-    """What an environment is made of: the name of a built-in task, or what makes one of one's own."""
+    """The name of a built-in task, or the class or function that makes a task of one's own."""
     if named is not None and not isinstance(named, str):
         raise TypeError(f"named = {named!r} is not allowed; allowed: a built-in task's name. A task of one's own is given as task=")
     if named is not None:
         if task is not None:
-            settings["task"] = task  # A setting like any other: answered if it contradicts the name.
+            settings["task"] = task  # Passed on as a setting, which is refused if it contradicts the name.
         return named
     if isinstance(task, str) and ":" in task:
         task = load_env_creator(task)
@@ -78,7 +78,7 @@ def maker(named: str | None, task: "Makes | str | None", settings: dict[str, Any
 
 
 def checked_seed(seed: int | None, others: int = 0) -> int | None:
-    """A seed as the simulation takes it, after which there are `others` more: a whole number of 64 bits."""
+    """The seed as the simulation takes it, checked: it and the `others` that follow it must be whole numbers of 64 bits."""
     if seed is not None and not (isinstance(seed, (int, np.integer)) and not isinstance(seed, bool) and 0 <= seed < 2**64 - others):
         raise ValueError(f"seed = {seed!r} is not allowed; allowed: a whole number from 0 to 2**64 - {1 + others}")
     return None if seed is None else int(seed)
@@ -103,7 +103,7 @@ class Env(gym.Env[Observation, Floats], EzPickle):
                  horizon, controller, force_penalty, disturbance, observation, ends_on_success, stops, stop_price, motion_price, ..
                  None counts as not given
 
-    `own_task` is the environment's object of a task of one's own, for what a curriculum changes between episodes; None for built-in tasks.
+    `own_task` is the environment's object of that class, which a curriculum can change between episodes; None for built-in tasks.
 
     Observations and actions are float32; NaN or a wrong shape is a ValueError. An episode is truncated at its horizon, and
     terminated if the simulation diverges, if a task of one's own is lost or, with `stops=True`, where a real arm would have
@@ -134,7 +134,7 @@ class Env(gym.Env[Observation, Floats], EzPickle):
         render_size: tuple[int, int] = (480, 360),
         **settings: Any,
     ) -> None:
-        config, settings = absolute(config, copy.deepcopy(settings))  # A pickle is of the settings as they are now.
+        config, settings = absolute(config, copy.deepcopy(settings))  # A pickle holds the settings as they are now.
         EzPickle.__init__(
             self, named, task=task, config=config, scaled=scaled, render_mode=render_mode, render_size=render_size, **settings
         )
@@ -160,8 +160,8 @@ class Env(gym.Env[Observation, Floats], EzPickle):
 
     @property
     def spec(self) -> EnvSpec | None:  # type: ignore[override]
-        """What `gymnasium.make` made it of; `max_episode_steps` is the horizon, at which the simulation itself truncates, unless
-        `make` was given one: then a wrapper of gymnasium truncates, too. Another length is asked for with `horizon`."""
+        """The spec with which `gymnasium.make` made the environment. `max_episode_steps` is the horizon, at which the simulation itself
+        truncates. If `make` was given one, a wrapper of gymnasium truncates too. Another length is asked for with `horizon`."""
         return self._spec
 
     @spec.setter
@@ -171,7 +171,7 @@ class Env(gym.Env[Observation, Floats], EzPickle):
             spec.max_episode_steps = self._horizon
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
-        """Starts an episode: that of `seed`, which also fixes all later episodes that are given none."""
+        """Starts the episode of `seed`, which also fixes all later episodes that are reset without a seed."""
         checked_options(options)
         seed = checked_seed(seed)
         super().reset(seed=seed)
@@ -197,7 +197,7 @@ class Env(gym.Env[Observation, Floats], EzPickle):
 
     @property
     def episode_seed(self) -> int:
-        """Seed of the present episode, by which `reset` brings it back."""
+        """Seed of the present episode, with which `reset` starts it again."""
         return self._native.episode_seed()
 
     def describe(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What `train` has learned, played with numpy alone."""
+"""Policies that `train` has learned, played with numpy alone."""
 
 import json
 import struct
@@ -20,7 +20,7 @@ FORMAT = 1
 class Policy:
     """A trained policy: `Policy.load("runs/mine/lift/aforce/seed_1")`.
 
-    task, space, step  what it was trained for, and after how many actions it was kept
+    task, space, step  what it was trained for, and after how many actions it was saved
     checkpoint         "best" or "last": which of its run's policies it is
     scaled             whether it expects scaled observations
     config             path of its run's config.toml, or of the .zip that has it
@@ -44,11 +44,10 @@ class Policy:
 
     @classmethod
     def load(cls, run: File, checkpoint: str | None = None) -> "Policy":
-        """The policy of a run folder: of its "best" evaluation, unless its "last" one is asked for. Or of the .zip in which `archive` kept
-        one of the two."""
+        """The policy of a run folder: its "best" one, unless `checkpoint` is "last". A .zip of `archive` has one of the two."""
         run = Path(run).absolute()
         if run.suffix != ".zip":
-            # A run that saves itself meanwhile renames the folder that is read: then once more.
+            # A run that saves its state meanwhile renames the folder: then reading is tried again.
             for pause in (0.05, 0.1, 0.2):
                 try:
                     return cls._read(run, checkpoint or "best", run / "config.toml")
@@ -67,7 +66,7 @@ class Policy:
     def _read(cls, run: Path | zipfile.Path, checkpoint: str, config: Path) -> "Policy":
         folder, old = run / "checkpoints" / checkpoint, run / "checkpoints" / f".{checkpoint}.old"
         if not folder.is_dir() and old.is_dir():
-            folder = old  # A kill between the two renames of a save leaves it there.
+            folder = old  # A run killed between the two renames of a save leaves the checkpoint under this name.
         if not folder.is_dir():
             raise FileNotFoundError(f"{folder}: no such checkpoint; a run folder of `train` or a .zip of `archive` is wanted")
         tensors, metadata = read_safetensors(folder / "actor.safetensors")
@@ -114,7 +113,7 @@ class Policy:
         )
 
     def make(self, **keywords: Any) -> gym.Env[Floats, Floats]:
-        """The environment in which it was trained; keywords change it."""
+        """The environment in which the policy was trained; keywords change its settings."""
         if keywords.get("scaled") is None:
             keywords.pop("scaled", None)
         elif keywords["scaled"] != self.scaled:
@@ -137,8 +136,8 @@ class Policy:
         rng: np.random.Generator | None = None,
     ) -> tuple[Floats, None]:
         """The action, or an array of actions, for an observation or an array of them, and None: Stable-Baselines3's form, so that
-        its evaluate_policy takes a policy. There is no state: `state` and `episode_start` do not count. Not `deterministic` is a
-        sample of the policy, drawn with `rng`, a numpy.random.Generator."""
+        its evaluate_policy takes a policy. There is no state: `state` and `episode_start` are ignored. If not `deterministic`, the
+        action is a sample of the policy, drawn with `rng`, a numpy.random.Generator."""
         x = np.asarray(observation, np.float32)
         if x.shape[-1:] != self._layers[0][0].shape[1:]:
             raise ValueError(f"observation has shape {x.shape}, must end with {self._layers[0][0].shape[1]}")

@@ -31,7 +31,7 @@ class Recorder(gym.Wrapper[Floats, Floats, Floats, Floats]):
         self.write()
         self._episode += self._written
         self._written = self._over = False
-        self.unwrapped._native.record()  # A copy of the environment has not been asked to.
+        self.unwrapped._native.record()  # Once more, as a copy of the environment does not record by itself.
         return self.env.reset(**keywords)
 
     def step(self, action: Floats) -> tuple[Floats, SupportsFloat, bool, bool, dict[str, Any]]:
@@ -43,10 +43,10 @@ class Recorder(gym.Wrapper[Floats, Floats, Floats, Floats]):
         return result
 
     def write(self) -> None:
-        """Writes what happened since the last reset, unless it is written."""
+        """Writes what happened since the last reset, unless it is already written."""
         if not self._unwritten:
             return
-        self._unwritten = False  # Even if the disk does not take it: the next episode may fit.
+        self._unwritten = False  # Also if writing fails, so that the next episode is not held up by this one.
         path = self._path.replace("{}", str(self._episode))
         self._written = self.unwrapped._native.write_page(path, self._who)
         if not self._written:

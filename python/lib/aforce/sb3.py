@@ -1,4 +1,4 @@
-"""Settings for learners of others."""
+"""Settings for the learners of other packages."""
 
 from typing import Any
 

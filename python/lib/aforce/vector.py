@@ -21,7 +21,7 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
     """`num_envs` environments that take their actions at the same time; made by
     `gymnasium.make_vec("aforce/Lift-v0", num_envs=8, threads=2)`.
 
-    threads         on how many threads; all processors if not given
+    threads         number of threads; that of the processors if not given
     autoreset_mode  gymnasium.vector.AutoresetMode: NEXT_STEP, SAME_STEP (with `final_obs` and `final_info`) or DISABLED
     max_episode_steps  the horizon, unless `horizon` gives it; `gymnasium.make_vec` passes what it reads in an environment's spec
 
@@ -107,7 +107,7 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
         if self.autoreset_mode == AutoresetMode.DISABLED and self._ended.any():
             raise RuntimeError(f"environment {self._ended.argmax()} has ended: reset it (reset_mask)")
         begins = self._ended if self.autoreset_mode == AutoresetMode.NEXT_STEP else np.zeros(self.num_envs, bool)
-        if begins.any() and np.shape(actions) == self.action_space.shape:  # Their actions do not count.
+        if begins.any() and np.shape(actions) == self.action_space.shape:  # The actions of environments that begin an episode are ignored.
             actions = np.where(begins[:, None], 0, actions)
         observations, rewards, terminated, truncated, info = self._native.step(actions, begins.tolist())
         self._ended = terminated | truncated
@@ -125,7 +125,7 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
 
     @classmethod
     def _merged(cls, info: dict[str, Any], other: dict[str, Any], mask: NDArray[np.bool_]) -> dict[str, Any]:
-        """`info`, but of the environments that the mask names `other`."""
+        """`info` with the rows of `other` for the environments in the mask."""
         merged: dict[str, Any] = {}
         for name, values in info.items():
             if isinstance(values, dict):
@@ -136,7 +136,7 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
 
     @classmethod
     def _masked(cls, numbers: dict[str, Any], mask: NDArray[np.bool_]) -> dict[str, Any]:
-        """Gymnasium's form: beside each array of info stands of which environments it has numbers."""
+        """Info in Gymnasium's form: beside each array `name` a mask `_name` of the environments for which it has numbers."""
         info: dict[str, Any] = {}
         for name, values in numbers.items() if mask.any() else ():
             nested = isinstance(values, dict)
@@ -151,7 +151,7 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
 
     @property
     def episode_seeds(self) -> list[int]:
-        """Seeds of the present episodes, one for each environment, by which `reset` of an `Env` or a vector brings them back."""
+        """Seeds of the present episodes, one for each environment, with which `reset` of an `Env` or a vector starts them again."""
         return self._native.episode_seeds()
 
     def describe(self) -> dict[str, Any]:
@@ -160,5 +160,5 @@ class VectorEnv(Base[Floats, Floats, NDArray[Any]], EzPickle):
         return description
 
     def close_extras(self, **kwargs: Any) -> None:
-        if hasattr(self, "_native"):  # Closed in the end even if it could not be made.
+        if hasattr(self, "_native"):  # Absent if the constructor failed: the object is closed then too.
             self._native.close()

@@ -1,4 +1,4 @@
-//! What is wrong with a part of a task, told with the task's name and that part's.
+//! Errors about a part of a task, with the names of the task's class and of the part.
 
 use aforce::record;
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -18,12 +18,12 @@ pub struct Part<'a> {
 }
 
 impl Part<'_> {
-    /// A value that is not allowed.
+    /// `ValueError` for a value that is not allowed.
     pub fn value(self, words: impl std::fmt::Display) -> PyErr {
         PyValueError::new_err(self.told(words))
     }
 
-    /// What has the wrong type, or a key that is not known.
+    /// `TypeError` for a wrong type or an unknown key.
     pub fn kind(self, words: impl std::fmt::Display) -> PyErr {
         PyTypeError::new_err(self.told(words))
     }
@@ -32,7 +32,7 @@ impl Part<'_> {
         format!("{}.{}: {words:#}", self.class, self.name).replace('\n', " ")
     }
 
-    /// A dict as a value of the Rust side. `at` says where in the part it stands, in words.
+    /// Reads a dict as a value of the Rust side. `at` says in words where in the part the dict stands.
     ///
     /// # Errors
     /// `TypeError` if it is no dict or has an unknown key, `ValueError` if a value is not allowed or missing.

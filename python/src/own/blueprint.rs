@@ -1,4 +1,4 @@
-//! An environment of a task's class: what the class says is read and checked once.
+//! Makes an environment of a task's class, whose attributes are read and checked once.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -50,7 +50,8 @@ pub fn env(make: &Bound<'_, PyAny>, config: Option<PathBuf>, keywords: &Bound<'_
     };
     let gripper = fingers && moves_fingers;
 
-    // The scene says which disturbances there are; the robot that will stand in it is known only with the settings.
+    // Registering needs the scene, whose bodies and joints can be disturbed. The settings, which name the robot, can be read only then, so
+    // the scene is read with the default robot first.
     let scene = object.getattr("scene")?;
     let trial = Stage::read(part("scene"), &scene, &RobotChoice::default().robot(), tool)?;
     let name = register(part, &object, &class, &trial)?;
@@ -76,7 +77,7 @@ pub fn env(make: &Bound<'_, PyAny>, config: Option<PathBuf>, keywords: &Bound<'_
     Ok((made.map_err(value_error)?, trouble))
 }
 
-/// Makes the task known by its name, with what can be disturbed in it.
+/// Registers the task under its name, with its disturbances.
 fn register<'a>(
     part: impl Fn(&'a str) -> Part<'a>,
     object: &Bound<'_, PyAny>,
@@ -135,7 +136,7 @@ struct DisturbanceSpec {
     allowed: [f64; 2],
 }
 
-/// What makes a change of the body or joint of this name.
+/// Makes a disturbance of the body or joint with the given name.
 type Makes = fn(&'static str) -> Change;
 
 fn disturbances(part: Part<'_>, value: &Bound<'_, PyAny>, stage: &Stage) -> PyResult<Vec<OwnDisturbance>> {
@@ -197,7 +198,7 @@ fn camera(part: Part<'_>, value: &Bound<'_, PyAny>) -> PyResult<Camera> {
     Ok(Camera { eye, target, field_of_view })
 }
 
-/// Of each name the typical values and the typical deviations.
+/// Typical values and typical deviations by name.
 fn scaling(part: Part<'_>, value: &Bound<'_, PyAny>) -> PyResult<HashMap<String, Scaling>> {
     let pairs: HashMap<String, Bound<'_, PyAny>> = value
         .extract()
@@ -212,7 +213,7 @@ fn scaling(part: Part<'_>, value: &Bound<'_, PyAny>) -> PyResult<HashMap<String,
         both.set_item(format!("{name}: typical deviation"), deviation)?;
         let mut numbers = entries(part, both.as_any())?.into_iter().map(|(_, numbers)| numbers);
         let (centre, deviation) = (numbers.next().unwrap_or_default(), numbers.next().unwrap_or_default());
-        // The observation is multiplied by one over it, which has to be finite in 32 bits.
+        // The observation is multiplied by the inverse of the deviation, which has to be finite in 32 bits.
         if deviation.iter().any(|deviation| *deviation < 1e-30) {
             return Err(part
                 .value(format!("{name:?}: a typical deviation of {deviation:?}; above 0 is wanted, at least 1e-30")));

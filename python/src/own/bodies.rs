@@ -13,7 +13,7 @@ use serde::Deserialize;
 
 use super::answer::Part;
 
-/// Colour of a shape that says none.
+/// Default colour of a shape.
 const GREY: [u8; 3] = [150, 140, 128];
 
 #[derive(Deserialize)]
@@ -100,7 +100,7 @@ struct FileSpec {
 /// A pose in numbers: x, y, z (m); a fourth is the turn about z (rad); or seven, the last four a quaternion x, y, z, w.
 ///
 /// # Errors
-/// In words, if there is another number of them.
+/// A message if there is another number of them, one is not finite, or the quaternion has not length 1.
 pub fn pose(numbers: &[f64]) -> Result<Pose, String> {
     let at = |x, y, z, rotation| Ok(Pose::from_parts(Translation3::new(x, y, z), rotation));
     if let Some(number) = numbers.iter().find(|number| !number.is_finite()) {
@@ -127,19 +127,19 @@ pub fn pose(numbers: &[f64]) -> Result<Pose, String> {
     }
 }
 
-/// Bodies of one entry: whose parents are places among them, or the name of an earlier body.
+/// The bodies of one entry. The parent of a body is its index in the group; bodies without one are carried by the earlier body `parent`.
 pub struct Group {
     bodies: Vec<Body>,
     parent: Option<String>,
     pose: Pose,
-    /// Whether the joint has the end stop that fits what it carries.
+    /// Whether the joint gets the default end stop, which fits what the joint carries.
     default_stop: bool,
 }
 
-/// The bodies of an entry of `bodies`, the i-th.
+/// Reads the i-th entry of `bodies`.
 ///
 /// # Errors
-/// What is wrong, by its name.
+/// `TypeError` or `ValueError` with the name of what is wrong.
 pub fn read_body(part: Part<'_>, entry: &Bound<'_, PyAny>, i: usize) -> PyResult<Group> {
     let at = format!("bodies[{i}]");
     if entry.cast::<PyDict>().is_ok_and(|dict| dict.contains("file").unwrap_or(false)) {
@@ -164,7 +164,7 @@ pub fn read_body(part: Part<'_>, entry: &Bound<'_, PyAny>, i: usize) -> PyResult
 /// The bodies of a scene that is a file.
 ///
 /// # Errors
-/// In words, if it cannot be read.
+/// A message, if the file cannot be read.
 pub fn read_scene(file: PathBuf) -> Result<Group, String> {
     read_file(FileSpec { file, pose: vec![], free: false, friction: None })
 }
@@ -298,10 +298,10 @@ fn solids(spec: &ShapeSpec) -> Result<Vec<(Shape, Pose)>, String> {
     Ok(hulls.into_iter().map(Shape::Convex).chain(simple).map(|shape| (shape, Pose::identity())).collect())
 }
 
-/// Adds the bodies of one entry; `first` is the place of the task's first body.
+/// Adds the bodies of one entry to the scene; `first` is the index of the task's first body.
 ///
 /// # Errors
-/// In words, if the parent is not there.
+/// A message, if the parent does not stand before the body.
 pub fn add(scene: &mut Scene, group: Group, first: usize) -> Result<(), String> {
     let parent = match &group.parent {
         None => None,

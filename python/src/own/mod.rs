@@ -1,5 +1,5 @@
-//! Tasks that are written in Python: a class says scene, draws, observation, reward, success and script; the loop is the same as of
-//! every other task.
+//! Tasks that are written in Python: a class defines scene, draws, observation, reward, success and script. The loop is that of every
+//! other task.
 
 mod answer;
 mod blueprint;
@@ -18,7 +18,7 @@ pub use self::blueprint::env;
 pub use self::state::{Place, State};
 pub use self::task::Trouble;
 
-/// A word of a task in Python that the Rust side keeps: it lives as long as the program; the same word once.
+/// A string of a Python task that lives as long as the program, as the Rust side wants it. Equal strings are kept once.
 fn for_ever(word: &str) -> &'static str {
     static WORDS: Mutex<Option<HashSet<&'static str>>> = Mutex::new(None);
     let mut words = WORDS.lock().expect("nobody panics with it");

@@ -20,13 +20,13 @@ pub struct Stage {
     pub scene: Scene,
     /// The body that carries the tool point.
     pub tool: usize,
-    /// The tool point in its frame (m).
+    /// The tool point in the frame of that body (m).
     pub site: [f64; 3],
-    /// Place of the task's first body.
+    /// Index of the task's first body.
     pub first: usize,
 }
 
-/// What the hand holds.
+/// The arm's tool.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tool {
     /// Two fingers.
@@ -54,7 +54,7 @@ impl Stage {
     /// Reads a task's scene: a dict, or an MJCF or URDF file.
     ///
     /// # Errors
-    /// What is wrong, by its name.
+    /// `TypeError` or `ValueError` with the name of what is wrong.
     pub fn read(part: Part<'_>, scene: &Bound<'_, PyAny>, robot: &Robot, tool: Tool) -> PyResult<Stage> {
         let (mut table, mut bodies, mut prediction) = (TableSpec::default(), vec![], None);
         if let Ok(file) = scene.extract::<PathBuf>() {

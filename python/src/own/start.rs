@@ -42,10 +42,10 @@ struct Holding {
 pub type Position = (usize, f64);
 
 impl Drawn {
-    /// Puts the poses into `scene`, and says how the episode starts.
+    /// Puts the poses into `scene`. Returns how arm and fingers start, and where joints start.
     ///
     /// # Errors
-    /// In words, with the name of what is wrong.
+    /// A message with the name of what is wrong.
     pub fn lay_out(
         self,
         scene: &mut Scene,
@@ -99,7 +99,7 @@ impl Drawn {
     }
 }
 
-/// Place of one of the task's joints among all.
+/// Index of one of the task's joints among all joints of the scene; checks that `position` is in the joint's range.
 fn joint_place(scene: &Scene, first: usize, name: &str, position: f64) -> Result<usize, String> {
     let mut known = vec![];
     for body in &scene.bodies[first..] {

@@ -1,4 +1,4 @@
-//! What a task's methods read: the state after an action, as it is when they are called.
+//! The state that a task's methods read, as it is when they are called.
 
 use std::sync::Arc;
 
@@ -14,20 +14,20 @@ use pyo3::prelude::*;
 
 use crate::arrays::numbers;
 
-/// Where a task's bodies, joints and shapes are to be found in its simulation.
+/// Indices of a task's bodies, joints and shapes in its simulation.
 pub struct Places {
     /// Each body: its name, the moving body that carries it (`None`: the world), its pose in that body's frame.
     bodies: Vec<(String, Option<usize>, Pose)>,
-    /// Each joint with its place.
+    /// Name and index of each joint.
     joints: Vec<(String, usize)>,
-    /// Each shape with its body's name and its place.
+    /// Name of each shape, name of its body, and index of the shape.
     shapes: Vec<(String, String, usize)>,
-    /// Those of the finger pads, where there are fingers.
+    /// Indices of the finger pads' shapes, if there are fingers.
     pads: Option<[usize; 2]>,
 }
 
 impl Places {
-    /// Of the bodies from `first` on.
+    /// The indices for the bodies from `first` on.
     pub fn new(scene: &Scene, first: usize, fingers: bool) -> Self {
         let mut places = Places { bodies: vec![], joints: vec![], shapes: vec![], pads: None };
         for (index, body) in scene.bodies.iter().enumerate().skip(first) {
@@ -49,11 +49,11 @@ impl Places {
 #[derive(Clone, Copy)]
 struct Motion {
     pose: Pose,
-    /// m/s and rad/s, world.
+    /// Linear and angular velocity (m/s, rad/s; world axes).
     velocity: [Vector3; 2],
 }
 
-/// Everything that a state tells.
+/// The data of a [`State`].
 struct Snapshot {
     places: Arc<Places>,
     y: Measurement,
@@ -63,25 +63,25 @@ struct Snapshot {
     fingers: Option<f64>,
     bodies: Vec<Motion>,
     joints: Vec<(f64, f64)>,
-    /// Of each shape, whether both pads press on it.
+    /// For each shape, whether both finger pads press on it.
     grasped: Vec<bool>,
 }
 
-/// What a task's methods read, as it was when they were called. World axes, SI units.
+/// State of the simulation that a task's methods read, as it was when they were called. World axes, SI units.
 ///
 /// time           since the start of the episode (s)
 /// tool           pose and velocity of the tool point, a `Place`
 /// q, qd          joint angles (rad) and velocities (rad/s); shapes (7,)
 /// force, torque  what the environment exerts on the hand, filtered (N, Nm); shapes (3,)
 /// contact_force  sustained force on the whole arm at this moment (N)
-/// fingers        distance of the finger pads (m); None for a tool without
-/// penalty        `force_penalty.weight` (0.05) times this action's largest force, if that is above the limit, else 0; in `reward` and
-///                `success`
+/// fingers        distance of the finger pads (m); None for a tool without fingers
+/// penalty        `force_penalty.weight` (0.05) times this action's largest force, if that is above the limit, else 0. Only `reward`,
+///                `success` and `lost` get it; elsewhere it is 0
 #[pyclass(frozen, module = "aforce")]
 pub struct State(Snapshot);
 
 impl State {
-    /// Looks at the simulation; `y` is what is measured.
+    /// Takes the state of the simulation; `y` is the measurement of the arm.
     pub fn take(places: &Arc<Places>, simulation: &Simulation, y: &Measurement, penalty: f64) -> Self {
         let motion = |(_, root, offset): &(String, Option<usize>, Pose)| {
             let Some(root) = *root else { return Motion { pose: *offset, velocity: [Vector3::zeros(); 2] } };
@@ -172,7 +172,7 @@ impl State {
         self.0.penalty
     }
 
-    /// Where the body of this name is; KeyError if there is none.
+    /// Pose and velocity of the body of this name; KeyError if there is none.
     fn body(&self, name: &str) -> PyResult<Place> {
         let bodies = &self.0.places.bodies;
         let found = bodies.iter().position(|(known, ..)| known == name);
@@ -185,13 +185,13 @@ impl State {
         self.joint_at(name).map(|(q, _)| q)
     }
 
-    /// Its velocity (rad/s or m/s).
+    /// Velocity of the joint of this name (rad/s or m/s); KeyError if there is none.
     fn joint_velocity(&self, name: &str) -> PyResult<f64> {
         self.joint_at(name).map(|(_, qd)| qd)
     }
 
-    /// Whether both finger pads press on the shape of this name, or on one of the body's of this name; KeyError if there is none. Before
-    /// an episode's first action nothing presses yet, on a body in the hand neither.
+    /// Whether both finger pads press on the shape of this name, or on one of the body of this name; KeyError if there is none. Nothing
+    /// presses before an episode's first action, not even on a body in the hand.
     fn grasped(&self, name: &str) -> PyResult<bool> {
         let shapes = &self.0.places.shapes;
         let mut named =
@@ -205,11 +205,11 @@ impl State {
 
 /// Pose and velocity of a body or of the tool, world axes.
 ///
-/// position          of its frame (m); shape (3,)
-/// quaternion        x, y, z, w; shape (4,)
-/// rotation          its axes as columns; shape (3, 3)
-/// velocity          of its origin (m/s); shape (3,)
-/// angular_velocity  (rad/s); shape (3,)
+/// position          origin of its frame (m); shape (3,)
+/// quaternion        orientation as x, y, z, w; shape (4,)
+/// rotation          rotation matrix with its axes as columns; shape (3, 3)
+/// velocity          velocity of its origin (m/s); shape (3,)
+/// angular_velocity  angular velocity (rad/s); shape (3,)
 #[pyclass(frozen, module = "aforce")]
 pub struct Place(Motion);
 
@@ -241,7 +241,7 @@ impl Place {
         PyArray1::from_slice(py, self.0.velocity[1].as_slice())
     }
 
-    /// Where a point of its frame is in the world (m); shapes (3,).
+    /// World position of a point that is given in its frame (m); shapes (3,).
     fn point<'py>(&self, py: Python<'py>, within: &Bound<'py, PyAny>) -> PyResult<Numbers<'py>> {
         let within = Vector3::from_vec(numbers(within, "within", &[3])?);
         Ok(PyArray1::from_slice(py, (self.0.pose * Point3::from(within)).coords.as_slice()))

@@ -22,16 +22,16 @@ use super::state::{Places, State};
 use super::values::{Entry, entries, number};
 use super::waypoint;
 
-/// The methods that say what policy and critic see.
+/// Names of the methods that return the observations of policy and critic.
 const OBSERVE: &str = "observe";
 const OBSERVE_CRITIC: &str = "observe_critic";
 
-/// The first exception that a method of a task raised, until somebody takes it.
+/// The first exception that a method of a task raised, until [`check`](Self::check) raises it in the caller.
 #[derive(Clone, Default)]
 pub struct Trouble(Arc<Mutex<Option<PyErr>>>);
 
 impl Trouble {
-    /// Raises it, if there is one.
+    /// Raises the exception, if there is one.
     ///
     /// # Errors
     /// What the task's method raised.
@@ -39,12 +39,12 @@ impl Trouble {
         self.0.lock().expect("nobody panics with it").take().map_or(Ok(()), Err)
     }
 
-    /// Keeps `error`, unless an earlier one waits: what comes after that may follow from it.
+    /// Keeps `error`, unless an earlier one waits, from which this one may follow.
     pub fn keep(&self, error: PyErr) {
         self.0.lock().expect("nobody panics with it").get_or_insert(error);
     }
 
-    /// The value, or what stands in for it while the exception waits.
+    /// The value of `result`. An exception is kept, and `otherwise` gives a value in its place.
     fn or<T>(&self, result: PyResult<T>, otherwise: impl FnOnce() -> T) -> T {
         result.unwrap_or_else(|error| {
             self.keep(error);
@@ -53,7 +53,7 @@ impl Trouble {
     }
 }
 
-/// How a learner sees the numbers of one name.
+/// Scaling, for the learner, of the numbers of one name.
 pub struct Scaling {
     /// Typical values: one, or one for each number.
     pub centre: Vec<f64>,
@@ -61,10 +61,10 @@ pub struct Scaling {
     pub deviation: Vec<f64>,
 }
 
-/// What a class says that is the same in every episode.
+/// What a class defines for all episodes.
 pub struct Sayings {
     pub name: &'static str,
-    /// The class in messages.
+    /// Name of the class, for messages.
     pub class: String,
     pub gripper: bool,
     pub achievement: &'static str,
@@ -73,7 +73,7 @@ pub struct Sayings {
     pub units: HashMap<String, &'static str>,
 }
 
-/// A task whose parts are methods of a Python object. What they raise waits in [`Trouble`] for the call of Python's that led to it.
+/// A task whose parts are methods of a Python object. What they raise waits in [`Trouble`] until the Python call that led to it raises it.
 pub struct PythonTask {
     object: Py<PyAny>,
     sayings: Sayings,
@@ -83,11 +83,11 @@ pub struct PythonTask {
     start: Option<Start>,
     joints: Vec<Position>,
     trouble: Trouble,
-    /// Names and numbers of the first observation, and of the first of a critic's.
+    /// The first observation of the policy and that of the critic: later ones must have the same names and lengths.
     layouts: [RefCell<Option<Vec<Entry>>>; 2],
     /// The terms of the first reward, each 0.
     terms: Option<RewardTerms>,
-    /// What the method `lost` said last.
+    /// The latest answer of the method `lost`.
     lost: bool,
 }
 
@@ -113,7 +113,7 @@ impl PythonTask {
         Part { class: &self.sayings.class, name }
     }
 
-    /// What the method `name` says of a state; `None` if the class has no such method.
+    /// What the method `name` returns for a state; `None` if the class has no such method.
     fn ask<'py>(&self, py: Python<'py>, name: &str, state: &Py<State>) -> PyResult<Option<Bound<'py, PyAny>>> {
         let method = self.object.bind(py).getattr_opt(name)?;
         method.map(|method| method.call1((state.clone_ref(py),))).transpose()
@@ -123,7 +123,7 @@ impl PythonTask {
         Py::new(py, State::take(&self.places, simulation, y, penalty))
     }
 
-    /// What is drawn for an episode.
+    /// Calls the method `reset` and makes the simulation of the episode that it draws.
     fn draw(&mut self, py: Python<'_>, plant: &Plant, seed: u64) -> PyResult<Simulation> {
         let part = Part { class: &self.sayings.class, name: "reset" };
         let generator = py.import("numpy.random")?.call_method1("default_rng", (seed,))?;
@@ -138,7 +138,7 @@ impl PythonTask {
         Ok(Simulation::new(&scene, self.stage.tool, self.stage.site, plant))
     }
 
-    /// Puts the numbers that the method `name` returned: those of the first time, or zeros while an exception waits.
+    /// Puts the numbers that the method `name` returns into `out`; after an exception zeros in the layout of its first call.
     fn show(
         &self,
         name: &'static str,
@@ -262,7 +262,7 @@ impl PythonTask {
     }
 }
 
-/// Checks that the same numbers are shown as at first.
+/// Checks that an observation has the names and lengths of the first one.
 fn same_layout(part: Part<'_>, first: &[Entry], now: &[Entry]) -> PyResult<()> {
     let names = |entries: &[Entry]| entries.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
     if first.len() != now.len() || first.iter().zip(now).any(|(a, b)| a.0 != b.0) {

@@ -27,7 +27,7 @@ pub fn entries(part: Part<'_>, value: &Bound<'_, PyAny>) -> PyResult<Vec<Entry>>
             let numbers = several(&value).ok().filter(|_| !value.is_none()).ok_or_else(|| {
                 part.kind(format!("{name:?} is {}; a number or an array of numbers is wanted", short(&value)))
             })?;
-            // Observations have 32 bits.
+            // Observations are float32.
             if let Some(number) = numbers.iter().find(|number| !(**number as f32).is_finite()) {
                 let words = "finite numbers of at most 3.4e38 are wanted";
                 return Err(part.value(format!("{name:?} holds {}; {words}", in_python(*number))));
@@ -49,7 +49,7 @@ pub fn number(part: Part<'_>, name: &str, value: &Bound<'_, PyAny>) -> PyResult<
     Err(part.value(format!("{name:?} is {}; a finite number is wanted", in_python(number))))
 }
 
-/// A number of Python, or what numpy has in its place.
+/// A number of Python or numpy; `None` for anything else.
 fn single(value: &Bound<'_, PyAny>) -> Option<f64> {
     if value.is_instance_of::<PyString>() {
         return None;

@@ -1,4 +1,4 @@
-//! What a task's script wants next, from a dict.
+//! The next waypoint of a task's script, read from a dict.
 
 use aforce::{Measurement, Pose, Vector3};
 use nalgebra::Translation3;
@@ -12,13 +12,13 @@ use super::bodies::pose;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Spec {
-    /// Of the tool point (m, world).
+    /// Position of the tool point (m, world).
     position: [f64; 3],
     /// Direction along which the fingers open, the hand straight down.
     forward: Option<[f64; 3]>,
     /// How many turns of the hand about z, evenly apart, do equally well.
     turns: Option<u32>,
-    /// x, y, z, w.
+    /// Orientation of the tool: x, y, z, w.
     quaternion: Option<[f64; 4]>,
     #[serde(default)]
     grip: f64,

@@ -23,11 +23,11 @@ const KNOB_AT: [f64; 3] = [-0.06, 0.0, BOX[2] + KNOB[2]];
 const OPEN: f64 = 0.1;
 const TRAVEL: f64 = 0.15;
 
-/// What `--set env.disturbance.own.slide_friction=[0.5,2]` changes: a factor.
+/// The task's own disturbances: `--set env.disturbance.own.slide_friction=[0.5,2]` draws a factor on the slide's friction.
 pub const DISTURBANCES: &[OwnDisturbance] =
     &[OwnDisturbance { key: "slide_friction", change: Change::JointFriction("slide"), allowed: [0.0, 10.0] }];
 
-/// Places in the scene of the running episode.
+/// Indices in the scene of the running episode: body of the drawer, its joint, shape of the knob, shapes of the finger pads.
 #[derive(Default)]
 struct Drawer {
     drawer: usize,
@@ -52,7 +52,7 @@ impl Drawer {
         simulation.body_pose(self.drawer) * at(KNOB_AT)
     }
 
-    /// How far it is open (m).
+    /// How far the drawer is open (m).
     fn opening(&self, simulation: &Simulation) -> f64 {
         simulation.joint(self.slide).0
     }
@@ -72,7 +72,7 @@ impl Task for Drawer {
         let base = add_fixtures(&mut scene, &plant.robot, &table);
         let wrist = plant.robot.add_to(&mut scene, base);
         let gripper = add_gripper(&mut scene, &plant.robot, wrist);
-        // An object touches fixtures: the box keeps 5 mm from the table and from the walls beside and behind it.
+        // Objects collide with fixtures, so the box keeps 5 mm from the table and from the walls beside and behind it.
         let wood = |name: &str, half, centre| block(name, half, centre, Role::Fixture, [120, 96, 72]);
         let place = Pose::from_parts(
             Translation3::new(x, y, TABLE + BOX[2] + 0.005),
@@ -149,7 +149,7 @@ impl Task for Drawer {
         Reward { terms: [("reach", reach), ("grasp", grasp), ("open", open), ("penalty", penalty)].into(), success }
     }
 
-    /// Above the knob with open fingers, down, close, pull. The phase follows from what is seen, so the script recovers from a
+    /// Above the knob with open fingers, down, close, pull. The phase follows from the present state, so the script recovers from a
     /// lost grasp.
     fn expert(&self, simulation: &Simulation, y: &Measurement) -> Waypoint {
         let knob = self.knob_pose(simulation);

@@ -1,9 +1,9 @@
-//! Whether the parts of an arm's state agree with each other: a Jacobian with the motion of the pose, a mass matrix with its
+//! Checks that the parts of an arm's state agree with each other: the Jacobian with the motion of the pose, the mass matrix with its
 //! transpose, gravity with the torque that holds the arm.
 //!
-//! A wrong frame, order of rows, sign, unit or triangle, and a field that nobody filled, give numbers that look like
-//! any others. Such a mistake shows only where two parts of the state must agree. The cost of the comparisons is linear
-//! in the number of entries, apart from one factorisation of M.
+//! A wrong frame, order of rows, sign, unit or triangle, or a field that was not filled, gives plausible numbers. Such a mistake shows only
+//! where two parts of the state must agree. The cost of the comparisons is linear in the number of entries, apart from one factorisation of
+//! M.
 
 use crate::arm::Arm;
 use crate::host::interface::{ArmState, CompensatedBy};
@@ -13,9 +13,10 @@ use crate::spatial::{
     Jacobian, JointMatrix, JointVector, Measurement, Pose, Vector6, asymmetry, linear, rotational, stack,
 };
 
-/// Least inertia of a joint while the joints before it are free and those after it are held (kg m^2). The last links of an arm have some 1e-3.
+/// Least inertia of a joint while the joints before it are free and those after it are held (kg m^2). The last links of an arm have about
+/// 1e-3.
 const INERTIA: f64 = 1e-5;
-/// Largest difference of the length of a joint's axis from one.
+/// Largest difference of the length of a joint's axis from 1.
 const AXIS: f64 = 1e-2;
 /// A Coriolis torque (Nm) stays below CORIOLIS trace(M) |qd|^2 plus `CORIOLIS_REST` times the joint's largest torque.
 const CORIOLIS: f64 = 4.0;
@@ -24,7 +25,7 @@ const CORIOLIS_REST: f64 = 0.02;
 /// Largest torque of a resting arm that gravity and wrench do not explain, as a share of the joint's largest torque.
 /// Friction or a payload may cause one.
 const REST: f64 = 0.2;
-/// An arm slower than this rests (rad/s).
+/// An arm is at rest if no joint is faster than this (rad/s).
 const RESTING: f64 = 0.05;
 /// Time constants over which motion is added up (s): a short one for a sudden disagreement, a long one for a slow one.
 const WINDOWS: [f64; 2] = [0.02, 0.2];
@@ -35,17 +36,17 @@ const TOOL_MOTION: [f64; 2] = [2e-4, 1e-3];
 const MOTION_SHARE: f64 = 0.25;
 /// Allowed change of an entry of the Jacobian while no joint moves (m/rad; 1 in the rotational rows).
 const JACOBIAN_JUMP: f64 = 0.02;
-/// Allowed change of a gravity torque while no joint moves, as a share of the arm's largest torque. So a host may begin
-/// to count a load of 3 kg while the arm holds it.
+/// Allowed change of a gravity torque while no joint moves, as a share of the arm's largest torque. It lets a host add a load of 3 kg to
+/// its model while the arm holds the load.
 const GRAVITY_JUMP: f64 = 0.3;
-/// After a start, the time before which the arm's motion says nothing of gravity, and the time until which it is watched (s).
+/// Time after a start from which on the arm's motion is compared with gravity, and the time at which the comparison ends (s).
 const TRIAL: [f64; 2] = [0.005, 0.1];
-/// Allowed difference between the gravity torque that the motion shows and the one that the state tells, as a share of
-/// the norm of the told one, but at least `GRAVITY_FLOOR` (Nm).
+/// Allowed difference between the gravity torque that the motion shows and the one that the state reports, as a share of the norm of the
+/// reported one, but at least `GRAVITY_FLOOR` (Nm).
 const GRAVITY_SHARE: f64 = 0.6;
 const GRAVITY_FLOOR: f64 = 8.0;
 
-/// The comparisons, and what they remember.
+/// The comparisons and their state.
 #[derive(Debug, Clone)]
 pub(crate) struct Agreement {
     /// Factor on the tolerances; infinite: nothing is compared.
@@ -73,8 +74,8 @@ struct Motion {
     twist: Vector6,
 }
 
-/// Measured motion (`moved`), and speed times time (`told`), each added up and forgotten over `time` (s). `way` adds up
-/// the size of the larger of the two.
+/// Measured motion (`moved`), and speed times time (`told`), each summed up with exponential forgetting over `time` (s). `way` sums up the
+/// larger absolute value of the two.
 #[derive(Debug, Clone, Copy)]
 struct Window {
     time: f64,
@@ -88,8 +89,8 @@ struct Window {
     tool_way: [f64; 2],
 }
 
-/// For the check of gravity after a start at rest (Nm s): the arm's momentum then, and the impulse of the told torques
-/// since.
+/// The check of gravity after a start at rest: time since the start (s), the arm's momentum at the start, and the impulse of the reported
+/// torques since (Nm s).
 #[derive(Debug, Clone)]
 struct Trial {
     time: f64,
@@ -103,7 +104,7 @@ impl Window {
         Self { time, moved: joints, told: joints, way: joints, tool_moved: tool, tool_told: tool, tool_way: [0.0; 2] }
     }
 
-    /// Takes in one cycle of `dt` seconds. Each pair is the measured motion, and speed times time.
+    /// Adds one cycle of `dt` seconds. Each pair is the measured motion, and speed times time.
     fn add(&mut self, moved: [&JointVector; 2], tool: [&Vector6; 2], dt: f64) {
         let kept = 1.0 / (1.0 + dt / self.time);
         let ([moved, told], [tool_moved, tool_told]) = (moved, tool);
@@ -141,7 +142,7 @@ impl Agreement {
         Self { scale, torque_max: arm.torque_max.into(), gravity_by, windows, last: None, trial: None }
     }
 
-    /// Before a start: the state by itself, and at rest the torque against gravity.
+    /// Checks before a start: the state by itself and, if the arm is at rest, its torque against gravity and wrench.
     pub(crate) fn at_start(&self, state: &ArmState, y: &Measurement) -> Result<(), Fault> {
         if self.scale.is_infinite() {
             return Ok(());
@@ -165,7 +166,7 @@ impl Agreement {
         Ok(())
     }
 
-    /// Begins with this state.
+    /// Starts the comparisons with this state.
     pub(crate) fn reset(&mut self, state: &ArmState, y: &Measurement) {
         self.windows = WINDOWS.map(Window::new);
         self.last = Some(Last::of(state, y));
@@ -190,7 +191,7 @@ impl Agreement {
         Ok(())
     }
 
-    /// What one state shows.
+    /// The checks that need one state only.
     fn by_itself(&self, state: &ArmState) -> Result<(), Fault> {
         let mass = &state.mass;
         if let Some([row, column]) = asymmetry(mass) {
@@ -201,7 +202,8 @@ impl Agreement {
             return Err(Fault::MassFloor { joint: joint + 1, inertia, min: INERTIA });
         }
         for (joint, column) in state.jacobian.column_iter().enumerate() {
-            // An arm of six joints has a seventh that moves nothing: an empty column, and no inertia shared with another joint.
+            // A six-joint arm is given a seventh joint that moves nothing: its column of the Jacobian is zero, and it shares no inertia
+            // with another joint.
             let shares = (0..7).any(|other| other != joint && mass[(joint, other)] != 0.0);
             if !shares && column.iter().all(|entry| *entry == 0.0) {
                 continue;
@@ -242,7 +244,7 @@ impl Agreement {
         Ok(())
     }
 
-    /// Joints and tool move as their speeds say.
+    /// Compares the motion of joints and tool with their speeds.
     fn motion(&mut self, last: &Motion, y: &Measurement, dt: f64) -> Result<(), Fault> {
         let (moved, told) = (y.q - last.q, 0.5 * dt * (y.qd + last.qd));
         let tool_moved = difference(&y.pose, &last.pose);
@@ -254,8 +256,8 @@ impl Agreement {
         Ok(())
     }
 
-    /// For a while after a start at rest: the arm's momentum should grow by the impulse of the torques in the state. A
-    /// difference along gravity means that gravity has another sign, or is compensated twice or by nobody.
+    /// For a short time after a start at rest: the arm's momentum should grow by the impulse of the torques in the state. A difference
+    /// along gravity means that gravity has another sign, or is compensated twice or not at all.
     fn gravity(&mut self, state: &ArmState, y: &Measurement, dt: f64) -> Result<(), Fault> {
         let Some(trial) = &mut self.trial else { return Ok(()) };
         trial.time += dt;
@@ -340,8 +342,8 @@ mod tests {
         assert!((difference(&other, &from)[5] - 1e-3).abs() < 1e-9);
     }
 
-    /// The seventh joint of an arm of six moves nothing. A column that nobody filled is told from it by the inertia
-    /// that its joint shares with the others.
+    /// The seventh joint of a six-joint arm moves nothing. A column that was not filled differs from that of such a joint by the inertia
+    /// that the joint shares with others.
     #[test]
     fn a_joint_that_moves_nothing_has_no_axis() {
         let mut y = gantry([1.0; 6]);

@@ -22,7 +22,7 @@ pub(crate) struct Bounds {
     tank: Tank,
     /// Energy that the tank has paid for a stiffer spring and has not got back from a softer one (J).
     paid: f64,
-    /// F_ff and F_cmd as they act, each only in samples in which the tool moves against its push (N, Nm).
+    /// F_ff + F_cmd as they act (N, Nm). Each of the two is included only in samples in which the tool moves against its push.
     driven: Wrench,
     /// K that acted last, in the space's unit.
     stiffness: Vector6,
@@ -31,7 +31,7 @@ pub(crate) struct Bounds {
     cut: Wrench,
     /// Where the tool last had contact (m).
     contact: Option<Vector3>,
-    /// What was cut since the last sample was taken; the goal's flag stays until the next goal.
+    /// What was cut since the last status was made; `goal_limited` stays until the next goal.
     pub(crate) limited: Limited,
     pub(crate) goal_limited: bool,
 }
@@ -55,7 +55,7 @@ impl Bounds {
         }
     }
 
-    /// At the start of the law, with K(0).
+    /// Resets the bounds at the start of the law. `stiffness` is K(0).
     pub(crate) fn reset(&mut self, stiffness: &Vector6) {
         self.tank = Tank::new(self.limits.tank);
         (self.paid, self.driven) = (0.0, Wrench::zeros());
@@ -73,7 +73,7 @@ impl Bounds {
         &self.tank
     }
 
-    /// The goal of an action.
+    /// The goal of an action (m), moved into the workspace.
     pub(crate) fn goal(&mut self, wanted: &Pose) -> Pose {
         let [low, high] = self.limits.workspace.map(Vector3::from);
         let inside = wanted.translation.vector.sup(&low).inf(&high);
@@ -81,22 +81,22 @@ impl Bounds {
         Pose::from_parts(inside.into(), wanted.rotation)
     }
 
-    /// e = x - x_d (m, rad), as spring and adaptation see it.
+    /// e = x - x_d (m, rad), clipped for spring and adaptation.
     pub(crate) fn error(&mut self, e: &Vector6) -> Vector6 {
         let clipped = capped(e, &self.limits.error_max);
         self.limited.insert(Limited::ERROR, clipped != *e);
         clipped
     }
 
-    /// What limits cut off the last sample at the tool, as the adaptation is told. K does not grow along an axis where
-    /// the spring, -K e, pushes in the direction of the cut. `e` is the error that the adaptation sees.
+    /// What the limits cut off the last sample, seen at the tool, for the anti-windup of the adaptation: K does not grow along an axis
+    /// where the spring, -K e, pushes in the direction of the cut. `e` is the error that the adaptation sees.
     pub(crate) fn excess(&self, excess: &Vector6, e: &Vector6) -> Vector6 {
-        // A wrench that was cut and a joint's excess have different units and cannot be added. Along an axis where what was cut
-        // has the direction of the spring, -K e, the cut counts, along the others the joints' excess.
+        // The joints' excess and the wrench that was cut have different units and cannot be added. Where the wrench that was cut has the
+        // direction of the spring, -K e, that wrench counts; along the other axes the joints' excess counts.
         excess.zip_zip_map(&self.cut, e, |excess, cut, e| if -e * cut > 0.0 { cut } else { excess })
     }
 
-    /// K, F_ff and F_cmd: these can put energy into the arm, as much as the tank pays for.
+    /// K, F_ff and F_cmd, reduced so that the tank can pay for the energy that they put into the arm.
     pub(crate) fn adapted(&mut self, wanted: &Adapted, errors: &Errors, y: &Measurement) -> Adapted {
         let (Errors { axis, lambda, dt, .. }, unit) = (errors, self.unit);
         let e = axis.release(&errors.e);
@@ -112,7 +112,8 @@ impl Bounds {
         let costs = [spring(up), work(&feedforward), work(&force)];
         let share = self.tank.share(&costs);
         self.tank.pay(&costs, share);
-        // A spring that softens gives back what was paid for it; energy that a moving set-point put into the spring was not taken from the tank.
+        // A spring that softens gives back what the tank paid for it, and no more: energy that a moving set-point put into the spring did
+        // not come from the tank.
         self.paid += share * costs[0].max(0.0);
         let back = (-spring(down)).clamp(0.0, self.paid);
         self.paid -= back;
@@ -136,7 +137,8 @@ impl Bounds {
         0.5 * (1.0 + libm::cos(std::f64::consts::PI * lost.clamp(0.0, 1.0)))
     }
 
-    /// The wrench of the task (N, Nm), of which the damper is -`viscous`, in a sample of `dt` seconds.
+    /// The task's wrench (N, Nm) with its size and its rate capped, in a sample of `dt` seconds. `wanted` includes the damper's wrench,
+    /// -`viscous`.
     pub(crate) fn wrench(&mut self, wanted: &Wrench, viscous: &Wrench, y: &Measurement, dt: f64) -> Wrench {
         let bounded = capped(wanted, &self.limits.wrench_max);
         let step = self.limits.wrench_rate_max.map(|rate| rate * dt);
@@ -144,9 +146,9 @@ impl Bounds {
         let allowed = capped(&jump, &step);
         let wrench = if allowed == jump { bounded } else { self.wrench + allowed };
         self.cut = wanted - wrench;
-        // The damper takes energy out of the arm, and so does motion against F_ff and F_cmd. Of these wrenches the
-        // share counts that is left after the cut, at the tool's own velocity: against a moving set-point the damper
-        // may give energy.
+        // The damper takes energy out of the arm, and so does motion against F_ff and F_cmd. The tank receives the share of this energy
+        // that is left after the cut. The energy is computed at the tool's own velocity, because with a moving set-point the damper may put
+        // energy into the arm.
         let taken = viscous + self.driven;
         let power = |part: fn(&Vector6) -> Vector3| {
             share(&part(&wrench), &part(wanted)) * part(&taken).dot(&part(&y.twist)) // W
@@ -157,7 +159,7 @@ impl Bounds {
         wrench
     }
 
-    /// The torque (Nm), before the limits of the joints.
+    /// The torque (Nm) with a push that keeps joints away from the ends of their ranges, before the torque limits.
     pub(crate) fn torque(&mut self, wanted: &JointVector, y: &Measurement) -> JointVector {
         let margin = self.limits.joint_margin;
         let mut torque = *wanted;
@@ -185,7 +187,7 @@ fn capped(v: &Vector6, max: &[f64; 2]) -> Vector6 {
 mod tests {
     use super::*;
 
-    /// Either cut, that of the joints' limits or that of the wrench's cap, stops a spring that pushes in its direction.
+    /// A spring is stopped by either cut in its direction: that of the joints' limits and that of the wrench's cap.
     #[test]
     fn either_cut_stops_the_spring() {
         let mut bounds = Bounds::new(&HostLimits::default(), &Arm::PANDA, 1.5, StiffnessUnit::NewtonPerMetre);

@@ -1,11 +1,12 @@
-//! What the arm does when the law does not act: it keeps its posture, ever more softly.
+//! Holds the arm's posture when the law does not act, with a stiffness that falls over time.
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, not_negative, positive, within};
 use crate::spatial::JointVector;
 
-/// A spring and a damper at each joint. In joint space, because what is wrong may be the pose, the Jacobian or the mass.
+/// A spring and a damper at each joint. The hold works in joint space because after a fault the pose, the Jacobian or the mass matrix may
+/// be wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct HoldConfig {
@@ -49,9 +50,9 @@ impl HoldConfig {
 #[derive(Debug, Clone)]
 pub(crate) struct Hold {
     config: HoldConfig,
-    /// The posture to keep (rad), as soon as one is known.
+    /// The posture to keep (rad); `None` until joint positions have been read.
     anchor: Option<JointVector>,
-    /// Since the hold began (s).
+    /// Time since the hold began (s).
     elapsed: f64,
 }
 
@@ -60,12 +61,12 @@ impl Hold {
         Self { config, anchor: None, elapsed: 0.0 }
     }
 
-    /// Begins anew, with the next posture that can be read.
+    /// Starts a new hold, at the next posture that can be read.
     pub(crate) fn begin(&mut self) {
         (self.anchor, self.elapsed) = (None, 0.0);
     }
 
-    /// Whether the stiffness has come down.
+    /// Whether the stiffness has fallen to `relaxed`.
     pub(crate) fn is_relaxed(&self) -> bool {
         self.elapsed >= self.config.relax_time
     }
@@ -81,7 +82,7 @@ impl Hold {
         stiffness.component_mul(&(anchor - q)) - JointVector::from(*damping).component_mul(qd)
     }
 
-    /// `dt` seconds without a posture that can be read.
+    /// Adds `dt` seconds to the time since the hold began.
     pub(crate) fn pass(&mut self, dt: f64) {
         self.elapsed += dt;
     }

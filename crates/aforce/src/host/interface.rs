@@ -1,4 +1,4 @@
-//! From what an arm's interface reports to what the law reads: who compensates what, and in which frame with which sign.
+//! Converts what an arm's interface reports to what the law reads: compensation, inertia, frames and signs.
 
 use nalgebra::{Matrix3, Matrix4, Quaternion, SMatrix, UnitQuaternion};
 use serde::{Deserialize, Serialize};
@@ -28,7 +28,7 @@ pub struct ArmState {
     pub coriolis: JointVector,
     /// External wrench (N, Nm), as [`ArmInterface`] describes it.
     pub wrench: Wrench,
-    /// The torque that the interface took last (Nm): without what the arm adds to it by itself.
+    /// The torque that the interface took last (Nm), without what the arm adds by itself.
     pub tau: JointVector,
 }
 
@@ -48,27 +48,27 @@ pub enum CompensatedBy {
 pub enum Friction {
     /// The arm.
     Arm,
-    /// Nobody: each joint keeps this viscous damping (Nm s/rad). Only an observed wrench uses the number.
+    /// Not compensated: each joint keeps this viscous damping (Nm s/rad). Only the observer of an observed wrench uses the number.
     Nobody([f64; 7]),
 }
 
-/// On which side of the gears the reported inertia is.
+/// Which inertia the reported mass matrix includes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum InertiaSide {
-    /// Links alone: the law adds the arm's rotor inertia.
+    /// Links alone: the host adds the arm's rotor inertia.
     Link,
     /// Links and rotors.
     Motor,
 }
 
-/// Whose push a wrench is.
+/// On which body a reported wrench acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WrenchSign {
-    /// What the environment exerts on the tool: a hand that lifts the tool reads +z.
+    /// The wrench that the environment exerts on the tool: a hand that lifts the tool reads +z.
     OnTool,
-    /// What the tool exerts on the environment: a hand that lifts the tool reads -z.
+    /// The wrench that the tool exerts on the environment: a hand that lifts the tool reads -z.
     OnEnvironment,
 }
 
@@ -105,7 +105,7 @@ pub struct ArmInterface {
     pub coriolis: CompensatedBy,
     /// Who compensates the friction of the joints.
     pub friction: Friction,
-    /// Side of [`ArmState::mass`].
+    /// Which inertia [`ArmState::mass`] includes.
     pub inertia: InertiaSide,
     /// Where the wrench comes from.
     pub wrench: WrenchSource,
@@ -131,8 +131,8 @@ impl ArmInterface {
         wrench_point: [0.0; 3],
     };
 
-    /// An arm without help of its own, as simulators are: the law compensates, the inertia has its rotors, the wrench is on the
-    /// tool.
+    /// An arm that compensates nothing, as in a simulator: the law compensates gravity and Coriolis forces, the mass matrix includes the
+    /// rotors, and the wrench acts on the tool.
     pub const PLAIN: Self = Self {
         gravity: CompensatedBy::Law,
         coriolis: CompensatedBy::Law,
@@ -144,7 +144,8 @@ impl ArmInterface {
         wrench_point: [0.0; 3],
     };
 
-    /// What the law reads, given the arm's `rotor_inertia` (kg m^2). A wrench from an observer is not yet in it.
+    /// The measurement that the law reads, given the arm's `rotor_inertia` (kg m^2). Its wrench is the reported one, even where an
+    /// observer's estimate replaces it later.
     #[must_use]
     pub fn measurement(&self, state: &ArmState, rotor_inertia: &JointVector) -> Measurement {
         let rotors = match self.inertia {
@@ -163,7 +164,7 @@ impl ArmInterface {
         }
     }
 
-    /// What the law compensates (Nm).
+    /// Torques that the law compensates (Nm).
     pub(crate) fn bias(&self, state: &ArmState) -> JointVector {
         let by_law = |who: CompensatedBy, torque: &JointVector| match who {
             CompensatedBy::Law => *torque,
@@ -172,7 +173,7 @@ impl ArmInterface {
         by_law(self.gravity, &state.gravity) + by_law(self.coriolis, &state.coriolis)
     }
 
-    /// Friction that acts on the joints (Nm s/rad).
+    /// Viscous friction of the joints that the arm does not compensate (Nm s/rad).
     pub(crate) fn damping(&self) -> JointVector {
         match self.friction {
             Friction::Arm => JointVector::zeros(),
@@ -180,7 +181,7 @@ impl ArmInterface {
         }
     }
 
-    /// The reported wrench as the environment's on the tool, base axes, about the tool point.
+    /// The reported wrench as what the environment exerts on the tool (N, Nm; base axes, about the tool point).
     fn wrench_on_tool(&self, reported: &Wrench, pose: &Pose) -> Wrench {
         let sign = match self.wrench_sign {
             WrenchSign::OnTool => 1.0,
@@ -192,7 +193,7 @@ impl ArmInterface {
         };
         let force = sign * (axes * linear(reported));
         let moment = sign * (axes * rotational(reported));
-        // About the tool point the moment is r x F more, r being the lever from the tool point.
+        // The moment about the tool point is larger by r x F, where r leads from the tool point to the reported point.
         let point = pose.rotation * Vector3::from(self.wrench_point);
         stack(&force, &(moment + point.cross(&force)))
     }
@@ -213,8 +214,8 @@ impl ArmInterface {
     }
 }
 
-/// The pose (m) of a homogeneous 4 x 4 matrix that is given column by column, as Franka's interface and C have it. If
-/// the matrix holds no rotation, that of the pose is NaN, which [`Host`](crate::host::Host) refuses.
+/// The pose (m) of a homogeneous 4 x 4 matrix that is given column by column, as Franka's interface and C have it. If the matrix holds no
+/// rotation, the rotation of the pose is NaN, and [`Host`](crate::host::Host) refuses the state.
 #[must_use]
 pub fn pose_from_matrix(column_major: &[f64; 16]) -> Pose {
     let matrix = Matrix4::from_column_slice(column_major);
@@ -225,8 +226,8 @@ pub fn pose_from_matrix(column_major: &[f64; 16]) -> Pose {
 }
 
 impl ArmState {
-    /// The first field with an entry that no arm has: not a number, or far beyond any unit's range (1e4; of positions 10 m).
-    /// Within these bounds nothing in the law overflows. A wrench that nobody reads may be anything.
+    /// The first field with an entry that no arm has: not a number, beyond 1e4 (a position: 10 m), or a rotation that is no unit
+    /// quaternion. Within these bounds nothing in the law overflows. The wrench is checked only if `reads_wrench`.
     pub(crate) fn unreadable(&self, reads_wrench: bool) -> Option<&'static str> {
         let rotation = self.pose.rotation.coords;
         let checks = [
@@ -260,7 +261,7 @@ impl ArmState {
     }
 }
 
-/// Whether every entry is a number within any unit's range; NaN is not.
+/// Whether the absolute value of every entry is 1e4 or below; NaN is not.
 fn in_range<const R: usize, const C: usize>(values: &SMatrix<f64, R, C>) -> bool {
     values.iter().all(|x| x.abs() <= 1e4)
 }
@@ -287,13 +288,13 @@ mod tests {
 
     #[test]
     fn a_wrench_in_tool_axes_about_another_point_is_moved() {
-        // The tool points down: turned half about x. A sensor 10 cm behind it reads 5 N along its own y.
+        // The tool points down: half a turn about x. A sensor 10 cm behind the tool point reads 5 N along the tool's y axis.
         let mut state = resting_arm();
         state.pose.rotation = UnitQuaternion::from_scaled_axis(Vector3::x() * std::f64::consts::PI);
         state.wrench = Wrench::new(0.0, 5.0, 0.0, 0.0, 0.0, 0.0);
         let interface =
             ArmInterface { wrench_axes: WrenchAxes::Tool, wrench_point: [0.0, 0.0, -0.1], ..ArmInterface::PLAIN };
-        // Tool y is -y; the point lies 10 cm above: (0, 0, 0.1) x (0, -5, 0) = (0.5, 0, 0).
+        // The tool's y axis is the base's -y; the sensor lies 10 cm above: (0, 0, 0.1) x (0, -5, 0) = (0.5, 0, 0).
         let y = interface.measurement(&state, &JointVector::zeros());
         assert_relative_eq!(y.wrench, Wrench::new(0.0, -5.0, 0.0, 0.5, 0.0, 0.0), epsilon = 1e-12);
     }

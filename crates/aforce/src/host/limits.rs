@@ -1,4 +1,4 @@
-//! What a host allows the law: every bound with its meaning, unit and default.
+//! The bounds that a host sets on the law, each with its meaning, unit and default.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,8 +11,8 @@ use crate::host::tank::TankConfig;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct HostLimits {
-    /// Longest time between two cycles (s); a longer one is a fault. For the torque rate a longer cycle counts as one
-    /// of nominal length: an arm that has lost packets compares a torque with the last one that it received.
+    /// Longest time between two cycles (s); a longer one is a fault. For the torque rate, a cycle that is longer than nominal counts as
+    /// nominal: an arm that has lost packets compares a torque with the last one that it received.
     pub period_max: f64,
     /// Longest time between two actions (s); a longer silence is a fault.
     pub silence_max: f64,
@@ -35,10 +35,10 @@ pub struct HostLimits {
     pub joint_stiffness: [f64; 7],
     /// Distance into lost contact over which F_cmd fades to nothing (m).
     pub contact_loss: f64,
-    /// Largest difference of the arm's pose from the model's at the start (m, rad).
+    /// Largest difference of the arm's reported pose from the model's at the start (m, rad).
     pub kinematics_tolerance: [f64; 2],
-    /// Factor, 1 or above, on the tolerances in `agreement.rs` by which parts of the arm's state may disagree. The
-    /// tolerances of the mass matrix's symmetry and least inertia stay. Infinite: nothing is compared.
+    /// Factor, 1 or above, on the tolerances in `agreement.rs` by which parts of the arm's state may disagree. It does not apply to the
+    /// symmetry and the least inertia of the mass matrix. Infinite: nothing is compared.
     pub disagreement_max: f64,
     /// Energy that growing stiffness, F_ff and F_cmd may put into the arm.
     pub tank: TankConfig,
@@ -47,8 +47,9 @@ pub struct HostLimits {
 }
 
 impl Default for HostLimits {
-    /// Wrench and its rate are those of MIOS (github rr-aa-cl/mios), a published framework for the Panda. What the environment may exert is
-    /// half of the force that MIOS allows, and less than half of its moment. The workspace is in front of and above a base that stands on a table.
+    /// `wrench_max` and `wrench_rate_max` are those of MIOS (github rr-aa-cl/mios), a published framework for the Panda. `external_max` is
+    /// half of the force that MIOS allows, and less than half of its moment. The workspace is in front of and above a base that stands on a
+    /// table.
     fn default() -> Self {
         Self {
             period_max: 0.020,

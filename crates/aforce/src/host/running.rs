@@ -14,15 +14,15 @@ use crate::law::controller::Controller;
 use crate::observer::MomentumObserver;
 use crate::spatial::{JointVector, Measurement, Pose, Vector6, Wrench, all_finite, linear, pose_error, rotational};
 
-/// Largest number of cycles with a `dt` of 0 in a row that is no fault: an interface's first cycle, or a state that is
-/// handed over between cycles. More of them mean that the clock is broken.
+/// Largest number of cycles in a row whose `dt` of 0 is no fault. Such a cycle is an interface's first, or hands over a state between two
+/// cycles. More of them in a row mean that the clock is broken.
 const EMPTY_CYCLES: u32 = 5;
 
 /// Share of the nominal period below which the `dt` of a cycle counts as 0. Otherwise a clock that hardly moves could
 /// keep the law running without a policy: the time since the latest action is the sum of the cycles' times.
 const SHORTEST: f64 = 0.01;
 
-/// A [`Controller`] under the bounds of [`HostLimits`], with a latch for faults and a hold for when it does not act.
+/// A [`Controller`] under the bounds of [`HostLimits`], with a latch for faults and a hold that replaces the law when it does not act.
 #[derive(Debug, Clone)]
 pub struct Host {
     arm: Arm,
@@ -34,15 +34,15 @@ pub struct Host {
     bounds: Bounds,
     agreement: Agreement,
     sent: Sent,
-    /// Whether the torque rate counts from a torque that the arm has reported: at the latest since the first start,
-    /// before it since the first [`ArmState::tau`] that could be read.
+    /// Whether the torque rate is limited relative to a torque that the arm has reported: true from the first [`ArmState::tau`] that could
+    /// be read, or from the first start.
     counted: bool,
     hold: Hold,
     observer: Option<MomentumObserver>,
     mode: Mode,
-    /// Since the latest action (s).
+    /// Time since the latest action (s).
     silence: f64,
-    /// Cycles of no length in a row.
+    /// Number of cycles in a row with a `dt` of 0.
     empty: u32,
     /// The latest measurement that could be read.
     y: Option<Measurement>,
@@ -58,7 +58,7 @@ enum Mode {
 }
 
 impl Host {
-    /// A host at rest. All that can be refused is refused here; [`start`](Self::start) it before the first torque is sent.
+    /// A stopped host. The whole set-up is checked here. Call [`start`](Self::start) before the first torque is sent.
     ///
     /// # Errors
     /// If a value of the set-up is not allowed.
@@ -84,10 +84,9 @@ impl Host {
         })
     }
 
-    /// The law begins: goal and set-point at the measured pose, K at its initial value, no force, torque rates counted
-    /// from [`ArmState::tau`]. `model` is the tool's pose at `state.q` (m, base frame) by the host's own kinematics;
-    /// give `state.pose` where that pose comes from the same kinematics. The first action has to come within
-    /// [`HostLimits::silence_max`].
+    /// Starts the law: goal and set-point at the measured pose, K at its initial value, no force, and the torque rate limited relative to
+    /// [`ArmState::tau`]. `model` is the tool's pose at `state.q` (m, base frame) by the host's own kinematics; give `state.pose` if that
+    /// pose comes from the same kinematics. The first action has to come within [`HostLimits::silence_max`].
     ///
     /// # Errors
     /// If the state cannot be read, contradicts the model, or is outside of a bound. The host stays as it was.
@@ -113,17 +112,17 @@ impl Host {
         Ok(())
     }
 
-    /// The law ends; the arm holds its posture, ever more softly. A fault stays a fault.
+    /// Stops the law. The arm then holds its posture, with a stiffness that falls to a low value. A fault stays a fault.
     pub fn stop(&mut self) {
         if self.mode == Mode::Running {
             self.leave(Mode::Stopped);
         }
     }
 
-    /// One policy action, entries in [-1, 1] (others are clipped), counted from the state of the latest cycle.
+    /// Takes one policy action, entries in [-1, 1] (others are clipped). The goal is computed from the state of the latest cycle.
     ///
     /// # Errors
-    /// If the law does not act, or the action has not the space's length.
+    /// If the law does not act, or the action has another length than the space's.
     pub fn set_goal(&mut self, action: &[f64]) -> Result<(), NotTaken> {
         let expected = self.controller.space().dim();
         if action.len() != expected {
@@ -139,7 +138,7 @@ impl Host {
     }
 
     /// Turns the contact axis, as [`Controller::set_contact_axis`]: `n` is the direction in base axes, of any length, in which the
-    /// environment pushes on the tool. The bounds of [`HostLimits`] hold for what comes of it.
+    /// environment pushes on the tool. The bounds of [`HostLimits`] still hold.
     ///
     /// # Errors
     /// If `n` has no direction; the axis stays as it was.
@@ -150,13 +149,12 @@ impl Host {
 
     /// One cycle: the torque for `state`, `dt` seconds after the last cycle. Never panics, never allocates.
     ///
-    /// A `dt` of 0 (an interface's first cycle), or of less than a hundredth of the nominal period, reads the state and
-    /// repeats the last torque, or the one that the arm says it took. More than five such cycles in a row are a
-    /// [`Fault::Period`].
+    /// With a `dt` of 0 (an interface's first cycle), or below a hundredth of the nominal period, the host reads the state and repeats the
+    /// last torque, or the torque that the arm reports to have taken. More than five such cycles in a row are a [`Fault::Period`].
     pub fn update(&mut self, state: &ArmState, dt: f64) -> Command {
         let dt = if (0.0..SHORTEST * self.period).contains(&dt) { 0.0 } else { dt };
         self.empty = if dt == 0.0 { self.empty.saturating_add(1) } else { 0 };
-        // A hold goes on whatever the interface's clock says.
+        // If `dt` cannot be a period, the hold and the observer go on with the nominal one.
         let step = if self.is_period(dt) { dt } else { self.period };
         let y = self.read(state, step);
         if state.has_bias() {
@@ -229,7 +227,7 @@ impl Host {
         self.bounds.tank().level()
     }
 
-    /// Whether a hold has come down to its lowest stiffness: the host may end the motion.
+    /// Whether the host holds the arm and the stiffness has fallen to its lowest value. The program may then end the motion.
     #[must_use]
     pub fn is_relaxed(&self) -> bool {
         self.mode != Mode::Running && self.hold.is_relaxed()
@@ -291,7 +289,7 @@ impl Host {
         self.hold.torque(&state.q, &state.qd, dt) + self.bias
     }
 
-    /// The arm has the torque `tau` (Nm): rates count from it.
+    /// Takes `tau` (Nm) as the torque that acts on the arm: the rate of the next torque is limited relative to it.
     fn count_from(&mut self, tau: &JointVector) {
         self.controller.limiter().reset(tau);
         self.sent = Sent::new(self.controller.limiter().previous());
@@ -303,7 +301,8 @@ impl Host {
         self.hold.begin();
     }
 
-    /// The state as the law reads it, `dt` seconds after the last one. An observed wrench is the observer's: none before a start.
+    /// The state in the law's conventions, `dt` seconds after the last one. An observed wrench is the observer's estimate, zero before the
+    /// first start.
     fn read(&mut self, state: &ArmState, dt: f64) -> Result<Measurement, Fault> {
         let reads_wrench = self.reads_wrench();
         if let Some(field) = state.unreadable(reads_wrench) {
@@ -347,7 +346,7 @@ impl Host {
         Err(Fault::Kinematics { distance, angle, max_distance, max_angle })
     }
 
-    /// Joints in their ranges and not too fast, the tool in its box, the environment not too strong.
+    /// Checks the ranges and speeds of the joints, the tool's workspace, and the external force and moment.
     fn check(&self, y: &Measurement) -> Result<(), Fault> {
         for (i, ([low, high], max)) in self.arm.range.into_iter().zip(self.arm.speed_max).enumerate() {
             let (joint, position, speed) = (i + 1, y.q[i], y.qd[i].abs());

@@ -1,17 +1,17 @@
-//! What the arm took of what it was sent.
+//! Compares the torque that the arm reports with the torques that it was sent.
 
 use crate::host::status::Fault;
 use crate::spatial::JointVector;
 
 /// Number of sent torques that are remembered. An arm that has lost as many commands in a row has stopped by itself.
 const REMEMBERED: usize = 20;
-/// Time after which a torque that was never sent is a fault (s).
+/// Time for which the arm may report a torque that it was not sent (s); longer is a fault.
 const PATIENCE: f64 = 0.02;
 /// Tolerance of the comparison (Nm): an arm may round a torque to single precision.
 const ROUNDING: f64 = 1e-3;
 
-/// The torques sent last. A lost command leaves an earlier one acting, so a rate counts from what the arm tells that it took, as long as
-/// that can be what it was sent.
+/// The torques sent last. After a lost command an earlier torque still acts. The torque rate is therefore limited relative to the torque
+/// that the arm reports, as long as that torque may be one that was sent.
 #[derive(Debug, Clone)]
 pub(crate) struct Sent {
     torques: [JointVector; REMEMBERED],
@@ -21,7 +21,7 @@ pub(crate) struct Sent {
 }
 
 impl Sent {
-    /// The arm has this torque.
+    /// Starts with `torque` (Nm) as the one that acts.
     pub(crate) fn new(torque: &JointVector) -> Self {
         Self { torques: [*torque; REMEMBERED], next: 0, strange: 0.0 }
     }
@@ -31,11 +31,11 @@ impl Sent {
         self.next = (self.next + 1) % REMEMBERED;
     }
 
-    /// The torque from which the rate counts: `told`, if at each joint it lies between the least and the largest torque
-    /// remembered; otherwise `None`.
+    /// The torque relative to which the torque rate is limited: `told`, the reported torque, if at each joint it lies between the least and
+    /// the largest torque remembered; otherwise `None`.
     ///
     /// # Errors
-    /// If the arm has reported another torque for too long: the field is not filled, or holds something else.
+    /// If the arm has reported a torque that it was not sent for too long: the field `tau` is not filled, or holds something else.
     pub(crate) fn taken(&mut self, told: &JointVector, dt: f64) -> Result<Option<JointVector>, Fault> {
         for joint in 0..7 {
             let of = |f: fn(f64, f64) -> f64, from: f64| self.torques.iter().map(|sent| sent[joint]).fold(from, f);

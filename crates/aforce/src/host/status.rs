@@ -1,10 +1,10 @@
-//! What a host learns of a sample besides the torque.
+//! What a cycle reports besides the torque: the status, what was cut, and faults.
 
 use std::ffi::CStr;
 
 use crate::spatial::JointVector;
 
-/// What one cycle gives.
+/// The result of one cycle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Command {
     /// The torque to send (Nm); finite, within the arm's limits of torque and rate, whatever the status.
@@ -13,16 +13,16 @@ pub struct Command {
     pub status: Status,
 }
 
-/// What the host does at present.
+/// The present state of the host.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Status {
     /// The law acts.
     Running,
-    /// The law acts, and something of it was cut.
+    /// The law acts, and some of its values were cut.
     Limited(Limited),
-    /// Latched: the arm holds its posture, ever more softly. Only a new start ends it.
+    /// Latched: the arm holds its posture, with a stiffness that falls to a low value. Only a new start ends the fault.
     Fault(Fault),
-    /// Not started, or stopped: the arm holds its posture, ever more softly.
+    /// Not started, or stopped: the arm holds its posture, with a stiffness that falls to a low value.
     Stopped,
 }
 
@@ -71,38 +71,38 @@ impl Limited {
     }
 }
 
-/// Why the law gave up. Joints count from 1.
+/// Why the law stopped acting. Joints count from 1.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Fault {
     /// A field of the state holds a value that no arm can have.
     #[error("{field} of the arm's state is not finite, or beyond anything an arm has")]
     Unreadable {
-        /// Its name.
+        /// Name of the field.
         field: &'static str,
     },
     /// The time since the last cycle is negative, not a number or too long, or it was zero too many times in a row.
     #[error("{period} s since the last cycle; allowed: up to {max}, and 0 a few times in a row")]
     Period {
-        /// As given (s).
+        /// The time as given (s).
         period: f64,
         /// The largest that is allowed (s).
         max: f64,
     },
-    /// The mass matrix is no mass matrix, or the law's torque not finite.
+    /// The mass matrix is not positive definite, or the law's torque is not finite.
     #[error("the mass matrix is not positive definite, or so small that the law's torque is not finite")]
     Mass,
-    /// At the start: the arm's pose is not what the model makes of its joint angles.
+    /// At the start: the arm's pose differs from the model's at its joint angles.
     #[error(
         "the arm's pose is {distance:.4} m and {angle:.4} rad from the model's kinematics; allowed: {max_distance} m, {max_angle} rad"
     )]
     Kinematics {
-        /// Between the two positions (m).
+        /// Distance between the two positions (m).
         distance: f64,
-        /// Between the two orientations (rad).
+        /// Angle between the two orientations (rad).
         angle: f64,
-        /// Allowed (m).
+        /// Allowed distance (m).
         max_distance: f64,
-        /// Allowed (rad).
+        /// Allowed angle (rad).
         max_angle: f64,
     },
     /// A joint is outside its range.
@@ -110,11 +110,11 @@ pub enum Fault {
     JointRange {
         /// 1 to 7.
         joint: usize,
-        /// Where it is (rad).
+        /// Position of the joint (rad).
         position: f64,
-        /// Lower end (rad).
+        /// Lower end of the range (rad).
         low: f64,
-        /// Upper end (rad).
+        /// Upper end of the range (rad).
         high: f64,
     },
     /// A joint is too fast.
@@ -122,9 +122,9 @@ pub enum Fault {
     JointSpeed {
         /// 1 to 7.
         joint: usize,
-        /// Its speed (rad/s).
+        /// Speed of the joint (rad/s).
         speed: f64,
-        /// Allowed (rad/s).
+        /// Allowed speed (rad/s).
         max: f64,
     },
     /// The tool has left the workspace and its margin.
@@ -132,37 +132,37 @@ pub enum Fault {
     Workspace {
         /// x, y or z.
         axis: char,
-        /// Where it is (m).
+        /// Position of the tool along the axis (m).
         position: f64,
         /// Lower bound (m).
         low: f64,
         /// Upper bound (m).
         high: f64,
     },
-    /// The environment pushes harder than it may.
+    /// The force that the environment exerts on the tool is above its limit.
     #[error("the environment pushes with {force:.1} N; allowed: {max}")]
     ExternalForce {
-        /// Its norm (N).
+        /// Norm of the force (N).
         force: f64,
-        /// Allowed (N).
+        /// Allowed norm (N).
         max: f64,
     },
-    /// The environment turns harder than it may.
+    /// The moment that the environment exerts on the tool is above its limit.
     #[error("the environment turns with {moment:.2} Nm; allowed: {max}")]
     ExternalMoment {
-        /// Its norm (Nm).
+        /// Norm of the moment (Nm).
         moment: f64,
-        /// Allowed (Nm).
+        /// Allowed norm (Nm).
         max: f64,
     },
-    /// The mass matrix is not symmetric: an entry is not its mirror image. Some libraries fill one triangle.
+    /// The mass matrix is not symmetric: an entry differs from its mirror image. Some libraries fill one triangle.
     #[error("the mass matrix has {lower:.4} in row {row}, column {column}, and {upper:.4} in its mirror image")]
     MassAsymmetric {
-        /// 2 to 7.
+        /// Row of the entry, 2 to 7.
         row: usize,
-        /// 1 to 6.
+        /// Column of the entry, 1 to 6.
         column: usize,
-        /// The entry (kg m^2).
+        /// The entry below the diagonal (kg m^2).
         lower: f64,
         /// Its mirror image (kg m^2).
         upper: f64,
@@ -172,46 +172,46 @@ pub enum Fault {
     MassFloor {
         /// 1 to 7.
         joint: usize,
-        /// Its inertia while the joints before it are free (kg m^2).
+        /// Inertia of the joint while the joints before it are free (kg m^2).
         inertia: f64,
-        /// Allowed (kg m^2).
+        /// Least inertia allowed (kg m^2).
         min: f64,
     },
-    /// The rotational part of a column of the Jacobian is no unit vector.
+    /// The rotational part of a column of the Jacobian is not a unit vector.
     #[error("rows 4 to 6 of column {joint} of the Jacobian are {length:.4} long; the axis of a joint has length 1")]
     JacobianAxis {
         /// 1 to 7.
         joint: usize,
-        /// As found.
+        /// Length of the rotational part.
         length: f64,
     },
-    /// A joint does not move as its speed says.
+    /// The motion of a joint does not match its speed.
     #[error("joint {joint} moved by {moved:.4} rad within the last {time} s; its speed says {told:.4}")]
     JointMotion {
         /// 1 to 7.
         joint: usize,
-        /// How far (rad).
+        /// Measured motion of the joint (rad).
         moved: f64,
-        /// What its speed says (rad).
+        /// Motion by the joint's speed (rad).
         told: f64,
         /// Time constant of the sums (s).
         time: f64,
     },
-    /// The tool does not move as the Jacobian says.
+    /// The motion of the tool does not match the Jacobian and the joint speeds.
     #[error(
         "the tool moved by {moved:.4} (m or rad) along {axis} within the last {time} s; Jacobian and joint speeds say {told:.4}"
     )]
     ToolMotion {
         /// x, y, z, rx, ry or rz.
         axis: &'static str,
-        /// How far (m, rad).
+        /// Measured motion of the tool (m, rad).
         moved: f64,
-        /// What the Jacobian says (m, rad).
+        /// Motion by the Jacobian and the joint speeds (m, rad).
         told: f64,
         /// Time constant of the sums (s).
         time: f64,
     },
-    /// At the start: the torque that holds the arm is not that of gravity and wrench.
+    /// At the start: the torque that holds the arm does not match gravity and wrench.
     #[error(
         "the arm rests with {found:.2} Nm at joint {joint}; gravity, as the law compensates it, and wrench take {expected:.2}, \
          allowed: {max:.2} more or less"
@@ -221,67 +221,66 @@ pub enum Fault {
         joint: usize,
         /// The torque that the interface took last (Nm).
         found: f64,
-        /// What gravity and wrench take (Nm).
+        /// The torque that gravity and wrench require (Nm).
         expected: f64,
         /// Allowed difference (Nm).
         max: f64,
     },
-    /// After a start at rest the arm moves as if gravity left another torque to the law than state and
-    /// `interface.gravity` say.
+    /// After a start at rest: the arm moves as if another gravity torque were left to the law than state and `interface.gravity` say.
     #[error(
         "the arm moves as if {found:.1} Nm of gravity were left to the law (norm over the joints); the state and \
          interface.gravity say {told:.1}"
     )]
     Gravity {
-        /// Gravity torque that the motion leaves to the law (Nm, norm over the joints).
+        /// Gravity torque left to the law, estimated from the motion (Nm, component along the reported gravity torque).
         found: f64,
-        /// Gravity torque that state and interface leave to the law (Nm, norm over the joints).
+        /// Gravity torque left to the law according to state and `interface.gravity` (Nm, norm over the joints).
         told: f64,
     },
-    /// A Coriolis torque that the speed of the joints cannot make.
+    /// A Coriolis torque that is too large for the speed of the joints.
     #[error("a Coriolis torque of {torque:.2} Nm at joint {joint}; at these speeds at most {max:.2}")]
     Coriolis {
         /// 1 to 7.
         joint: usize,
-        /// As told (Nm).
+        /// Reported torque (Nm).
         torque: f64,
-        /// Allowed (Nm).
+        /// Allowed torque at this speed (Nm).
         max: f64,
     },
     /// A field that depends on the joint angles has changed faster than they did.
     #[error("{field} of the arm's state jumped by {change:.3} in a cycle; as its joints moved, at most {max:.3}")]
     Jump {
-        /// Its name.
+        /// Name of the field.
         field: &'static str,
         /// Change of the entry that changed most (Jacobian: m/rad or 1; gravity: Nm).
         change: f64,
-        /// Allowed.
+        /// Allowed change, in the same unit.
         max: f64,
     },
-    /// The arm tells of a torque that it was not sent.
+    /// The arm reports a torque that it was not sent.
     #[error(
         "the arm tells that it took {told:.2} Nm at joint {joint}; {sent:.2} Nm was sent, and nothing like it before"
     )]
     TorqueTaken {
         /// 1 to 7.
         joint: usize,
-        /// As told (Nm).
+        /// Reported torque (Nm).
         told: f64,
-        /// The latest that was sent (Nm).
+        /// The torque that was sent last (Nm).
         sent: f64,
     },
-    /// No action for too long.
+    /// No action came for too long.
     #[error("no action for {silence:.3} s; allowed: {max}")]
     Silence {
-        /// Since the latest action (s).
+        /// Time since the latest action (s).
         silence: f64,
-        /// Allowed (s).
+        /// Allowed time (s).
         max: f64,
     },
 }
 
 impl Fault {
-    /// A number for each kind, from 1, that will not change.
+    /// The number of this kind of fault, from 1. It will not change.
     #[must_use]
     pub fn code(&self) -> u32 {
         match self {
@@ -344,12 +343,12 @@ pub enum NotTaken {
     /// The law does not act: not started, stopped, or a fault.
     #[error("the law does not act: the action is not taken")]
     NotRunning,
-    /// An action for another space.
+    /// The action has another length than the space's.
     #[error("an action of {found} entries; the space has {expected}")]
     Length {
-        /// Its length.
+        /// Length of the action.
         found: usize,
-        /// The space's.
+        /// Length of the space's actions.
         expected: usize,
     },
 }

@@ -1,4 +1,4 @@
-//! An energy tank: what the law's active parts may put into the arm, no more.
+//! An energy tank: it bounds the energy that the law's active parts put into the arm.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,9 +10,9 @@ use crate::error::{ConfigError, not_negative, within};
 pub struct TankConfig {
     /// Energy at the start (J).
     pub initial: f64,
-    /// Most that it keeps (J).
+    /// Largest energy that the tank keeps (J).
     pub capacity: f64,
-    /// Below this level the active parts fade (J).
+    /// Level below which the active parts fade (J).
     pub low: f64,
 }
 
@@ -46,16 +46,17 @@ impl Tank {
         Self { config, level: config.initial }
     }
 
-    /// Energy in it (J).
+    /// Energy in the tank (J).
     pub(crate) fn level(&self) -> f64 {
         self.level
     }
 
-    /// The share, 0 to 1, in which the active parts may act whose costs in this sample are `costs` (J). A negative cost
-    /// is a gain and does not count.
+    /// The share, 0 to 1, in which the active parts may act in this sample. `costs` (J) is what they would cost in full. A negative cost is
+    /// a gain and does not count.
     pub(crate) fn share(&self, costs: &[f64]) -> f64 {
         let cost = expense(costs);
-        // The share is 1 while the level is at least `low`. A cost above the level takes what there is.
+        // The valve is 1 while the level is at least `low`, and falls with the level below. A cost above the level is first reduced to the
+        // level.
         let valve = if self.level >= self.config.low { 1.0 } else { self.level / self.config.low };
         if cost > self.level { valve * self.level / cost } else { valve }
     }
@@ -66,13 +67,13 @@ impl Tank {
         self.fill(-share * expense(costs));
     }
 
-    /// Energy that has been taken from the arm (J); less than zero drains.
+    /// Adds energy that was taken from the arm (J). A negative `energy` drains the tank.
     pub(crate) fn fill(&mut self, energy: f64) {
         self.level = (self.level + energy).max(0.0).min(self.config.capacity);
     }
 }
 
-/// What these costs add up to without the gains among them (J).
+/// Sum of the costs without the gains among them (J).
 fn expense(costs: &[f64]) -> f64 {
     costs.iter().map(|cost| cost.max(0.0)).sum()
 }
@@ -121,7 +122,7 @@ mod tests {
                 tank.pay(&cost, share);
                 net -= share * expense(&cost);
                 prop_assert!(tank.level() >= 0.0 && tank.level() <= 2.0);
-                // The level never exceeds what is owned, and paying takes exactly what was spent.
+                // Paying takes at least the expense, and the level never exceeds the initial level less all expenses.
                 prop_assert!(tank.level() <= before - share * expense(&cost) + 1e-12);
                 prop_assert!(tank.level() <= net.max(0.0) + 1e-9);
             }

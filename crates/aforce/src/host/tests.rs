@@ -1,4 +1,4 @@
-//! What a host can count on, on a gantry: six axes along and about the world's, and an idle seventh joint.
+//! Tests of what a host guarantees, on a gantry: six axes along and about the world's, and an idle seventh joint.
 
 mod caps;
 mod contact;
@@ -24,8 +24,8 @@ const INERTIA: [f64; 6] = [6.0, 4.0, 12.0, 0.5, 0.4, 0.3];
 /// Where the gantry stands at first, within the default workspace.
 const HOME: [f64; 3] = [0.5, 0.0, 0.3];
 
-/// A gantry without limits of its own, at 1 kHz, with jerk-limited set-points. The parts of its state are not compared:
-/// the tests put its tool elsewhere between cycles, and three of its joints are slides.
+/// A gantry with wide limits, at 1 kHz, with jerk-limited set-points. The parts of its state are not compared: the tests move its tool
+/// between cycles, and three of its joints are slides.
 fn setup(name: &str) -> HostSetup {
     let arm = Arm {
         range: [[-10.0, 10.0]; 7],
@@ -50,7 +50,7 @@ fn setup(name: &str) -> HostSetup {
     }
 }
 
-/// No bound at all.
+/// No bounds on the law; the longest cycle, the start's tolerances and the hold keep their defaults.
 fn endless() -> HostLimits {
     const FREE: f64 = f64::INFINITY;
     HostLimits {
@@ -147,7 +147,7 @@ fn without_bounds_a_host_is_the_controller_bit_by_bit() {
         for cycle in 0..2000 {
             if cycle % 50 == 0 {
                 let action = vec![f64::sin(f64::from(cycle)); setup.space.dim()];
-                // A cycle of no length hands over the state from which the action counts.
+                // A cycle with a `dt` of 0 hands over the state from which the goal is computed.
                 plant.host.update(&state(&plant.y, &plant.tau), 0.0);
                 plant.host.set_goal(&action).unwrap();
                 alone.set_goal(&action, &plant.y);

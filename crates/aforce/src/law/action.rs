@@ -6,23 +6,23 @@ use crate::law::entry::clip;
 use crate::law::stiffness::Stiffness;
 use crate::spatial::Vector6;
 
-/// What an action asks for.
+/// The physical quantities that an action asks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Decoded<'a> {
-    /// Stiffness, in the space's unit.
+    /// Stiffness, in the space's unit, if the space commands it.
     pub(crate) stiffness: Option<Vector6>,
     /// Entries that command psi.
     pub(crate) psi: &'a [f64],
     /// Position (m) and rotation vector (rad) to add to the goal's origin, world axes.
     pub(crate) delta: Vector6,
-    /// Normal force (N).
+    /// Normal force (N), if the space commands it.
     pub(crate) force: Option<f64>,
 }
 
-/// Decodes an action. An entry that is not a number asks for nothing: no motion, no force, the middle of a range.
+/// Decodes an action. NaN entries ask for no motion, no force and the middle of a range.
 ///
 /// # Panics
-/// If the action has not the length of its space.
+/// If the action has another length than the space's.
 pub(crate) fn decode<'a>(space: &ActionSpace, config: &ControllerConfig, action: &'a [f64]) -> Decoded<'a> {
     assert_eq!(action.len(), space.dim(), "length of an action of `{space}`");
     let (stiffness, rest) = action.split_at(space.commanded_stiffness());

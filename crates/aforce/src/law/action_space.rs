@@ -1,4 +1,4 @@
-//! How a policy may act: an action space is one record of data, not a type.
+//! Action spaces: how a policy may act. A space is a data record, not a type.
 
 use std::fmt;
 
@@ -18,13 +18,13 @@ use crate::spatial::RotationError;
 
 /// An action space.
 ///
-/// An action lies in [-1, 1] and reads `[kp (6, or 1 if shared) if commanded] [psi (2 per parameter) if commanded] [delta position (3), delta
-/// rotation (3)] [normal force (1) if force]`; [`entries`](Self::entries) describes each entry. The built-in ones stand in
+/// An action lies in [-1, 1] and reads `[kp (6, or 1 if shared) if commanded] [psi (2 per parameter) if commanded] [delta position (3),
+/// delta rotation (3)] [normal force (1) if force]`; [`entries`](Self::entries) describes each entry. The built-in spaces are in
 /// `spaces.toml` beside this crate's manifest, and parse from their names.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ActionSpace {
-    /// Its name in tables and folders.
+    /// Name of the space in tables and folders.
     pub name: String,
     /// What the pose delta of an action is added to.
     pub goal: GoalRule,
@@ -40,7 +40,7 @@ pub struct ActionSpace {
     pub damping: Damping,
     /// Damping ratio zeta of each axis; 1 is critical.
     pub damping_ratio: Gains,
-    /// The policy commands a force along the contact axis.
+    /// Whether the policy commands a force along the contact axis.
     pub force: bool,
     /// Where the stiffness comes from.
     pub stiffness: Stiffness,
@@ -55,18 +55,18 @@ pub struct ActionSpace {
 pub enum SetPoint {
     /// As the controller's configuration says: a ramp, or a jerk-limited move.
     Interpolated,
-    /// It is the goal from the first sample on (robosuite's default).
+    /// The set-point is the goal from the first sample on (robosuite's default).
     Jump,
 }
 
-/// What the velocity is compared with: e_dot.
+/// How e_dot is formed from the tool's velocity x_dot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RateRule {
     /// e_dot = x_dot: damped against standstill (robosuite).
     Standstill,
-    /// e_dot = x_dot - x_d_dot. Meant for jerk-limited set-points: with a linear one x_d_dot steps at every action, and
-    /// the damper answers with torque peaks (forty times the energy with random actions).
+    /// e_dot = x_dot - x_d_dot. Meant for jerk-limited set-points: with a linear ramp x_d_dot steps at every action, and the damper answers
+    /// with torque peaks (forty times the energy with random actions).
     SetPoint,
 }
 
@@ -79,9 +79,9 @@ pub struct ActionEntry {
     pub unit: &'static str,
     /// Axes in which the entry is expressed.
     pub frame: &'static str,
-    /// What -1 means.
+    /// The value that an entry of -1 means.
     pub low: f64,
-    /// What +1 means.
+    /// The value that an entry of +1 means.
     pub high: f64,
 }
 
@@ -159,7 +159,7 @@ impl ActionSpace {
         entries
     }
 
-    /// How stable the adaptive law is at its lowest stiffness, of each axis; `None` if the stiffness does not adapt.
+    /// The stability margin of each axis at the lowest stiffness; `None` if the stiffness does not adapt.
     #[must_use]
     pub fn margins(&self) -> Option<[StabilityMargin; 6]> {
         self.psi().map(|psi| std::array::from_fn(|axis| self.margin(psi, axis)))
@@ -203,7 +203,7 @@ impl ActionSpace {
         }
     }
 
-    /// Refuses parameters under which small oscillations grow, unless they are asked for.
+    /// Refuses parameters under which small oscillations grow, unless `allow_unstable` is set.
     fn check_stability(&self, psi: &Psi) -> Result<(), ConfigError> {
         if psi.allow_unstable {
             return Ok(());

@@ -12,8 +12,8 @@ pub struct AdaptiveLaw {
 }
 
 impl AdaptiveLaw {
-    /// The law at its start. `psi` is checked with the space that the law acts in,
-    /// [`ActionSpace::validate`](crate::ActionSpace::validate), not here.
+    /// The law at the start of an episode. `psi` is not checked here, but with the space that the law acts in, by
+    /// [`ActionSpace::validate`](crate::ActionSpace::validate).
     #[must_use]
     pub fn new(psi: Psi) -> Self {
         Self { stiffness: *psi.k_0.vector(), feedforward: Vector6::zeros(), psi }
@@ -28,7 +28,7 @@ impl AdaptiveLaw {
     /// further that way.
     ///
     /// # Panics
-    /// If bounds of psi are not in order or not numbers.
+    /// If a bound or rate of psi is NaN, or a lower bound is above the upper one.
     pub fn update(&mut self, e: &Vector6, e_dot: &Vector6, excess: &Vector6, dt: f64) {
         let psi = &self.psi;
         let sign = psi.delta_sign.factor();
@@ -54,12 +54,12 @@ impl AdaptiveLaw {
         &self.psi
     }
 
-    /// The parameters, to be changed between actions. K moves to new bounds at `k_rate_max`.
+    /// The parameters, for changes between actions. K moves to new bounds at `k_rate_max`.
     pub(crate) fn psi_mut(&mut self) -> &mut Psi {
         &mut self.psi
     }
 
-    /// The K that acts. The next sample starts from it.
+    /// Sets K to the value that acts, from which the next sample starts.
     pub(crate) fn set_stiffness(&mut self, stiffness: &Vector6) {
         self.stiffness = *stiffness;
     }

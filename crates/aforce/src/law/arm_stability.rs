@@ -12,11 +12,11 @@ use crate::spatial::{Measurement, Vector6};
 const TIME_STEP: f64 = 0.05;
 /// Motion that has not died out after 2 to the power of this many steps counts as unstable.
 const SQUARINGS: usize = 30;
-/// Halvings after which a limit is known to four digits.
+/// Halvings of the interval in which a limit is searched: the limit is known to 1e-12 of that interval.
 const HALVINGS: usize = 40;
 
-/// Refuses a law under which small oscillations of the arm at `y` grow, unless that is asked for. An axis by itself may be stable where
-/// the arm, which couples them, is not. A psi that the policy commands is tried at every corner of its ranges.
+/// Refuses a law under which small oscillations of the arm at `y` grow, unless `allow_unstable` is set. A single axis may be stable where
+/// the arm, which couples the axes, is not. A psi that the policy commands is tried at every corner of its ranges.
 ///
 /// # Errors
 /// If the law is unstable: the field (below the space) and the limits of alpha on this arm.
@@ -130,8 +130,8 @@ impl<'a> LoopOnArm<'a> {
 
 /// Whether every eigenvalue of a linear system (1/s) has a negative real part.
 ///
-/// (1 + h A) / (1 - h A) takes the left half-plane into the unit circle, and its powers vanish exactly when they all lie there. An iteration
-/// for eigenvalues need not end where axes are alike.
+/// (1 + h A) / (1 - h A) maps the left half-plane into the unit circle, and its powers vanish exactly when all eigenvalues lie in that
+/// circle. An eigenvalue iteration may not converge where axes are equal.
 fn dies_out(system: &SMatrix<f64, 18, 18>) -> bool {
     let (one, step) = (SMatrix::<f64, 18, 18>::identity(), system * TIME_STEP);
     let Some(inverse) = (one - step).try_inverse() else { return false };
@@ -158,7 +158,7 @@ mod tests {
     use crate::law::stiffness::{Stiffness, StiffnessUnit};
     use crate::testing::{gantry, random_arm};
 
-    /// On an arm whose axes do not pull at each other the limit is that of the single axis, worked out in closed form.
+    /// On an arm with uncoupled axes the limit is that of the single axis, which has a closed form.
     #[test]
     fn uncoupled_axes_have_the_limit_of_one_axis() {
         let space: ActionSpace = "aforce".parse().unwrap();
@@ -197,7 +197,7 @@ mod tests {
     /// With both signs of delta, in N/m and in 1/s^2: below the limit oscillations die out, above it they grow.
     #[test]
     fn the_limit_of_coupled_axes_is_where_motion_begins_to_grow() {
-        // As heavy as an arm: the damping sign leaves a light one without a limit.
+        // The mass is scaled to that of an arm: with the damping sign a light arm has no limit.
         let mut y = random_arm(3);
         y.mass *= 40.0;
         for (unit, sign) in [
@@ -241,7 +241,7 @@ mod tests {
         stable_on(&space, &y).unwrap();
     }
 
-    /// The feed-forward may be switched off, with or without a leak, on some axes or on all.
+    /// The feed-forward and its leak may be 0, on some axes or on all.
     #[test]
     fn without_feed_forward_the_law_is_a_spring() {
         let y = random_arm(3);

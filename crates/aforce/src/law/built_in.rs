@@ -1,4 +1,4 @@
-//! Action spaces by name and from tables: the built-in list, and what extends one of it.
+//! Action spaces by name and from tables: the built-in spaces, and tables that extend them.
 
 #![cfg_attr(
     not(test),
@@ -20,7 +20,7 @@ const FILE: &str = include_str!("../../spaces.toml");
 /// Suffix of a name: the same space with a commanded force.
 const FORCE: &str = "-force";
 
-/// A name that is no built-in action space.
+/// A name that is not that of a built-in action space.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("unknown action space `{name}`; did you mean `{nearest}`? Known: {}, each also with -force", base_names().join(", "))]
 pub struct UnknownActionSpace {
@@ -30,10 +30,10 @@ pub struct UnknownActionSpace {
     pub nearest: String,
 }
 
-/// Why a table is no action space.
+/// Why a table is not an action space.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
-    /// It extends something unknown.
+    /// The table extends an unknown space.
     #[error(transparent)]
     Extends(#[from] UnknownActionSpace),
     /// `extends` is not a name.
@@ -45,7 +45,7 @@ pub enum RecordError {
 }
 
 impl ActionSpace {
-    /// Names of the built-in spaces: first all without, then all with force.
+    /// Names of the built-in spaces: first those without force, then those with force.
     #[must_use]
     pub fn names() -> Vec<String> {
         let base = base_names();
@@ -62,8 +62,8 @@ impl ActionSpace {
         Self::names().iter().map(|name| name.parse().expect("a built-in record")).collect()
     }
 
-    /// A space from a table: a record, or changes of the built-in space that it `extends`. Without a `name` of its own it is
-    /// called `name`. Nothing is validated beyond names and types: see [`validate`](Self::validate).
+    /// A space from a table: a whole record, or the changes to the built-in space that it `extends`. Without a `name` of its own the space
+    /// is called `name`. Only names and types are checked: see [`validate`](Self::validate).
     ///
     /// # Errors
     /// If it extends an unknown space, or a field is missing, unknown or of the wrong type.
@@ -80,7 +80,7 @@ impl FromStr for ActionSpace {
     }
 }
 
-/// The record that `table` stands for, `extends` worked out.
+/// `table` with a name, and with its key `extends` resolved.
 fn complete(mut table: Table, name: &str) -> Result<Table, RecordError> {
     table.entry("name").or_insert_with(|| name.into());
     record::extended(table, |base| match base {

@@ -38,7 +38,7 @@ pub struct PsiRange {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PsiParameter {
-    /// gamma/beta (m, rad): beta changes, gamma stays. Where gamma is 0 beta becomes 0, and K stays.
+    /// gamma/beta (m, rad): beta changes, gamma stays. Where gamma is 0, beta becomes 0 and K is constant.
     Tolerance,
     /// See [`Psi`].
     Alpha,
@@ -60,7 +60,7 @@ impl PsiParameter {
             Self::Tolerance => psi.beta.set(axis, psi.gamma[axis] / value),
             Self::Alpha => psi.alpha.set(axis, value),
             Self::Gamma => {
-                // The tolerance stays what it was.
+                // Keeps the tolerance gamma/beta.
                 let tolerance = psi.tolerance()[axis];
                 psi.gamma.set(axis, value);
                 psi.beta.set(axis, value / tolerance);
@@ -107,7 +107,7 @@ impl CommandedPsi {
         2 * self.ranges.len()
     }
 
-    /// Changes `psi` as the entries in [-1, 1] ask for; others are clipped, and one that is not a number counts as 0.
+    /// Changes `psi` as the entries ask for: each is clipped to [-1, 1], and NaN counts as 0.
     ///
     /// # Panics
     /// If there are fewer entries than [`dim`](Self::dim).
@@ -121,8 +121,9 @@ impl CommandedPsi {
         }
     }
 
-    /// Checks the ranges, and hands every corner of them to `check`: what holds at all corners holds between them, as the
-    /// stability limit and the bounds of K are monotone in each parameter. Not so in mu with delta's literal sign, which is refused.
+    /// Checks the ranges, and calls `check` with psi at every corner of them: what holds at all corners holds between them, as the
+    /// stability limit and the bounds of K are monotone in each parameter. With delta's literal sign the limit is not monotone in mu, which
+    /// is then refused unless `allow_unstable` is set.
     pub(crate) fn validate(
         &self,
         psi: &Psi,
@@ -166,15 +167,14 @@ impl CommandedPsi {
             let entries: Vec<f64> = (0..self.dim()).map(|i| if corner >> i & 1 == 1 { 1.0 } else { -1.0 }).collect();
             let mut psi = *psi;
             self.apply(&entries, &mut psi);
-            // K(0) is the record's; at run time K is brought between the bounds.
+            // The record's K(0) may lie outside of a corner's bounds, so it is not checked. At run time K moves into the bounds.
             psi.k_0 = psi.k_min;
             psi
         })
     }
 }
 
-/// Makes of an error in psi at a corner of the ranges one that names the ranges, because the record's own numbers of
-/// psi may be right.
+/// Turns an error in psi at a corner of the ranges into one that names the ranges, because the record's own psi may be right.
 fn at_a_corner(error: ConfigError) -> ConfigError {
     let told = error.to_string();
     match error {

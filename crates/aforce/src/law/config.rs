@@ -1,4 +1,4 @@
-//! What all action spaces share of the controller: every default beside its meaning and unit.
+//! Settings of the controller that all action spaces share.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,7 +6,7 @@ use crate::error::{ConfigError, within};
 use crate::law::force::ForceConfig;
 use crate::law::interpolator::Interpolation;
 
-/// Everything about the controller that is not the plant's (torque limits), the task's (contact axis) or the action space's.
+/// The settings of the controller, apart from those of the arm (torque limits), the task (contact axis) and the action space.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ControllerConfig {
@@ -36,7 +36,7 @@ impl Default for ControllerConfig {
             position_step: 0.05,
             rotation_step: 0.5,
             null_space_stiffness: 10.0,
-            // Differs from the paper's 0.2: where e_dot counts the set-point's velocity, a short ramp is a kick.
+            // The paper has 0.2. Where e_dot contains the set-point's velocity, a short ramp causes torque peaks.
             interpolation: Interpolation::Linear { ramp_ratio: 1.0 },
             force: ForceConfig::default(),
         }
@@ -55,9 +55,9 @@ impl ControllerConfig {
         if !control_hz.is_multiple_of(policy_hz) {
             return Err(ConfigError::Rates { section: String::new(), control_hz, policy_hz });
         }
-        // No arm here reaches much further than a Panda, 0.855 m: a larger step is a mistake of unit.
+        // No arm here reaches much further than a Panda, 0.855 m: a larger step is probably in a wrong unit.
         within("position_step", self.position_step, f64::MIN_POSITIVE..=1.0)?;
-        // Three entries at once turn by sqrt(3) steps: less than half a turn.
+        // Three entries of 1 turn by sqrt(3) steps: less than half a turn.
         within("rotation_step", self.rotation_step, f64::MIN_POSITIVE..=1.8)?;
         within("null_space_stiffness", self.null_space_stiffness, 0.0..=1000.0)?;
         self.interpolation.validate()?;

@@ -1,14 +1,14 @@
-//! Is the tool in contact? A threshold with hysteresis that has to hold for a while.
+//! Detects contact: a threshold with hysteresis that the force must pass for a while.
 
 /// Contact along the force axis.
 #[derive(Debug, Clone)]
 pub(crate) struct ContactDetector {
-    /// Force that makes contact, force that ends it (N).
+    /// Force that begins contact, and force below which contact ends (N).
     on: f64,
     off: f64,
-    /// Time that either has to last (s).
+    /// Time for which the force must stay past either threshold (s).
     hold: f64,
-    /// Time that the opposite of the present state has lasted (s).
+    /// Time for which the force has contradicted the present state (s).
     lasted: f64,
     in_contact: bool,
 }

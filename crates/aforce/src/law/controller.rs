@@ -24,7 +24,7 @@ pub struct Controller {
     space: ActionSpace,
     config: ControllerConfig,
     dt: f64,
-    // The parts that run.
+    // The parts that have a state of their own.
     set_point: Interpolator,
     adaptation: Option<AdaptiveLaw>,
     force: ForceControl,
@@ -110,11 +110,11 @@ impl Controller {
             OperationalSpace::new(&y.mass, &y.jacobian).map_or(Vector6::repeat(1.0), |lambda| lambda.diagonal());
     }
 
-    /// One policy action, entries in [-1, 1] (others are clipped): a new goal, counted from its origin; stiffness, psi and
-    /// force, if commanded, take effect at once. A goal to which no jerk-limited way can be planned is not taken.
+    /// Takes one policy action, entries in [-1, 1] (others are clipped). The new goal is its pose delta added to [`origin`](Self::origin);
+    /// stiffness, psi and force, if commanded, take effect at once. A goal to which no jerk-limited move can be planned is not taken.
     ///
     /// # Panics
-    /// If `action` has not the length [`ActionSpace::dim`].
+    /// If `action` has another length than [`ActionSpace::dim`].
     pub fn set_goal(&mut self, action: &[f64], y: &Measurement) {
         let goal = self.interpret(action, y);
         self.move_to(&goal);
@@ -180,7 +180,7 @@ impl Controller {
     /// Takes a goal. If no move to it can be planned, returns false: the set-point stands still, and
     /// [`goal`](Self::goal) is the old one.
     pub(crate) fn move_to(&mut self, goal: &Pose) -> bool {
-        // A diverged plant must not poison the goal; `update` counts the fault.
+        // NaN from a diverged plant must not enter the goal; `update` counts the fault.
         let readable = all_finite(&goal.translation.vector) && all_finite(&goal.rotation.coords);
         let planned = readable && self.set_point.set_goal(goal);
         if planned {
@@ -204,12 +204,12 @@ impl Controller {
         self.limiter.pass(&tau.unwrap_or(JointVector::repeat(f64::NAN)), &y.bias, self.dt)
     }
 
-    /// The last step before a torque leaves.
+    /// The limiter of the joint torques, the last step of the law.
     pub(crate) fn limiter(&mut self) -> &mut TorqueLimiter {
         &mut self.limiter
     }
 
-    /// Tells force control how much of the last wrench a bound behind it cut off (N along n), for its anti-windup.
+    /// Tells force control how much of the last wrench a later bound cut off (N along n), for its anti-windup.
     pub(crate) fn withhold(&mut self, force: f64) {
         self.force.withhold(force);
     }

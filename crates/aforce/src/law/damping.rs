@@ -11,14 +11,14 @@ use crate::spatial::Vector6;
 pub enum Damping {
     /// D_i = 2 zeta sqrt(K_i m_i) with m_i the apparent inertia of axis i: about critical at any inertia.
     MassAware,
-    /// D = 2 zeta sqrt(K), as the paper prints it: critical for an inertia of 1 alone, 2 to 6 times too weak on an arm.
+    /// D = 2 zeta sqrt(K), as the paper prints it: critical only for an inertia of 1, and 2 to 6 times too weak on an arm.
     Literal,
 }
 
 impl Damping {
     /// D of each axis (Ns/m, Nms/rad; where stiffness is in 1/s^2, 1/s).
     ///
-    /// `inertia` is the diagonal of Lambda (kg, kg m^2), or ones where stiffness is in 1/s^2: there both kinds agree.
+    /// `inertia` is the diagonal of Lambda (kg, kg m^2), or ones where stiffness is in 1/s^2; with ones both variants agree.
     #[must_use]
     pub fn of(self, stiffness: &Vector6, inertia: &Vector6, damping_ratio: &Gains) -> Vector6 {
         Vector6::from_fn(|axis, _| self.of_axis(stiffness[axis], inertia[axis], damping_ratio[axis]))

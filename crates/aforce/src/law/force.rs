@@ -11,8 +11,8 @@ use crate::spatial::{Vector3, Vector6, Wrench, linear, rotational, stack};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ForceConfig {
-    /// Largest force that is asked for, and largest commanded force (N): an action entry of -1 to 1 asks for 0 to this. At
-    /// the top of the range the controller can therefore only press less.
+    /// Largest force that an action may ask for, and largest commanded force (N): an action entry of -1 to 1 asks for 0 to this. At the top
+    /// of the range the controller can therefore correct the command downwards only.
     pub force_max: f64,
     /// Proportional gain (N/N).
     pub kp: f64,
@@ -24,8 +24,8 @@ pub struct ForceConfig {
     pub integral_max: f64,
     /// Largest rate of the command (N/s).
     pub command_rate_max: f64,
-    /// Time in which the desired force ramps to a request (s). Every request starts the ramp anew, the same one too: asked
-    /// at 20 Hz for a constant force, 62 % of the way are done after one action and 86 % after two.
+    /// Time in which the desired force ramps to a request (s). Every request restarts the ramp, even if the force is unchanged: with
+    /// requests at 20 Hz for a constant force, 62 % of the way are done after one action and 86 % after two.
     pub ramp_time: f64,
     /// Contact begins when the force is at least this for `contact_hold` (N).
     pub contact_on: f64,
@@ -33,7 +33,7 @@ pub struct ForceConfig {
     pub contact_off: f64,
     /// How long the force has to stay past a threshold (s).
     pub contact_hold: f64,
-    /// Time in which stiffness and feed-forward leave the axis after contact, and return (s).
+    /// Time in which stiffness and feed-forward fade from the contact axis after contact begins, and return after it ends (s).
     pub engagement_time: f64,
     /// Least damping of the engaged axis (Ns/m). It does more for robustness than any gain.
     pub damping_min: f64,
@@ -111,7 +111,7 @@ impl ForceAxis {
         stack(&self.direction, &Vector3::zeros())
     }
 
-    /// What the axis lacks of its least damping (Ns/m), given `damp`, which turns a velocity into the damping wrench.
+    /// Damping to add along the axis for its least damping (Ns/m), in the engaged share. `damp` turns a velocity into the damping wrench.
     pub(crate) fn missing_damping(&self, lambda: &OperationalSpace, damp: impl Fn(&Vector6) -> Wrench) -> f64 {
         if self.engagement == 0.0 {
             return 0.0;
@@ -146,8 +146,8 @@ pub struct ForceControl {
 }
 
 impl ForceControl {
-    /// `direction` is n: the unit vector, in world axes, in which the environment pushes on the tool. `config` is checked with the
-    /// rest of the controller's, [`ControllerConfig::validate`](crate::ControllerConfig::validate), not here.
+    /// `direction` is n: the unit vector, in world axes, in which the environment pushes on the tool. `config` is not checked here, but
+    /// with the rest of the controller's, by [`ControllerConfig::validate`](crate::ControllerConfig::validate).
     #[must_use]
     pub fn new(config: ForceConfig, direction: Vector3) -> Self {
         let contact = ContactDetector::new(config.contact_on, config.contact_off, config.contact_hold);
@@ -166,7 +166,7 @@ impl ForceControl {
         }
     }
 
-    /// No contact, no command.
+    /// Resets to no contact and no command.
     pub fn reset(&mut self) {
         self.contact.reset();
         (self.engagement, self.target, self.desired, self.ramp) = (0.0, 0.0, 0.0, 0.0);
@@ -174,8 +174,8 @@ impl ForceControl {
         self.previous = Vector3::zeros();
     }
 
-    /// Turns n to `direction`, a unit vector in world axes; a reset leaves it. F_d, F_cmd and its integral are numbers along n and turn
-    /// with it: along a curved surface the tool is pressed as hard as before, in another direction.
+    /// Turns n to `direction`, a unit vector in world axes; a reset keeps it. F_d, F_cmd and its integral are numbers along n and turn with
+    /// n: along a curved surface the tool is pressed as hard as before, in another direction.
     pub fn set_direction(&mut self, direction: Vector3) {
         self.direction = direction;
     }
@@ -208,8 +208,8 @@ impl ForceControl {
             self.move_command(0.0, dt);
         } else {
             if !was_in_contact {
-                // Begin with the force that is there. F_cmd acts in full from here on, while the impedance that brought the tool
-                // leaves with `engagement`: until it has left both push.
+                // F_d begins at the measured force. F_cmd acts in full from here on, while the impedance that brought the tool fades with
+                // `engagement`; until it has faded, both push.
                 self.desired = force.clamp(0.0, self.target);
                 self.ramp = (self.target - self.desired) / self.config.ramp_time;
                 self.previous = linear(measured);
@@ -229,7 +229,7 @@ impl ForceControl {
         let wanted = self.desired + config.kp * error + self.integral
             - config.kd * (force - self.previous.dot(&self.direction)) / dt;
         self.move_command(wanted, dt);
-        // Anti-windup: no integration while the command cannot follow and the error asks for still more.
+        // Anti-windup: no integration while the command cannot follow and the error asks for a larger change.
         let cut = wanted - self.command + self.withheld;
         if cut * error <= 0.0 {
             let integral = self.integral + config.ki * error * dt;
@@ -237,9 +237,9 @@ impl ForceControl {
         }
     }
 
-    /// Takes note that a bound behind this controller cut `force` off the last wrench (N along n), of which no more
-    /// than F_cmd counts. The integral term then does not grow against the bound, and [`command`](Self::command)
-    /// returns what is left of F_cmd. A note holds until the next.
+    /// Records that a bound after this controller cut `force` off the last wrench (N along n); at most F_cmd of it counts. The integral
+    /// term then does not grow against the bound, and [`command`](Self::command) returns what is left of F_cmd. The record holds until the
+    /// next call.
     pub(crate) fn withhold(&mut self, force: f64) {
         self.withheld = force.clamp(self.command.min(0.0), self.command.max(0.0));
     }

@@ -96,7 +96,7 @@ impl Index<usize> for Gains {
     }
 }
 
-/// As a file has it.
+/// The forms in which a file may have the numbers.
 #[derive(Serialize, Deserialize)]
 #[serde(untagged, expecting = "expected a number, a pair [translation, rotation] or six numbers")]
 enum Written {
@@ -116,7 +116,7 @@ impl From<Written> for Gains {
 }
 
 impl From<Gains> for Written {
-    /// The shortest way to write it.
+    /// The shortest of the forms.
     fn from(gains: Gains) -> Self {
         let [translation, rotation] = [gains[0], gains[3]];
         if gains != Gains::pair(translation, rotation) {

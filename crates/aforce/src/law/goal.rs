@@ -10,12 +10,12 @@ use crate::spatial::{Pose, Vector3, Vector6, limit_norm, linear, rotation_vector
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum GoalRule {
-    /// To the measured pose, each action anew. The goal is then never further away than one delta, and the tracking error at
-    /// the end of the ramp follows the size of the actions.
+    /// To the measured pose, at each action. The goal is then never further away than one delta, and the tracking error at the end of the
+    /// ramp follows the size of the actions.
     Rebased,
-    /// As `rebased`, but a rotation delta of exactly zero keeps the last goal's orientation (robosuite, to the letter).
+    /// As `rebased`, but a rotation delta of exactly zero keeps the last goal's orientation, as robosuite does.
     Robosuite,
-    /// To the previous goal, kept on a leash to the measured pose before and after the delta is added.
+    /// To the previous goal, kept on a leash to the measured pose, both before and after the delta is added.
     Continued {
         /// Longest distance from the measured position to the goal (m).
         leash_position: f64,
@@ -85,7 +85,7 @@ impl GoalRule {
     pub fn furthest(&self, axis: usize, step: f64) -> Option<f64> {
         match *self {
             Self::Rebased => Some(step),
-            // Actions that do not turn may leave the orientation far behind.
+            // Actions that do not turn keep the goal's orientation, which may then be far from the measured one.
             Self::Robosuite => (axis < 3).then_some(step),
             Self::Continued { leash_position, leash_rotation }
             | Self::Absolute { leash_position, leash_rotation, .. } => {
@@ -106,7 +106,7 @@ impl GoalRule {
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
         if let Self::Absolute { reach_position, reach_rotation, .. } = *self {
             within("goal.absolute.reach_position", reach_position, 1e-3..=1.0)?;
-            // Three entries at once turn by sqrt(3) of it: less than half a turn.
+            // Three entries of 1 turn by sqrt(3) times the reach: less than half a turn.
             within("goal.absolute.reach_rotation", reach_rotation, 1e-3..=1.8)?;
         }
         let (Self::Continued { leash_position, leash_rotation }
@@ -168,7 +168,7 @@ mod tests {
             0.0,
             epsilon = 1e-12
         );
-        // A hand that is pushed away takes the goal along on the leash, and an action counts from that goal.
+        // A tool that is pushed away takes the goal along on the leash, and the next delta is added to that goal.
         let pushed = Pose::translation(-1.0, 0.0, 0.0);
         let origin = LEASH.origin(&measured, &second, &pushed);
         let next = LEASH.next_goal(&measured, &second, &pushed, &-step);

@@ -1,11 +1,11 @@
-//! From stiffness, damping and error to the wrench, in either unit of stiffness.
+//! From stiffness, damping and errors to the wrench, in either unit of stiffness.
 
 use crate::law::action_space::ActionSpace;
 use crate::law::step_values::{Adapted, Errors};
 use crate::spatial::{Vector6, Wrench, linear};
 
-/// What spring, feed-forward and damper resist with (N, Nm; world axes). The law's wrench without force control is
-/// -`elastic` - `viscous`.
+/// The wrenches of spring with feed-forward, and of damper (N, Nm; world axes). The law's wrench without force control is -`elastic` -
+/// `viscous`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Impedance {
     /// F_ff + K e.
@@ -16,11 +16,12 @@ pub struct Impedance {
 
 /// F_ff + K e and D e_dot (N, Nm; world axes), with the unit and the damping of `space`.
 ///
-/// Along the contact axis K and F_ff act in the share 1 - engagement only, and damping there grows to at least the force axis' own.
+/// Along the contact axis K and F_ff act in the share 1 - engagement only, and damping grows to at least the least damping of the force
+/// axis.
 ///
-/// In 1/s2 the share is taken of the acceleration that spring and F_ff ask for, before Lambda turns it into a wrench. As Lambda couples the
-/// axes, a wrench along n remains: it cancels what an acceleration across n would add to the contact force. In steady sliding that
-/// acceleration is zero, and so is this wrench.
+/// With stiffness in 1/s^2, the share is taken of the acceleration that spring and F_ff ask for, before Lambda turns the acceleration into
+/// a wrench. As Lambda couples the axes, a wrench along n remains: it cancels what an acceleration across n would add to the contact force.
+/// In steady sliding that acceleration is zero, and so is this wrench.
 #[must_use]
 pub fn impedance(space: &ActionSpace, errors: &Errors, adapted: &Adapted) -> Impedance {
     let Errors { e, e_dot, axis, lambda, .. } = errors;

@@ -62,7 +62,7 @@ impl Interpolator {
     pub fn new(interpolation: &Interpolation, limits: &CartesianLimits, samples_per_action: u32, dt: f64) -> Self {
         let path = match *interpolation {
             Interpolation::Linear { ramp_ratio } => {
-                // A little less: 0.28 of 25 samples are 7, and 7.000000000000001 in floating point.
+                // 1e-6 less, because 0.28 * 25 is 7.000000000000001 in floating point and would be rounded up to 8.
                 let samples = (ramp_ratio * f64::from(samples_per_action) - 1e-6).ceil().max(1.0);
                 Path::Linear(LinearRamp::new(samples as u32, dt))
             }

@@ -58,8 +58,8 @@ impl JerkLimited {
         self.moving = false;
     }
 
-    /// Plans from the present pose, velocity and acceleration to rest at `goal`. Without a plan (none is known to fail) the
-    /// answer is false, and the set-point stands still where it is.
+    /// Plans from the present pose, velocity and acceleration to rest at `goal`. Returns false if planning fails (no such case is known);
+    /// the set-point then stops where it is.
     pub(crate) fn set_goal(&mut self, goal: &Pose) -> bool {
         // At the anchor the rotation vector is zero: there its rates are the angular velocity and acceleration.
         let (omega, omega_dot) =
@@ -77,7 +77,7 @@ impl JerkLimited {
         let planned = self.generator.calculate(&self.input, &mut self.trajectory).is_ok();
         (self.anchor, self.travel, self.rate, self.acceleration) = (anchor, Vector6::zeros(), rate, acceleration);
         if !planned {
-            // What is in the trajectory by now belongs to no move.
+            // After a failed plan the trajectory is invalid, so the set-point stops.
             (self.rate, self.acceleration) = (Vector6::zeros(), Vector6::zeros());
         }
         (self.time, self.moving) = (0.0, planned);

@@ -1,9 +1,9 @@
-//! The last step before a torque leaves: limits, rate, finiteness.
+//! The last step of the law: torque limits, torque rates, finiteness.
 
 use crate::error::{ConfigError, within};
 use crate::spatial::{JointVector, all_finite};
 
-/// What the plant's joints can take. Part of the plant, not of the controller's configuration.
+/// Limits of the arm's joint torques. They belong to the arm, not to the controller's configuration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct TorqueLimits {
     max: JointVector,
@@ -26,7 +26,7 @@ impl TorqueLimits {
     }
 }
 
-/// Applies [`TorqueLimits`] and remembers what it did.
+/// Applies [`TorqueLimits`], and keeps what was cut.
 #[derive(Debug, Clone)]
 pub(crate) struct TorqueLimiter {
     limits: TorqueLimits,
@@ -47,7 +47,7 @@ impl TorqueLimiter {
         (self.excess, self.faults) = (JointVector::zeros(), 0);
     }
 
-    /// The next rate counts from `torque` (Nm), which is finite: what the arm took of what it was sent.
+    /// Limits the rate of the next torque relative to `torque` (Nm), which is finite: the torque that the arm took.
     pub(crate) fn count_from(&mut self, torque: &JointVector) {
         self.previous = self.clamp(torque);
     }

@@ -1,9 +1,9 @@
 //! The law: from an action and measurements to torques, in the order of the paper's equations.
 //!
-//! [`controller`] holds the whole, and its steps call the rest: an action ([`action`], [`goal`]), the set-point ([`interpolator`]), K
-//! and F_ff ([`adaptation`]), the contact force ([`force`]), the wrench ([`impedance`]), the posture ([`null_space`]), the joints'
-//! limits ([`limits`]). An [`action_space`] is data. Nothing here knows of a host: [`host`](crate::host) calls the law, never the other
-//! way round.
+//! [`controller`] is the whole law, and its steps call the other modules: an action ([`action`], [`goal`]), the set-point
+//! ([`interpolator`]), K and F_ff ([`adaptation`]), the contact force ([`force`]), the wrench ([`impedance`]), the posture
+//! ([`null_space`]), the joints' limits ([`limits`]). An [`action_space`] is data. These modules do not use [`host`](crate::host), which
+//! calls them.
 
 pub(crate) mod action;
 pub(crate) mod action_space;

@@ -1,4 +1,4 @@
-//! The redundant joint: a torque that keeps a posture and does not accelerate the tool.
+//! Null-space torque of the redundant joint: it keeps a posture and does not accelerate the tool.
 
 use crate::law::operational_space::OperationalSpace;
 use crate::spatial::{JointVector, Measurement};

@@ -1,7 +1,7 @@
 //! The arm's inertia as felt at the tool.
 //!
-//! The *apparent* mass along n is n^T Lambda n: what a push along n meets while the tool may not give way to the side. The
-//! *effective* mass, 1/(n^T Lambda^-1 n), is what it meets while the tool may: never more.
+//! The *apparent* mass along n, n^T Lambda n, is what a push along n feels while the tool cannot move sideways. The *effective* mass,
+//! 1/(n^T Lambda^-1 n), is what it feels while the tool can; it is never larger.
 
 use nalgebra::{Cholesky, Const, Matrix3, SMatrix};
 
@@ -68,7 +68,7 @@ impl OperationalSpace {
     }
 }
 
-/// Factor of a symmetric matrix; near singularity of the matrix plus just enough of the identity.
+/// Cholesky factor of a symmetric matrix. Near a singularity a multiple of the identity is added to the matrix, no more than is needed.
 fn damped_factor<const N: usize>(a: SMatrix<f64, N, N>) -> Option<Cholesky<f64, Const<N>>> {
     let factor = Cholesky::new(a);
     let pivot = factor.as_ref().map_or(0.0, |f| f.l_dirty().diagonal().min().powi(2));
@@ -123,7 +123,7 @@ mod tests {
         }
     }
 
-    /// Smallest pivot, largest apparent mass of any direction (kg), and its bound.
+    /// Smallest pivot, largest apparent mass of any direction (kg), and a bound on that mass.
     fn heaviest(a: Matrix3<f64>) -> [f64; 3] {
         let factor = damped_factor(a).unwrap();
         let (l, lambda) = (factor.l(), factor.inverse());

@@ -11,7 +11,7 @@ use crate::law::gains::{Gains, MAX_STIFFNESS};
 pub enum DeltaSign {
     /// eps = e + delta e_dot: adds damping, as the laws that the paper builds on do.
     Damping,
-    /// eps = e - delta e_dot: as printed; subtracts damping and can destabilise.
+    /// eps = e - delta e_dot: as the paper prints it; subtracts damping and can destabilise.
     Literal,
     /// eps = e.
     Off,
@@ -42,13 +42,13 @@ pub struct Psi {
     pub beta: Gains,
     /// Relaxation of K, eq. 4 (N/m/s, Nm/rad/s).
     pub gamma: Gains,
-    /// Leak of F_ff, eq. 5 (1/s): it forgets in 1/mu seconds.
+    /// Leak of F_ff, eq. 5 (1/s): F_ff decays with the time constant 1/mu.
     pub mu: Gains,
     /// Weight of the error rate in eps, eq. 6 (s).
     pub delta: Gains,
     /// Sign of the delta term in eps, eq. 6.
     pub delta_sign: DeltaSign,
-    /// Lower bound of K (N/m, Nm/rad). The law has no floor of its own: without one K falls through zero.
+    /// Lower bound of K (N/m, Nm/rad). Eq. 4 has none: without a bound K would fall below zero.
     pub k_min: Gains,
     /// Upper bound of K (N/m, Nm/rad).
     pub k_max: Gains,
@@ -60,9 +60,9 @@ pub struct Psi {
     pub k_rate_max: Gains,
     /// Largest rate of F_ff (N/s, Nm/s).
     pub f_ff_rate_max: Gains,
-    /// Inertia for which stability is checked (kg, kg m^2): the largest apparent inertia at the tool. It is the worst one while it
-    /// is below K_min/mu^2 and delta is not literal; else a lighter arm may be less stable ([`stability_margin`]). With stiffness
-    /// in 1/s^2 the inertia is 1 by construction, and this is not used.
+    /// Inertia for which stability is checked (kg, kg m^2): the largest apparent inertia at the tool. The largest inertia is the least
+    /// stable one while it is below K_min/mu^2 and delta is not literal; otherwise a lighter arm may be less stable ([`stability_margin`]).
+    /// With stiffness in 1/s^2 the inertia is 1 by construction, and this field is not used.
     ///
     /// [`stability_margin`]: crate::stability_margin
     pub inertia: Gains,
@@ -73,7 +73,7 @@ pub struct Psi {
 }
 
 impl Psi {
-    /// Error that is tolerated without stiffening, gamma/beta (m, rad); infinite where beta is 0.
+    /// Largest lasting error under which K does not grow, gamma/beta (m, rad); infinite where beta is 0.
     #[must_use]
     pub fn tolerance(&self) -> Gains {
         self.gamma.map(|axis, gamma| if self.beta[axis] == 0.0 { f64::INFINITY } else { gamma / self.beta[axis] })
@@ -113,7 +113,7 @@ impl Psi {
         self.alpha.not_negative(&field("alpha"))?;
         self.beta.not_negative(&field("beta"))?;
         self.gamma.not_negative(&field("gamma"))?;
-        // One Euler step must not overshoot the leak's rest.
+        // One Euler step of the leak must not overshoot its equilibrium.
         self.mu.within(&field("mu"), 0.0..=f64::from(control_hz))?;
         self.delta.not_negative(&field("delta"))?;
         self.k_min.positive(&field("k_min"))?;
@@ -122,9 +122,9 @@ impl Psi {
         self.k_0.at_least(&field("k_0"), &self.k_min, "k_min")?;
         self.k_max.at_least(&field("k_max"), &self.k_0, "k_0")?;
         self.f_ff_max.not_negative(&field("f_ff_max"))?;
-        // A lower one would make relaxation slower than gamma says.
+        // A lower limit would make K relax more slowly than gamma says.
         self.k_rate_max.at_least(&field("k_rate_max"), &self.gamma, "gamma")?;
-        // Gamma is not negative: this refuses infinity alone.
+        // Gamma is not negative, so this check refuses infinity only.
         self.k_rate_max.not_negative(&field("k_rate_max"))?;
         self.f_ff_rate_max.positive(&field("f_ff_rate_max"))?;
         self.inertia.positive(&field("inertia"))

@@ -16,7 +16,7 @@ pub struct StabilityMargin {
 }
 
 impl StabilityMargin {
-    /// Small oscillations die out. Without damping they do so only if alpha > 0 and delta counts with the damping sign.
+    /// Whether small oscillations die out. Without damping they do so only if alpha > 0 and delta has the damping sign.
     #[must_use]
     pub fn is_stable(&self) -> bool {
         self.alpha < self.alpha_max && (self.damping > 0.0 || self.alpha > 0.0)
@@ -32,22 +32,21 @@ impl StabilityMargin {
 /// K + D mu + s alpha delta > 0    and    alpha (1/T - s delta) < (K D/M)/T + D mu
 /// ```
 ///
-/// The limit falls as K relaxes, so it is taken at the lowest stiffness and not at the starting one. It rises with mu, unless
-/// delta counts with the literal sign: then it may fall first. With a growing M the limit falls if D is
-/// [literal](crate::Damping::Literal) and the sign of delta is not. If neither is literal, it falls up to M = K/mu^2
-/// and may rise beyond.
+/// The limit falls as K relaxes, so it is taken at the lowest stiffness and not at the starting one. It rises with mu, unless delta has the
+/// literal sign: then it may fall first. With a growing M the limit falls if D is [literal](crate::Damping::Literal) and the sign of delta
+/// is not. If neither is literal, the limit falls up to M = K/mu^2 and may rise beyond.
 #[must_use]
 pub fn stability_margin(psi: &Psi, axis: usize, inertia: f64, damping: f64) -> StabilityMargin {
     let (k, d, mu) = (psi.k_min[axis], damping, psi.mu[axis]);
     let s_delta = psi.delta_sign.factor() * psi.delta[axis];
     let t = d / inertia + mu;
     let no_divergence = if s_delta < 0.0 { (k + d * mu) / -s_delta } else { f64::INFINITY };
-    // Both sides are multiplied by T, which is 0 if D and mu are 0: then the limit is 0, and no alpha is below it.
+    // Both sides of the second condition are multiplied by T. T is 0 if D and mu are 0: the limit is then 0, and no alpha is below it.
     let slope = 1.0 - s_delta * t;
     let damped = k * d / inertia + d * mu * t;
     let no_oscillation = match slope.total_cmp(&0.0) {
         Ordering::Greater => damped / slope,
-        // 0 < damped, whatever alpha.
+        // The condition is 0 < damped, whatever alpha is.
         Ordering::Equal if damped <= 0.0 => 0.0,
         _ => f64::INFINITY,
     };
@@ -96,7 +95,7 @@ mod tests {
                 assert!(!stability_margin(&law, 0, 4.0, 0.0).is_stable(), "{sign:?} {alpha}");
             }
         }
-        // Without D and with delta mu = 1 exactly the loop swings for ever.
+        // Without D, and with delta mu = 1 exactly, the loop oscillates for ever.
         let forever = Psi { mu: Gains::all(20.0), ..law(100.0, 1.0, 0.05, DeltaSign::Damping) };
         assert!(
             !stability_margin(&forever, 0, 4.0, 0.0).is_stable() && stability_margin(&forever, 0, 4.0, 1.0).is_stable()
@@ -106,7 +105,7 @@ mod tests {
         assert!(stability_margin(&ahead(1.0), 0, 4.0, 0.0).is_stable());
     }
 
-    /// Which way the limit goes with mass and leak.
+    /// How the limit changes with mass and leak.
     #[test]
     fn the_largest_mass_is_the_worst_up_to_k_over_mu_squared() {
         let limit = |damping: Damping, sign, mass, mu| {

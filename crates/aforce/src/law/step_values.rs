@@ -4,8 +4,7 @@ use crate::law::force::ForceAxis;
 use crate::law::operational_space::OperationalSpace;
 use crate::spatial::{Vector6, Wrench};
 
-/// What a controller senses: how far the tool is from its set-point, and the inertia that a wrench at the tool has to
-/// move.
+/// What a controller senses: the distance of the tool from its set-point, and the inertia that a wrench at the tool accelerates.
 #[derive(Debug, Clone)]
 pub struct Errors {
     /// e = x - x_d (m, rad; world axes).
@@ -23,7 +22,7 @@ pub struct Errors {
     pub dt: f64,
 }
 
-/// What a controller adapts to the errors.
+/// What a controller adapts from the errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Adapted {
     /// K in the space's unit.

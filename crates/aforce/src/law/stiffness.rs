@@ -50,7 +50,7 @@ impl StiffnessUnit {
         }
     }
 
-    /// From the unit's forces (N, Nm; or m/s^2, rad/s^2) to a wrench (N, Nm).
+    /// Converts forces in the space's unit (N, Nm; or m/s^2, rad/s^2) to a wrench (N, Nm).
     #[must_use]
     pub fn to_wrench(self, v: &Vector6, lambda: &OperationalSpace) -> Wrench {
         match self {
@@ -114,10 +114,10 @@ impl StiffnessRange {
         if self.shared { 1 } else { 6 }
     }
 
-    /// K that the `entries` of an action command; one that is not a number asks for the middle.
+    /// K that the `entries` of an action command; NaN asks for the middle.
     ///
     /// # Panics
-    /// If there are too few.
+    /// If there are too few entries.
     #[must_use]
     pub(crate) fn commanded(&self, entries: &[f64]) -> Vector6 {
         Vector6::from_fn(|axis, _| self.at(axis, clip(entries[if self.shared { 0 } else { axis }], 0.0)))
@@ -131,7 +131,7 @@ impl StiffnessRange {
 }
 
 impl Scale {
-    /// What lies `share` of the way, 0 to 1, from `low` to `high`.
+    /// The value that lies `share` of the way, 0 to 1, from `low` to `high`.
     #[must_use]
     pub fn between(self, low: f64, high: f64, share: f64) -> f64 {
         match self {

@@ -1,5 +1,5 @@
-//! An arm for tests of the host: a Panda's joints with a ball in each link, whose kinematics and dynamics are exact, so that every part
-//! of its state agrees with every other.
+//! A simulated arm for tests of the host: a Panda's joints with a ball in each link. Its kinematics and dynamics are exact, so that all
+//! parts of its state agree.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -25,7 +25,7 @@ const PLACE: [[f64; 3]; 7] = [
     [0.0, 0.0, 0.1],
 ];
 const GRAVITY: f64 = 9.81;
-/// Damping of each joint (Nm s/rad), which nobody compensates.
+/// Damping of each joint (Nm s/rad), which is not compensated.
 const DAMPING: f64 = 0.5;
 
 /// A posture in front of the base, its tool downwards (rad).
@@ -35,7 +35,7 @@ pub const HOME: [f64; 7] = [0.1, -0.5, 0.05, -2.2, 0.1, 1.75, 0.8];
 pub struct BallArm {
     pub q: JointVector,
     pub qd: JointVector,
-    /// What the arm took last (Nm).
+    /// The torque that the arm took last (Nm).
     pub tau: JointVector,
     /// What the environment exerts on the tool (N, Nm; base axes).
     pub wrench: Wrench,
@@ -111,7 +111,7 @@ impl BallArm {
         JointMatrix::from_diagonal(&Arm::FR3.rotor_inertia.into())
     }
 
-    /// What its interface reports, in its conventions.
+    /// The state that the arm's interface reports, in the conventions of `interface`.
     pub fn state(&self) -> ArmState {
         let Dynamics { pose, jacobian, mass, gravity, coriolis } = dynamics(&self.q, &self.qd);
         let rotors = match self.interface.inertia {
@@ -139,7 +139,7 @@ impl BallArm {
         self.q += dt * self.qd;
     }
 
-    /// Where the tool is (m).
+    /// Position of the tool (m, base frame).
     #[allow(dead_code, reason = "not every test looks")]
     pub fn tool(&self) -> Vector3 {
         dynamics(&self.q, &self.qd).pose.translation.vector

@@ -1,4 +1,4 @@
-//! What is measured. `scripts/mujoco_contact_card.py` does the same in MuJoCo.
+//! The measured cases. `scripts/mujoco_contact_card.py` measures the same in MuJoCo.
 
 use aforce::{JointVector, Pose, Vector3};
 use physics::model::GRAVITY;
@@ -7,12 +7,12 @@ use physics::scenes::{door, lift};
 
 use crate::bench::{DT, block, drive, hold, plant, simulate, slide};
 
-/// One figure.
+/// One measured number.
 pub struct Figure {
     pub case: String,
     pub quantity: &'static str,
     pub unit: &'static str,
-    /// What geometry or statics says, where they say it.
+    /// The value that follows from geometry or statics, if there is one.
     pub expected: Option<f64>,
     pub rapier: f64,
 }
@@ -33,20 +33,20 @@ const CUBE_HALF: f64 = 0.021;
 const CUBE_DENSITY: f64 = 1000.0;
 /// Force of each pad on the held cube (N).
 const GRIP: f64 = 2.0;
-/// Friction, as a share of what just holds the cube.
+/// Coefficients of friction, as shares of the one that just holds the cube.
 pub const SHARES: [f64; 5] = [0.90, 0.98, 1.00, 1.02, 1.10];
 /// Difference of the widths of hole and peg (m).
 pub const CLEARANCES: [f64; 4] = [0.003, 0.001, 0.0005, 0.000114];
 /// By how much the oversized peg is wider than its hole (m).
 pub const OVERSIZE: f64 = 0.00002;
-/// Sideways offsets of the peg, up to 2.2 clearances.
+/// Number of sideways offsets of the peg, which go up to 2.2 clearances.
 const OFFSETS: u32 = 40;
-/// Half width of the peg (m); how far above the rim it starts, and how deep the hole is.
+/// Half width of the peg, height of its start above the rim, and depth of the hole (m).
 const PEG_HALF: f64 = 0.003993;
 const GAP: f64 = 0.005;
 const DEPTH: f64 = 0.025;
 const PEG_MASS: f64 = 2.0;
-/// Of the springs that carry the peg (N/m), and how fast their rest point sinks (m/s).
+/// Stiffness of the springs that carry the peg (N/m), and speed at which their rest position sinks (m/s).
 const SPRING: f64 = 500.0;
 const LOWERING: f64 = 0.02;
 
@@ -163,7 +163,7 @@ pub fn peg_scene(clearance: f64) -> Scene {
     scene
 }
 
-/// Depth of the peg's end below the rim (m) after it was lowered to the hole's ground at an offset `x` (m) from its middle.
+/// Depth of the peg's end below the rim (m) after the peg was lowered to the hole's base at an offset `x` (m) from the hole's middle.
 fn lowered(clearance: f64, x: f64) -> f64 {
     let scene = peg_scene(clearance);
     let joints = ["peg x", "peg y", "peg z"].map(|name| scene.joint(name));

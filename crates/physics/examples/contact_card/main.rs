@@ -1,4 +1,4 @@
-//! The contact card: what Rapier and MuJoCo make of contacts whose answer is known, or which matter here.
+//! The contact card: how Rapier and MuJoCo simulate contacts whose answer is known, or which matter for the tasks.
 //!
 //! `contact_card FOLDER` measures Rapier, takes MuJoCo's figures from `reference/contact_card.csv`, and writes
 //! FOLDER/contact.csv and FOLDER/README.md. `contact_card --mjcf FOLDER` writes the scenes for

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::cases::Figure;
 
-/// A figure beside MuJoCo's.
+/// A measured number beside MuJoCo's.
 pub struct Row {
     figure: Figure,
     /// With MuJoCo's default contacts, and with stiff ones.
@@ -12,7 +12,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// Looks MuJoCo's figures up in the text of the reference.
+    /// Looks MuJoCo's numbers up in the text of the reference.
     pub fn new(figure: Figure, reference: &str) -> Self {
         let cells =
             reference.lines().filter(|line| !line.starts_with('#')).map(|line| line.split(';').collect::<Vec<_>>());

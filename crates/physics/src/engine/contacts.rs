@@ -1,4 +1,4 @@
-//! What touches what, and with which force.
+//! The contacts, and their forces.
 
 use aforce::{Vector3, Wrench};
 use rapier3d_f64::dynamics::IntegrationParameters;
@@ -8,12 +8,12 @@ use rapier3d_f64::pipeline::PhysicsWorld;
 use super::Engine;
 use crate::scene::Role;
 
-/// What pressed on the arm in the last step; of the wiping tool's pad, what presses at the beginning of the next one.
+/// The contacts of the arm in the last step. The force of the wiping tool's pad is that at the beginning of the next step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct ArmContacts {
     /// Wrench on all geoms beyond the wrist (world axes, torque about the point asked for); `None` without contact.
     pub beyond_wrist: Option<Wrench>,
-    /// Sum over the contacts of the links short of the wrist of the size of the force (N): none hides another.
+    /// Sum over the contacts of the links short of the wrist of the size of the force (N), so that opposite forces do not cancel.
     pub on_links: f64,
     /// Whether the scene presses on a link.
     pub scene_on_links: bool,
@@ -22,12 +22,12 @@ pub(crate) struct ArmContacts {
 }
 
 impl Engine {
-    /// What pressed on the arm in the last step, torques about `point` (world). A link against the hand counts as a
+    /// The contacts of the arm in the last step, torques about `point` (m, world). The force of a link on the hand counts as a
     /// force on the hand.
     pub fn arm_contacts(&self, point: &Vector3) -> ArmContacts {
         let mut contacts = ArmContacts::default();
         for pair in self.world.narrow_phase.contact_pairs() {
-            // The engine lists pairs that are merely near as well: those carry no impulse.
+            // The engine also lists pairs that are near each other without contact; these have no impulse.
             let (Some(first), Some(second)) = (self.role(pair.collider1), self.role(pair.collider2)) else { continue };
             let (ours, others) = (first.is_on_arm(), second.is_on_arm());
             if !(ours || others) || !pressing(pair) {
@@ -51,7 +51,7 @@ impl Engine {
         contacts
     }
 
-    /// Wrench on the first collider of a pair.
+    /// Wrench on the first collider of a pair (N, Nm; world axes, torque about `point`).
     fn contact_wrench(&self, pair: &ContactPair, point: &Vector3) -> Wrench {
         let IntegrationParameters { dt, num_solver_iterations: substeps, .. } = self.world.integration_parameters;
         let [frame, other] = [pair.collider1, pair.collider2].map(|of| self.world.colliders[of].position());
@@ -60,13 +60,13 @@ impl Engine {
             let frame = manifold.subshape_pos1().map_or(*frame, |sub| *frame * *sub);
             let other = manifold.subshape_pos2().map_or(*other, |sub| *other * *sub);
             for contact in solved(manifold) {
-                // The normal impulse is the step's total, the tangential one the last
-                // substep's. One of the pair belongs to a multibody: between bodies that do not, the
-                // engine would store the friction of all points at each of them.
+                // The engine stores the normal impulse of the whole step, but the tangential impulse of the last substep. This
+                // is so because one of the pair belongs to a multibody: between other bodies the engine stores the friction
+                // of all points at each point.
                 let friction = contact.data.warmstart_tangent_world * substeps as f64;
                 let force = (friction - manifold.data.normal * contact.data.impulse) / dt;
                 let force = Vector3::new(force.x, force.y, force.z);
-                // The solver acts in the middle of the points of both shapes. Where shapes slide these are up to 1 mm apart.
+                // The solver applies the force midway between the points of the two shapes, which are up to 1 mm apart where shapes slide.
                 let at = (frame * contact.local_p1 + other * contact.local_p2) * 0.5;
                 let torque = (Vector3::new(at.x, at.y, at.z) - point).cross(&force);
                 wrench += Wrench::new(force.x, force.y, force.z, torque.x, torque.y, torque.z);
@@ -87,8 +87,8 @@ impl Engine {
         points.filter(|point| point.data.impulse > 0.0).count()
     }
 
-    /// Deepest overlap (m) of any two geoms that may touch, at the start of the last step; 0 without contact. A soft layer
-    /// that gives way is no overlap.
+    /// Deepest overlap (m) of any two geoms that may touch, at the start of the last step; 0 without contact. The travel of
+    /// a soft layer does not count as overlap.
     pub fn deepest_penetration(&self) -> f64 {
         self.deepest_in(&self.world)
     }
@@ -135,20 +135,20 @@ impl Engine {
     }
 }
 
-/// The points of a manifold that the last step solved. The engine solves at most four, and none that is too far. The others keep the impulse of the
-/// step that solved them last, which acts no more.
+/// The points of a manifold that the last step solved. The engine solves at most four, and none that is too far away. The others keep the
+/// impulse of the step that solved them last, which no longer acts.
 fn solved(manifold: &ContactManifold) -> impl Iterator<Item = &Contact> {
     let solved = &manifold.data.solver_contacts;
     let is_solved = |at: usize| solved.iter().any(|contact| contact.contact_indices() == [at as u64]);
     manifold.points.iter().enumerate().filter(move |(at, _)| is_solved(*at)).map(|(_, contact)| contact)
 }
 
-/// Whether the last step had to keep a pair apart.
+/// Whether a pair pressed on each other in the last step.
 fn pressing(pair: &ContactPair) -> bool {
     pair.solver_manifolds().iter().flat_map(solved).any(|contact| contact.data.impulse > 0.0)
 }
 
-/// Field by field: the engine's world as a whole cannot be cloned.
+/// Copies the world field by field, because the engine's type cannot be cloned.
 fn copy(world: &PhysicsWorld) -> PhysicsWorld {
     let mut copy = PhysicsWorld::new();
     copy.gravity = world.gravity;

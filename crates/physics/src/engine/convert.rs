@@ -1,4 +1,4 @@
-//! Our types as the engine's, and back.
+//! Conversions between the types of this crate and the engine's.
 
 use aforce::{Pose, Vector3};
 use nalgebra::{Matrix3, Quaternion, Translation3, UnitQuaternion};
@@ -8,7 +8,7 @@ use rapier3d_f64::parry::shape::SharedShape;
 
 use crate::scene::{Role, Shape};
 
-/// What a geom of `role` collides with, where some parts of the robot never touch.
+/// Collision groups of a geom of `role`; `never_touch` are the pairs of the robot's parts that do not collide.
 pub(super) fn groups(role: Role, never_touch: &[[u8; 2]]) -> InteractionGroups {
     let group = Group::from_bits_truncate;
     InteractionGroups::new(group(role.bit()), group(role.mask(never_touch)), InteractionTestMode::And)

@@ -1,4 +1,4 @@
-//! The air's forces on the bodies.
+//! Forces of the air on the bodies.
 
 use aforce::Vector3;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion};
@@ -9,7 +9,7 @@ use super::convert::{coordinates, vector};
 use crate::air::Drag;
 use crate::scene::{Joint, Scene};
 
-/// A moving body and what resists it.
+/// A moving body and its drags.
 pub(super) struct Mover {
     body: RigidBodyHandle,
     /// Index of the joint that moves the body (`None`: it moves freely), and of the mover that carries that joint, if
@@ -22,14 +22,14 @@ pub(super) struct Mover {
     origin: Vector3,
     /// Direction of the joint.
     axis: Vector3,
-    /// Velocity of the origin, and of rotation.
+    /// Velocity of the origin (m/s), and angular velocity (rad/s).
     velocity: [Vector3; 2],
-    /// Force, and moment about the origin, that the air exerts on the body and all that it carries.
+    /// Force (N), and moment about the origin (Nm), that the air exerts on the body and all that it carries.
     load: [Vector3; 2],
 }
 
 impl Engine {
-    /// All that move through the air, carriers first; none without air. Call it when all bodies are in.
+    /// All bodies that move through the air, carriers first; none without air. To be called when all bodies have been added.
     pub(super) fn movers(&self, scene: &Scene) -> Vec<Mover> {
         let moving = (0..scene.bodies.len()).filter(|&index| scene.air.is_some() && self.bodies[index].is_some());
         let moving: Vec<usize> = moving.collect();
@@ -51,8 +51,8 @@ impl Engine {
         moving.iter().map(mover).collect()
     }
 
-    /// Finds where the movers are, and how fast; the engine's own velocities are a step old for bodies on joints. No
-    /// load is on them yet.
+    /// Updates poses and velocities of the movers and sets their loads to zero. For bodies on joints the engine's own
+    /// velocities are a step old.
     fn update_movers(&mut self) {
         for i in 0..self.movers.len() {
             let Mover { body, joint, carrier, .. } = self.movers[i];
@@ -81,8 +81,8 @@ impl Engine {
         }
     }
 
-    /// Adds the air at the present velocities to `efforts` on the joints, where it acts on bodies that joints carry,
-    /// and to the forces on free ones.
+    /// Adds the drag at the present velocities: to `efforts` (Nm or N) for bodies that joints carry, as an external force
+    /// for free bodies.
     pub fn add_drag(&mut self, efforts: &mut [f64]) {
         self.update_movers();
         for i in (0..self.movers.len()).rev() {
@@ -109,7 +109,7 @@ impl Engine {
 }
 
 impl Mover {
-    /// Adds the air's load to that of the bodies that this one carries.
+    /// Adds the drag on this body to the load of the bodies that it carries.
     fn add_own_load(&mut self) {
         let velocity = self.velocity.map(|part| self.rotation.tr_mul(&part));
         let mut load = [Vector3::zeros(); 2];
@@ -146,7 +146,7 @@ mod tests {
         efforts
     }
 
-    /// The torques are those of robosuite in its own models, and those of MuJoCo in the MJCF export of our scenes.
+    /// The torques are robosuite's with its own models, and MuJoCo's with the MJCF export of this crate's scenes.
     #[test]
     fn air_brakes_the_joints_as_in_mujoco() {
         let robot = RobotName::Robosuite.robot();

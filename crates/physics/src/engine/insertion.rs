@@ -107,8 +107,8 @@ fn a_peg_that_is_too_thick_stays_out() {
     assert!(depth < 2e-4, "{depth} m deep");
 }
 
-/// The wrench that is read is what changes the peg's momentum, in every step. So no force of an earlier step counts where a point of contact is
-/// found but not solved, and the torque is that of where the solver acts.
+/// In every step the contact wrench that is read is the one that changes the peg's momentum. So a contact point that is found but not solved
+/// does not count with the force of an earlier step, and the torque is that of the points at which the solver applies the forces.
 #[test]
 fn what_is_read_is_what_acts() {
     let (mut largest, mut pressed) = (0.0_f64, 0);

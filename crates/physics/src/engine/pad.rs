@@ -1,7 +1,7 @@
-//! The soft layer of a tool: a force of our own where it gives way, the engine's contact where it does not.
+//! The soft layer of a tool. Within the layer's travel the force is computed here; beyond it the engine's contact acts.
 //!
-//! The engine has one softness for all contacts. Its solver therefore is told that tool and surface are apart by the travel
-//! of the layer more than they are.
+//! The engine has one softness for all contacts. Its solver is therefore given a distance between tool and surface that is
+//! larger than the true one by the travel of the layer.
 
 use aforce::Vector3;
 use rapier3d_f64::geometry::{ColliderHandle, ContactManifold};
@@ -12,8 +12,8 @@ use super::Engine;
 use super::convert::{coordinates, vector};
 use crate::scene::{Pad, Role};
 
-/// Friction of a point that slides slowly is viscous: in a step it stops this mass and no more (kg). Eight points
-/// together weigh less than any arm does at its tool, so that friction does not reverse the motion.
+/// The friction of a point that slides slowly is viscous: in a step it stops at most this mass (kg). For eight points
+/// together that is less than the effective mass of any arm at its tool, so that friction does not reverse the motion.
 const RUBBED_MASS: f64 = 0.2;
 
 /// A [`Pad`] in the engine.
@@ -53,7 +53,7 @@ pub(super) struct SoftTouch {
 }
 
 impl Engine {
-    /// Lays `pad` on the geoms of the tool. Call it when all geoms are in.
+    /// Puts `pad` on the geoms of the tool. To be called when all geoms have been added.
     pub(super) fn add_soft_layer(&mut self, pad: &Pad) -> SoftLayer {
         let geoms = self.geoms.iter().map(|&(handle, _)| handle);
         let geoms: Vec<ColliderHandle> = geoms.filter(|&handle| self.role(handle) == Some(Role::Tool)).collect();
@@ -63,7 +63,7 @@ impl Engine {
         SoftLayer { pad: *pad, geoms, surface: self.geoms[pad.surface].0, touches: vec![] }
     }
 
-    /// Pushes the tool off the surface in the next step.
+    /// Applies the layer's forces to the tool in the next step.
     pub(super) fn push_on_soft_layer(&mut self) {
         let Some(layer) = &mut self.soft_layer else { return };
         let mut touches = std::mem::take(&mut layer.touches);
@@ -78,7 +78,7 @@ impl Engine {
         }
     }
 
-    /// The layer as it stands now, at the points that the engine found in its last step.
+    /// The layer's forces at the present poses, at the points that the engine found in its last step.
     pub(super) fn soft_touches(&self) -> impl Iterator<Item = SoftTouch> {
         self.soft_layer.iter().flat_map(move |layer| {
             layer.geoms.iter().flat_map(move |&geom| {

@@ -1,6 +1,6 @@
-//! Where a ray meets one shape. The engine's geometry library knows it exactly of boxes, balls and capsules; of cylinders and hulls it
-//! searches for it, which was 70 % of the time of a picture. Both are intersections of half-spaces and an endless cylinder, so a ray is inside them between
-//! two distances.
+//! Where a ray meets one shape. For boxes, balls and capsules the engine's geometry library computes the point in closed form. For
+//! cylinders and hulls it iterates, which took 70 % of the time of a picture. A hull is an intersection of half-spaces, a cylinder one of
+//! half-spaces and an endless cylinder. So a ray is inside either of them between two distances, which are computed here.
 
 use rapier3d_f64::geometry::Collider;
 use rapier3d_f64::math as rapier;
@@ -49,7 +49,7 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// The outward normal (world) where a ray that meets the shape does so; zero if it begins inside.
+    /// The outward normal (world) at the point where a ray meets the shape; zero if the ray begins inside.
     pub fn normal(&self, ray: &Ray, limit: f64) -> Option<rapier::Vector> {
         let ray = ray.inverse_transform_by(&self.pose);
         let normal = match self.form {
@@ -65,7 +65,7 @@ impl<'a> Target<'a> {
 struct Span {
     enter: f64,
     exit: f64,
-    /// Of the surface through which it enters.
+    /// Outward normal of the surface through which the ray enters.
     normal: rapier::Vector,
 }
 
@@ -112,7 +112,7 @@ fn through_cylinder(cylinder: &Cylinder, ray: &Ray) -> Option<Span> {
     if speed == 0.0 {
         return (from_axis.length() <= radius).then_some(span);
     }
-    // Where the ray is nearest to the axis; from there a distant origin costs no digits.
+    // Computed from the point of the ray that is nearest to the axis, so that a distant origin costs no precision.
     let nearest = -from_axis.dot(across) / speed;
     let aside = from_axis + across * nearest;
     let half = (radius * radius - aside.length_squared()) / speed;

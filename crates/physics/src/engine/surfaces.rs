@@ -23,8 +23,8 @@ pub struct Surfaces<'a> {
 }
 
 impl Engine {
-    /// What rays meet. Tree and poses are made here and not taken from the collision detection, which learns only in the next step where
-    /// bodies were put.
+    /// The shapes that rays meet. Tree and poses are computed here, because those of the collision detection are updated only in the
+    /// next step.
     pub fn surfaces(&self) -> Surfaces<'_> {
         let placed = self.geoms.iter().map(|&(handle, color)| {
             let collider = &self.world.colliders[handle];
@@ -35,7 +35,7 @@ impl Engine {
         Surfaces { tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes), geoms }
     }
 
-    /// Where a shape stands with its body now.
+    /// The present pose of a shape on its body.
     fn stands(&self, collider: &Collider) -> rapier::Pose {
         let body = collider.parent().map(|body| *self.world.bodies[body].position());
         body.zip(collider.position_wrt_parent()).map_or(*collider.position(), |(body, place)| body * *place)
@@ -117,7 +117,7 @@ mod tests {
         engine
     }
 
-    /// Bodies that were put elsewhere are met where they are, before any step: the first picture of an episode shows its start.
+    /// Rays meet bodies that were moved at their new place before any step, so that the first picture of an episode shows its start.
     #[test]
     fn an_arm_that_was_put_elsewhere_is_met_there() {
         let mut engine = engine();
@@ -140,8 +140,8 @@ mod tests {
         assert_ne!(put, seen(&engine), "the arm was turned");
     }
 
-    /// A ray meets what the engine's geometry library finds without tree, one shape after the other: the same shape, to a hundredth of a
-    /// micrometre, whose normal the library finds less well of cylinders and hulls.
+    /// A ray meets the shape that the engine's geometry library finds without the tree, at the same distance within 0.01 um. Normals may
+    /// differ more, because the library's normals of cylinders and hulls are less exact.
     #[test]
     fn rays_meet_what_the_library_finds_without_the_tree() {
         let engine = engine();

@@ -1,4 +1,4 @@
-//! MJCF's default classes: attributes that an element has where it says nothing itself.
+//! MJCF's default classes: attributes of elements that do not have them themselves.
 
 use std::collections::HashMap;
 
@@ -10,14 +10,14 @@ use super::xml::{Source, elements};
 /// Element and attribute.
 type Key = (String, String);
 
-/// The classes of a file, each with what it has of the classes around it.
+/// The classes of a file, each with the attributes that it inherits from the classes around it.
 #[derive(Default)]
 pub(super) struct Classes(HashMap<String, HashMap<Key, String>>);
 
 /// The class of elements that name none.
 const MAIN: &str = "main";
 
-/// What a class says of joints.
+/// Attributes of joints that a class may have.
 pub(super) const OF_JOINT: [&str; 10] = [
     "type",
     "axis",
@@ -30,14 +30,14 @@ pub(super) const OF_JOINT: [&str; 10] = [
     "armature",
     "solreflimit",
 ];
-/// What a class says of geoms.
+/// Attributes of geoms that a class may have.
 pub(super) const OF_GEOM: [&str; 6] = ["type", "size", "density", "friction", "rgba", "condim"];
 
 /// The elements that have defaults here, and the attributes of each.
 const KINDS: [(&str, &[&str]); 3] = [("joint", &OF_JOINT), ("geom", &OF_GEOM), ("mesh", &["scale"])];
 
 impl Classes {
-    /// Takes in a `default` and those in it; `around`: the class that it lies in.
+    /// Reads a `default` element and those inside it; `around` is the class that encloses it.
     pub fn add(&mut self, source: Source, node: Node, around: Option<&str>) -> Result<(), ReadError> {
         source.allow(node, &["class"], &["default", "joint", "geom", "mesh"])?;
         let name = match (node.attribute("class"), around) {
@@ -60,7 +60,7 @@ impl Classes {
         inner.try_for_each(|child| self.add(source, child, Some(name)))
     }
 
-    /// The attribute of an element: its own, or its class's. `childclass` is the class that the bodies around it name.
+    /// The attribute of an element: its own, or its class's. `childclass` is the one that the bodies around the element have.
     pub fn value<'a>(
         &'a self,
         source: Source,

@@ -1,7 +1,7 @@
 //! Objects from files: MJCF of MuJoCo and URDF, as a part of a scene.
 //!
-//! Of both formats a small part is read. What a file holds beyond it is refused with file and line: nothing is left out
-//! silently. Meshes are taken by their convex hull ([`crate::mesh`]).
+//! A small part of both formats is read. Anything else in a file is refused with file and line: nothing is left out
+//! silently. Meshes are replaced by their convex hulls ([`crate::mesh`]).
 
 mod defaults;
 mod mjcf;
@@ -48,7 +48,7 @@ pub struct ReadError {
 /// gives for the inertia of what the joint carries. What moves gets [`Role::Object`], what stands still [`Role::Fixture`].
 ///
 /// # Errors
-/// The first thing that is not understood or not possible, with its line. Whether the bodies make a scene says [`Scene::check`].
+/// The first thing that is not understood or not possible, with its line. [`Scene::check`] tells whether the bodies make a scene.
 pub fn read_mjcf(file: &Path) -> Result<Part, ReadError> {
     mjcf::read(file)
 }
@@ -57,8 +57,8 @@ pub fn read_mjcf(file: &Path) -> Result<Part, ReadError> {
 ///
 /// Understood are links with `inertial`, `collision` and the colour of their `visual`, joints of type fixed, revolute, continuous
 /// and prismatic with `origin`, `axis`, `limit` and `dynamics`, and shapes box, sphere, cylinder and mesh. `friction` is the
-/// sliding friction of every geom, which the format does not have. Only `collision` becomes a shape; the limits of effort and
-/// velocity, which are a motor's, say nothing of an object. End stops are as in [`read_mjcf`].
+/// sliding friction of every geom, which the format does not have. Only `collision` becomes a shape. The limits of effort and
+/// velocity are ignored, because they belong to motors. End stops are as in [`read_mjcf`].
 ///
 /// # Errors
 /// As [`read_mjcf`].
@@ -67,8 +67,8 @@ pub fn read_urdf(file: &Path, root: Root, friction: f64) -> Result<Part, ReadErr
 }
 
 impl Scene {
-    /// Adds what was read behind all present bodies, the origin of the file's world at `pose` (world). Returns the
-    /// index of the first body added.
+    /// Appends the bodies of `part` to the scene, the origin of the file's world at `pose` (world). Returns the index of
+    /// the first body added.
     pub fn add_part(&mut self, part: Part, pose: &Pose) -> usize {
         let first = self.bodies.len();
         self.bodies.extend(part.bodies.into_iter().map(|mut body| {
@@ -83,7 +83,7 @@ impl Scene {
 }
 
 impl Part {
-    /// Puts in what depends on the whole: roles, and end stops of joints that said nothing of them.
+    /// Sets what depends on the whole file: roles, and the end stops of joints that have none of their own.
     fn finish(bodies: Vec<Unfinished>) -> Part {
         let mut scene = Scene::default();
         let stops: Vec<bool> = bodies.iter().map(|body| body.default_stop).collect();
@@ -129,7 +129,7 @@ pub fn default_stop(bodies: &[Body], index: usize) -> Stop {
     Stop::Spring { stiffness: inertia / (TIME * TIME), damping: 2.0 * inertia / TIME }
 }
 
-/// A joint with the values that hold where a file says nothing.
+/// A joint with the default values.
 fn plain_axis(name: &str, direction: nalgebra::Unit<aforce::Vector3>) -> Axis {
     Axis {
         name: name.into(),

@@ -15,13 +15,13 @@ use crate::scene::{Body, Geom, Inertial, Joint, Role, Shape};
 /// How the first link of a URDF stands in the world.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Root {
-    /// It never moves.
+    /// Fixed to the world.
     Fixed,
-    /// It falls.
+    /// Free to move.
     Free,
 }
 
-/// Colour of a link that says none.
+/// Colour of a link that has none.
 const GREY: [u8; 3] = [128; 3];
 
 struct File<'a, 'd> {
@@ -65,7 +65,7 @@ pub(super) fn read(file: &Path, root: Root, friction: f64) -> Result<Part, ReadE
 }
 
 impl<'d> File<'_, 'd> {
-    /// The link that no joint moves. The joints are a tree.
+    /// The link that no joint moves; an error if the joints are not a tree.
     fn first(&self, robot: Node<'d, 'd>) -> Result<&'d str, ReadError> {
         let source = self.source;
         let mut moved = HashSet::new();
@@ -96,7 +96,7 @@ impl<'d> File<'_, 'd> {
         }
     }
 
-    /// Whether a way up the joints, of which each link has at most one above it, ends at the link `first`.
+    /// Whether the way up the joints from `link` ends at the link `first`; each link has at most one joint above it.
     fn hangs_on(&self, first: &str, link: Node) -> bool {
         let above = |link: &str| {
             let mut ends = self.joints.iter().filter_map(|&joint| self.ends(joint).ok());
@@ -279,7 +279,7 @@ impl<'d> File<'_, 'd> {
         self.materials.get(name).copied().ok_or_else(|| source.wrong(node, format!("no colour is called {name:?}")))
     }
 
-    /// The pose that the `origin` of an element says.
+    /// The pose in the `origin` of an element.
     fn origin(&self, node: Node) -> Result<Pose, ReadError> {
         let Some(origin) = self.source.only(node, "origin")? else { return Ok(Pose::identity()) };
         self.source.allow(origin, &["xyz", "rpy"], &[])?;

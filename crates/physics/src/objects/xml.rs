@@ -1,4 +1,4 @@
-//! Elements of an XML file, and answers that name the line.
+//! Elements of an XML file, and errors that name the line.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use roxmltree::{Document, Node};
 
 use super::ReadError;
 
-/// A file, for its answers.
+/// A file, which errors name.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
     pub file: &'a Path,
@@ -34,7 +34,7 @@ impl Source<'_> {
         ReadError { file: self.file.into(), line, what }
     }
 
-    /// What is wrong with an element.
+    /// An error about an element.
     pub fn wrong(self, node: Node, what: impl std::fmt::Display) -> ReadError {
         let row = node.document().text_pos_at(node.range().start).row;
         self.at(row, format!("<{}>: {what}", node.tag_name().name()))
@@ -65,7 +65,7 @@ impl Source<'_> {
         Ok(())
     }
 
-    /// The element called `name` below `node`; there may be one.
+    /// The element called `name` below `node`; `None` without one, an error if there are two.
     pub fn only<'a, 'i: 'a>(self, node: Node<'a, 'i>, name: &str) -> Result<Option<Node<'a, 'i>>, ReadError> {
         let mut found = elements(node).filter(|child| child.has_tag_name(name));
         match (found.next(), found.next()) {
@@ -111,7 +111,7 @@ impl Source<'_> {
         found.ok_or_else(|| self.wrong(node, format!("the attribute {name:?} is missing")))
     }
 
-    /// A colour of red, green, blue and opacity, each from 0 to 1. Pictures show nothing that is transparent.
+    /// A colour of red, green, blue and opacity, each from 0 to 1. The opacity must be 1, because pictures show nothing transparent.
     pub fn color(self, node: Node, name: &str, text: &str) -> Result<[u8; 3], ReadError> {
         let rgba = self.array::<4>(node, name, text)?;
         if rgba.iter().any(|part| !(0.0..=1.0).contains(part)) || rgba[3] != 1.0 {

@@ -1,4 +1,4 @@
-//! Whether a robot's numbers are those of an arm.
+//! Checks a robot's numbers.
 
 use aforce::{ConfigError, within};
 use nalgebra::Matrix3;
@@ -37,7 +37,7 @@ impl Robot {
                 within(&format!("size of the shape {:?}", geom.name), size, f64::MIN_POSITIVE..=100.0)?;
             }
         }
-        // What a scene asks of every body: names, poses, friction, roles.
+        // What a scene requires of every body: names, poses, friction, roles.
         let mut scene = Scene::default();
         let table = Table { size: [1.0; 3], top: [0.0; 3], friction: 1.0 };
         let base = add_fixtures(&mut scene, self, &table);
@@ -47,7 +47,7 @@ impl Robot {
     }
 }
 
-/// Why no moving link has this inertia (kg m2), if none has.
+/// Why no moving link can have this inertia (kg m2); `None` if one can.
 pub(super) fn impossible(inertia: &Matrix3<f64>) -> Option<String> {
     inertial::impossible(inertia).or_else(|| {
         let least = inertia.symmetric_eigenvalues().min();

@@ -1,4 +1,4 @@
-//! A robot in a configuration: its name, or all that it is.
+//! A robot in a configuration: its name, or all its numbers.
 
 use std::fmt;
 
@@ -8,10 +8,10 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use super::{Robot, RobotName};
 
-/// One of the robots that have a name, or one of somebody's own.
+/// One of the built-in robots by its name, or a user's own robot.
 ///
 /// A run keeps its configuration, and may be continued on a machine where the robot's file is missing or has changed.
-/// So a robot of one's own stands in a configuration with every number that was read from its file.
+/// So the configuration has every number that was read from the file of a user's own robot.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum RobotChoice {

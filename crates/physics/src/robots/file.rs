@@ -1,4 +1,4 @@
-//! A robot from a file: a URDF by itself, or a robot file, which is TOML, names a URDF and says what that does not.
+//! A robot from a file: a URDF by itself, or a robot file: TOML that names a URDF and adds what the URDF does not have.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,7 +12,7 @@ use thiserror::Error;
 use super::urdf::{self, Choices, Document, UrdfError};
 use super::{Mount, Robot, fr3};
 
-/// Why a file is no robot.
+/// Why no robot was read from a file.
 #[derive(Debug, Error)]
 pub enum RobotFileError {
     /// The file cannot be read.
@@ -23,7 +23,7 @@ pub enum RobotFileError {
         /// Why.
         error: std::io::Error,
     },
-    /// The robot file is no TOML, or has a key that is unknown, missing or of the wrong type.
+    /// The robot file is not TOML, or has a key that is unknown, missing or of the wrong type.
     #[error("{file}: {problem}")]
     Toml {
         /// The file.
@@ -31,7 +31,7 @@ pub enum RobotFileError {
         /// What is wrong.
         problem: record::Problem,
     },
-    /// The URDF is none, or there is no arm in it.
+    /// The URDF is not valid, or has no arm that can be simulated.
     #[error("{file}: {error}")]
     Urdf {
         /// The file.
@@ -51,7 +51,7 @@ pub enum RobotFileError {
         /// Joints of the arm.
         joints: usize,
     },
-    /// The arm cannot stand where the tasks want it.
+    /// The arm does not reach the start pose of the tasks.
     #[error(
         "{file}: the arm does not reach to where the Panda's flange is at the start of an episode, its z facing down. The key `home` of a \
          robot file gives joint angles to start from, `mount` where the arm stands, and `flange` turns a tool's frame whose z does not point \
@@ -75,9 +75,9 @@ pub enum RobotFileError {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RobotFile {
-    /// The URDF, counted from this file.
+    /// Path of the URDF, relative to this file.
     urdf: PathBuf,
-    /// What tables and messages call the robot: as the file, if it is not said.
+    /// The robot's name in tables and messages; without it that of the file.
     name: Option<String>,
     base: Option<String>,
     tool: Option<String>,
@@ -95,7 +95,7 @@ struct RobotFile {
     torque_rate_max: Option<Vec<f64>>,
     #[serde(default)]
     shapes: Shapes,
-    /// Folders of ROS packages by name, counted from this file.
+    /// Folders of ROS packages by name, relative to this file.
     #[serde(default)]
     packages: BTreeMap<String, PathBuf>,
     #[serde(default)]
@@ -135,13 +135,13 @@ struct CapsuleFile {
     radius: f64,
 }
 
-/// Whether a robot of this name is a file.
+/// Whether this name of a robot is that of a file.
 pub fn is_file(text: &str) -> bool {
     [".toml", ".urdf"].iter().any(|end| text.to_lowercase().ends_with(end))
 }
 
-/// The robot of a file: `.urdf`, or else a robot file. What it does not say is the FR3's: gripper, rotors, drives, rates of torques,
-/// mount. Without a home it starts with its flange where the Panda's is.
+/// The robot of a file: `.urdf`, or else a robot file. What the file does not give is the FR3's: gripper, rotor inertia, drives, limits on
+/// torque rates, mount. Without a home the arm starts with its flange where the Panda's is.
 ///
 /// # Errors
 /// Names the file, and the key, link or joint.
@@ -235,7 +235,7 @@ impl RobotFile {
     }
 }
 
-/// With the home that was given, or else the one that is found; every value checked.
+/// Sets the given home, or else a found one, and checks every value.
 fn finished(mut robot: Robot, home: Option<&[f64]>, file: &str) -> Result<Robot, RobotFileError> {
     robot.home = match home {
         Some(home) => JointVector::from_fn(|i, _| home.get(i).copied().unwrap_or(0.0)),

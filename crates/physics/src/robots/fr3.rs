@@ -45,7 +45,7 @@ const PRODUCTS: [[f64; 3]; JOINTS] = [
     [-2.433299114461931e-05, 4.564480393778983e-05, 8.744070223226438e-05],
 ];
 
-/// An FR3 with Franka's hand. What is not said here is as on the Panda.
+/// An FR3 with Franka's hand. Values that are not given here are the identified Panda's.
 pub fn fr3() -> Robot {
     let inertials = array::from_fn(|i| {
         let (mass, com) = MASSES[i];

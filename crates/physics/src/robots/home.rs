@@ -6,23 +6,23 @@ use super::{JOINTS, Robot, panda};
 use crate::model::Model;
 use crate::scene::{Scene, at};
 
-/// Starts of the search.
+/// Number of postures from which a search starts.
 const STARTS: u32 = 1024;
-/// Steps of each.
+/// Largest number of steps of a search.
 const STEPS: usize = 100;
 /// Damping of a step (m2, rad2), small enough to matter near a singular posture only.
 const DAMPING: f64 = 1e-4;
-/// Distance from the end of a joint that is enough, as a share of its range.
+/// Distance from the ends of a joint, as a share of its range, beyond which a posture is no better.
 const ROOM: f64 = 0.06;
-/// Manipulability that is enough (m3): the Panda's home has 0.019.
+/// Manipulability beyond which a posture is no better (m3): the Panda's home has 0.019.
 const MANIPULABILITY: f64 = 0.019;
-/// Where a search ends (m, rad).
+/// Norm of the pose error at which a search ends (m, rad).
 const PRECISION: f64 = 1e-10;
 
 impl Robot {
-    /// Joint angles (rad) that bring the flange where the Panda's is at the start of an episode: above the table, facing down. Of those
-    /// that were found the one with the highest elbow, well within the joints' ranges and far from singular. `None`: the arm does not
-    /// reach.
+    /// Joint angles (rad) that bring the flange where the Panda's is at the start of an episode: above the table, facing down. Of the
+    /// postures found, the one with the highest links, well within the joints' ranges and far from singular. `None`: the arm does not
+    /// reach that pose.
     pub(super) fn home_like_the_pandas(&self) -> Option<JointVector> {
         let panda = panda::robosuite();
         let shift = [self.mount.behind_table - panda.mount.behind_table, 0.0, panda.mount.height - self.mount.height];
@@ -33,21 +33,21 @@ impl Robot {
         found.max_by(|a, b| self.worth(&model, a).total_cmp(&self.worth(&model, b)))
     }
 
-    /// The arm on the world's origin, its flange the tool.
+    /// Model of the arm at the world's origin, with the flange as its tool.
     fn bare_model(&self) -> Model {
         let mut scene = Scene::default();
         let flange = self.add_to(&mut scene, Pose::identity());
         Model::new(&scene, flange, [0.0; 3])
     }
 
-    /// Lower and upper end of a joint, within a turn of zero.
+    /// Lower and upper end of a joint (rad), as far as the range allows within half a turn of zero.
     fn ends(&self, joint: usize) -> [f64; 2] {
         let [low, high] = self.arm.range[joint];
         let half_turn = std::f64::consts::PI;
         [low.max(-half_turn).min(high), high.min(half_turn).max(low)]
     }
 
-    /// One of the postures from which a search begins.
+    /// The posture (rad) from which search number `start` begins.
     fn spread(&self, start: u32) -> JointVector {
         JointVector::from_fn(|i, _| {
             let [low, high] = self.ends(i);
@@ -107,7 +107,7 @@ mod tests {
     use super::*;
     use crate::robots::RobotName;
 
-    /// The Panda's own home is found, and every robot's home is one: its flange is where the Panda's is.
+    /// The search finds the Panda's own home. For every robot it finds a home at which the flange is where the robot's own home has it.
     #[test]
     fn a_home_is_found_with_the_elbow_up() {
         let panda = RobotName::Identified.robot();

@@ -2,7 +2,7 @@
 //!
 //! Frames, masses, inertias and ranges are those of the model in MuJoCo Menagerie (`kuka_iiwa_14`, commit 28ffb48; BSD-3-Clause), which is
 //! made of Drake's URDF of the arm. Largest torques and speeds are those of KUKA's data sheet for the LBR iiwa 14 R820.
-//! Neither source gives rotors, damping or friction: they are the FR3's here, and so are the drives. Low damping and
+//! Neither source gives rotor inertia, damping or friction: they are the FR3's here, and so are the drives. Low damping and
 //! friction fit this arm too, because its joint torque sensors compensate most of the gears' friction. The capsules
 //! were drawn around the spheres by which Menagerie's model collides.
 
@@ -88,7 +88,7 @@ pub fn iiwa14() -> Robot {
             range: [2.96706, 2.0944, 2.96706, 2.0944, 2.96706, 2.0944, 3.05433].map(|end: f64| [-end, end]),
             speed_max: [85.0, 85.0, 100.0, 75.0, 130.0, 135.0, 135.0].map(|speed: f64| speed * degrees),
             torque_max: [320.0, 320.0, 176.0, 176.0, 110.0, 40.0, 40.0],
-            // KUKA names none for the tool: those of a Panda.
+            // KUKA gives no limits for the tool; these are a Panda's.
             cartesian: Arm::PANDA.cartesian,
             ..Arm::FR3
         },

@@ -18,9 +18,9 @@ pub(super) enum Turn {
     RollPitchYaw([f64; 3]),
 }
 
-/// A link whose axes are those of its inertia.
+/// A link whose principal axes of inertia are parallel to the axes of its frame.
 pub(super) struct LinkData {
-    /// In the link before (m).
+    /// Position of the link's frame in that of the link before (m).
     pub position: [f64; 3],
     pub turn: Turn,
     pub mass: f64,
@@ -31,7 +31,7 @@ pub(super) struct LinkData {
 }
 
 impl LinkData {
-    /// The link in place `i`, counted from 0, with damping and friction of the joint of `other`.
+    /// The link number `i`, counted from 0, with damping and friction of the joint of `other`.
     pub fn link(&self, i: usize, other: &Link) -> Link {
         let name = format!("link{}", i + 1);
         let role = Role::Link(i as u8 + 1);

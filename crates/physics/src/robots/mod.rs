@@ -30,10 +30,10 @@ pub const JOINTS: usize = 7;
 
 /// An arm of seven revolute joints, or of six, on its mount, with a flange that carries a tool.
 ///
-/// Law, observation and tables have seven joints. Of an arm of six, link 7 is welded to link 6 and carries flange and tool, the seventh
-/// angle is 0, and the seventh column of the Jacobian is empty. So the six move as under a law for six joints (the null space is
-/// empty), and nothing but a constant is added to what is observed. The other way, the number of joints as a parameter of every type,
-/// would have touched 30 files and the interface of every host, for the same torques.
+/// Law, observation and tables have seven joints. In an arm of six, link 7 is welded to link 6 and carries flange and tool, the seventh
+/// angle is 0, and the seventh column of the Jacobian is zero. So the six joints move as under a law for six joints (there is no null
+/// space), and the observation has a few constants more. Making the number of joints a parameter of every type would have changed 30
+/// files and the interface of every host, for the same torques.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Robot {
@@ -52,7 +52,7 @@ pub struct Robot {
     pub flange: Pose,
     /// What is fixed to the flange whatever the tool, in the flange's frame.
     pub flange_inertial: Inertial,
-    /// What the gripper weighs.
+    /// Mass properties of the gripper.
     pub gripper: GripperInertials,
     /// Joint angles at the start of an episode before noise (rad).
     pub home: JointVector,
@@ -63,14 +63,14 @@ pub struct Robot {
     /// Pairs of parts that never touch, each part by the number of joints that carry it: 0 is every fixture, 1 to 7 a link, 7
     /// also hand and tool. Two parts that the same joints carry never touch anyway.
     pub never_touch: Vec<[u8; 2]>,
-    /// What the scene's bodies move through; `None`: nothing. Its drag is no part of what a controller compensates.
+    /// The air around the scene's bodies; `None`: no air. A controller does not compensate its drag.
     pub air: Option<Air>,
 }
 
 /// Gap between a column and the base on it, and between the column and the floor (m).
 const GAP: f64 = 0.005;
 
-/// What one joint moves.
+/// A link, and the joint that moves it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Link {
@@ -101,7 +101,7 @@ pub struct Mount {
 impl Mount {
     /// A column below the base, whose frame is `height` above the floor and `behind_table` from the table's edge (m).
     pub fn column(height: f64, behind_table: f64) -> Self {
-        // The base's own shapes begin above it.
+        // The column ends below the base frame, above which the base's own shapes begin.
         let half_length = height / 2.0 - GAP;
         let column = Geom {
             name: "pedestal_column".into(),
@@ -192,7 +192,7 @@ impl Robot {
     }
 }
 
-/// What a gripper weighs. Shapes, travel and servos are the same on every robot here: all carry the maker's hand.
+/// Mass properties of a gripper. Shapes, travel and servos are the same on every robot here: all carry Franka's hand.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GripperInertials {
@@ -220,7 +220,7 @@ pub fn tool_pose(distance: f64) -> Pose {
 mod tests {
     use super::*;
 
-    /// Masses and moments of inertia that matter can have, and a home between the ends of the joints.
+    /// Masses and moments of inertia are positive, and the home is within the joints' ranges.
     #[test]
     fn every_robot_can_be_built() {
         for robot in RobotName::ALL.map(RobotName::robot) {

@@ -31,9 +31,9 @@ const LINK_FRAMES: [([f64; 3], [f64; 4]); JOINTS] = {
     ]
 };
 
-/// Pairs of links that never touch. Links 1 and 2 may touch what lies beyond the elbow, and link 5 the hand, so these
-/// pairs are not in the list. In 3000 random postures the meshes of robosuite, where all but neighbours may meet,
-/// overlap in no other pair. Links 1 and 2 cannot reach a fixture.
+/// Pairs of parts that never touch: 0 is every fixture, 1 to 7 a link, 7 also the hand. Links 1 and 2 may touch what lies
+/// beyond the elbow, and link 5 the hand, so these pairs are not in the list. In 3000 random postures robosuite's meshes,
+/// of which all but neighbours may collide, overlap in no other pair. Links 1 and 2 cannot reach a fixture.
 const NEVER_TOUCH: [[u8; 2]; 16] = [
     [0, 1],
     [0, 2],
@@ -96,7 +96,7 @@ pub fn robosuite() -> Robot {
 }
 
 /// Parameters identified on a real arm (Gaz et al., RA-L 2019, as carried by franka_description), with the rotor inertia and
-/// torque limits of the maker. What is not said here is as in robosuite.
+/// torque limits of the maker. Values that are not given here are robosuite's.
 pub fn identified() -> Robot {
     let inertials = [
         inertial(4.970684, [0.003875, 0.002081, -0.04762], [0.70337, 0.70661, 0.009117, -0.000139, 0.006772, 0.019169]),

@@ -1,8 +1,9 @@
 //! Universal Robots UR5e: six joints.
 //!
 //! Frames, masses, inertias and limits are those of Universal_Robots_ROS2_Description 2.4.5 (Universal Robots A/S; BSD-3-Clause):
-//! `default_kinematics.yaml`, `physical_parameters.yaml` and `joint_limits.yaml` of `config/ur5e`. Rotors, damping and friction are not in it. Rotors and drives
-//! are the FR3's here; damping and friction too. The capsules follow the radii that the same package gives for the links.
+//! `default_kinematics.yaml`, `physical_parameters.yaml` and `joint_limits.yaml` of `config/ur5e`. Rotor inertia, damping, friction and
+//! drives are not in the package and are the FR3's here, except that all three wrist joints have the rotor inertia of the FR3's small
+//! drives. The capsules follow the radii that the same package gives for the links.
 
 use std::f64::consts::PI;
 
@@ -91,7 +92,7 @@ pub fn ur5e() -> Robot {
             speed_max: [PI; JOINTS],
             torque_max: [150.0, 150.0, 150.0, 28.0, 28.0, 28.0, 1.0],
             rotor_inertia: [0.606, 0.606, 0.462, 0.206, 0.206, 0.206, 1.0],
-            // Universal Robots names none for the tool: those of a Panda.
+            // Universal Robots gives no limits for the tool; these are a Panda's.
             cartesian: Arm::PANDA.cartesian,
             ..Arm::FR3
         },
@@ -107,6 +108,6 @@ pub fn ur5e() -> Robot {
     }
 }
 
-/// The flange where the Panda's is, the elbow up: what is found for a URDF without a home. With the shoulder on the other side (-0.37 rad)
-/// the script with `osc` sticks in two of twelve wipes.
+/// The flange where the Panda's is, the elbow up: the home that is found for a URDF without one. With the shoulder on the other side
+/// (-0.37 rad) the script with `osc` gets stuck in two of twelve wipes.
 const HOME: [f64; JOINTS] = [-2.77077, -1.70331, -1.62083, 1.87203, -1.52479, 1.938_40, 0.0];

@@ -9,9 +9,9 @@ use super::{Hull, HullError};
 
 /// A round hole along z in a round block, open at z = 0 and above, through to z = -`depth` (m).
 ///
-/// Each sector is one wedge with its part of the chamfer in it: a chamfer of bodies of its own would have seams, at which the
+/// Each sector is one wedge that includes its part of the chamfer: a chamfer of separate bodies would have seams, at which the
 /// edge of a peg catches. The wall is flat in each sector and touches the circle of the radius from outside, so a round peg
-/// fits exactly if it is thinner than the hole.
+/// fits if and only if it is thinner than the hole.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hole {
     /// Radius of the hole (m).
@@ -29,7 +29,7 @@ pub struct Hole {
 /// Sizes that make no hole.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum HoleError {
-    /// One that contradicts another.
+    /// Sizes that contradict each other.
     #[error(
         "a hole needs a radius above 0, a chamfer of at least 0 that is less than its depth, an outer radius beyond both, and 3 to 200 sectors; this one is {0:?}"
     )]

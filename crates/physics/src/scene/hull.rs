@@ -1,4 +1,4 @@
-//! Convex hulls: of given points, and what fills them.
+//! Convex hulls of points, and their mass properties.
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -62,13 +62,13 @@ impl Hull {
     /// The hull of `points` (m). Points inside it are dropped.
     ///
     /// # Errors
-    /// If there are fewer than four different points, one is not finite, all lie in one plane, or rounding errors are in the way.
+    /// If there are fewer than four different points, one is not finite, all lie in one plane, or rounding errors prevent a hull.
     pub fn new(points: &[Vector3]) -> Result<Hull, HullError> {
         if let Some(at) = points.iter().position(|p| !p.iter().all(|x| x.is_finite())) {
             return Err(HullError::NotFinite(at));
         }
         let mut seen = HashSet::new();
-        // Adding 0 makes one zero of the two.
+        // Adding 0 turns -0 into 0.
         let new = |p: &&Vector3| seen.insert([p.x, p.y, p.z].map(|x| (x + 0.0).to_bits()));
         let points: Vec<Vector3> = points.iter().filter(new).copied().collect();
         if points.len() < 4 {
@@ -93,7 +93,7 @@ impl Hull {
         &self.0.corners
     }
 
-    /// The surface: three corners each, counterclockwise as seen from outside.
+    /// The triangles of the surface: indices of three corners each, counterclockwise as seen from outside.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.0.triangles
     }

@@ -20,10 +20,10 @@ pub struct Inertial {
     pub inertia: Matrix3<f64>,
 }
 
-/// What rounding in published tables may take off the bounds of the moments, as a share of the largest.
+/// Tolerance of the bounds of the moments, as a share of the largest one, for the rounding in published tables.
 const ROUNDED: f64 = 1e-3;
 
-/// Why no body has this inertia about its centre of mass (kg m2), if none has.
+/// Why no body can have this inertia about its centre of mass (kg m2); `None` if one can.
 pub(crate) fn impossible(inertia: &Matrix3<f64>) -> Option<String> {
     if inertia.iter().any(|part| !part.is_finite()) {
         return Some("the inertia is not finite".into());

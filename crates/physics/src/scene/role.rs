@@ -1,4 +1,4 @@
-//! What a geom belongs to decides what it collides with.
+//! What a geom belongs to, which decides what it collides with.
 
 use serde::{Deserialize, Serialize};
 
@@ -31,7 +31,7 @@ impl Role {
         self.joints().is_some()
     }
 
-    /// How many joints of the arm carry the geom; `None` beside the arm. Hand and tool are welded to link 7.
+    /// How many joints of the arm carry the geom; `None` for a geom that is not on the arm. Hand and tool are welded to link 7.
     fn joints(self) -> Option<u8> {
         match self {
             Role::Fixture | Role::Object => None,

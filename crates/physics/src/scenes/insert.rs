@@ -1,4 +1,5 @@
-//! Insert: a peg that is fixed to the hand above a hole in a block on a table (Factory's and FORGE's `PegInsert`, where it is held).
+//! Insert: a peg above a hole in a block on a table (Factory's and FORGE's `PegInsert`). The peg is fixed to the hand; there the fingers
+//! hold it.
 
 use aforce::{Pose, Vector3};
 use serde::{Deserialize, Serialize};
@@ -49,7 +50,7 @@ pub struct Sizes {
     pub profile: Profile,
 }
 
-/// FORGE's, with a chamfer.
+/// FORGE's sizes, with a chamfer added.
 pub const FORGE: Sizes =
     Sizes { length: 0.05, clearance: 1.14e-4, chamfer: 1e-3, friction: 0.75, profile: Profile::Round };
 

@@ -1,4 +1,4 @@
-//! Where everything is at the start of an episode.
+//! Puts everything in place at the start of an episode.
 
 use aforce::{JointVector, Pose, Vector3};
 
@@ -7,8 +7,8 @@ use crate::contact::ContactReading;
 use crate::gripper::{INITIAL_OPENING, WIDEST, finger_at};
 
 impl Simulation {
-    /// Starts an episode: arm at rest at `q`, gripper half open, no load, no push, no reading of a contact. A seventh angle of an arm
-    /// of six joints is not looked at.
+    /// Starts an episode: arm at rest at `q` (rad), gripper half open, no load, no push, contact readings zero. For an arm of six joints
+    /// the seventh angle is ignored.
     ///
     /// Free bodies stay where they are: [`place`](Self::place) them. The engine keeps its contacts and the impulses that
     /// its solver starts from, so only a new simulation repeats an episode to the last bit.
@@ -38,10 +38,10 @@ impl Simulation {
         self.steps = 0;
     }
 
-    /// After a [`reset`](Self::reset): puts the finger pads `distance` (m) apart, where they stay as long as nobody commands the gripper.
+    /// After a [`reset`](Self::reset): puts the finger pads `distance` (m) apart, where they stay until the gripper is commanded.
     ///
     /// # Panics
-    /// If the tool has no fingers, or `distance` is not within 0 and [`WIDEST`].
+    /// If the tool has no fingers, or `distance` is not between 0 and [`WIDEST`].
     pub fn open_fingers(&mut self, distance: f64) {
         assert!((0.0..=WIDEST).contains(&distance), "{distance} m between the finger pads: 0 to {WIDEST} are possible");
         let ([left, right], gripper) = self.fingers.zip(self.gripper.as_mut()).expect("a tool with fingers");

@@ -7,7 +7,7 @@ const AXES: [&str; 7] = ["0 0 1", "0 1 0", "0 0 1", "0 -1 0", "0 0 1", "0 1 0", 
 const ORIGINS: [&str; 7] = ["0 0 0.3", "0 0 0", "0 0 0.3", "0.08 0 0", "-0.08 0 0.35", "0 0 0", "0.09 0 0.1"];
 const LIMIT: &str = "lower=\"-2.8\" upper=\"2.8\" effort=\"80\" velocity=\"2\"";
 
-/// Of every link.
+/// The `inertial` element of every link.
 pub const INERTIAL: &str = "<inertial><origin xyz=\"0.01 0.02 0.05\"/><mass value=\"2\"/><inertia ixx=\"0.02\" ixy=\"0.001\" \
                             ixz=\"-0.002\" iyy=\"0.03\" iyz=\"0.0005\" izz=\"0.015\"/></inertial>";
 

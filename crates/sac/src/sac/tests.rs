@@ -6,7 +6,7 @@ fn small() -> Config {
     Config { hidden: vec![8], batch_size: 4, ..Config::default() }
 }
 
-/// Ten steps of which each earns `reward`.
+/// Ten steps, each with the reward `reward`.
 fn replay(config: &Config, reward: f32) -> Replay {
     let mut replay = Replay::new(config, (2, 1));
     for k in 0..10 {
@@ -36,7 +36,7 @@ fn the_policy_is_a_running_mean_of_the_actor() {
     };
     let actors: Vec<_> = (0..4).map(|_| weights(&mut sac)).collect();
     for (i, &average) in sac.average.values.iter().enumerate() {
-        // The plain mean of three, for 1/3 is more than 0.3, and then 0.3 of the way to the fourth.
+        // The plain mean of the first three, as 1/3 is more than 0.3, and then 0.3 of the way to the fourth.
         let mean = (actors[0][i] + actors[1][i] + actors[2][i]) / 3.0;
         assert!((average - (0.7 * mean + 0.3 * actors[3][i])).abs() < 1e-6, "{i}: {average}");
     }
@@ -59,7 +59,7 @@ fn actor_average_and_temperature_wait_for_their_turn() {
         }
         assert_ne!(critics, sac.critics.values.to_vec());
     }
-    // Adam's first step is as long as its learning rate, so its count began with the actor's first turn.
+    // Adam's first step is as long as the learning rate, so Adam's count began with the actor's first step.
     let first = Sac::new(&config, (2, 1), 3).unwrap();
     let mut third = Sac::new(&config, (2, 1), 3).unwrap();
     for _ in 0..3 {
@@ -74,13 +74,13 @@ fn half_of_a_batch_is_prior_data() {
     let mut sac = Sac::new(&small(), (2, 1), 3).unwrap();
     let (own, prior) = (replay(&small(), 1.0), replay(&small(), 2.0));
     sac.update_with_prior(&own, &prior);
-    // A reward is the sum over three steps, or over as many as were left: 1, 1 + gamma, 1 + gamma + gamma^2.
+    // A reward is the sum over three steps, or over the steps that were left: 1, 1 + gamma, 1 + gamma + gamma^2.
     let unit = |reward: f32| [1.0, 1.97, 2.9109].iter().any(|sum| (reward - sum).abs() < 1e-5);
     let rewards = &sac.scratch.batch.reward;
     assert!(rewards[..2].iter().all(|&r| unit(r)) && rewards[2..].iter().all(|&r| unit(r / 2.0)), "{rewards:?}");
 }
 
-/// However many updates lie between two steps of the actor, the mean is over those steps.
+/// The mean is over the steps of the actor, however many updates lie between two of them.
 #[test]
 fn the_running_mean_counts_the_actors_own_turns() {
     for actor_period in [2, 3] {
@@ -103,7 +103,7 @@ fn the_running_mean_counts_the_actors_own_turns() {
 
 #[test]
 fn as_many_episodes_as_said_have_pink_noise() {
-    // An action remembers the one before if noise is pink.
+    // With pink noise an action is correlated with the one before.
     let pink_episodes = |pink_noise| {
         let mut sac = Sac::new(&Config { pink_noise, ..small() }, (2, 1), 3).unwrap();
         let episode = |_: &usize| {

@@ -56,6 +56,6 @@ fn a_colour_belongs_to_a_space_and_its_variant_in_every_committed_figure() {
             assert!(!name.starts_with("curves_") || known.contains(label), "{file}: {label} has no colour of its own");
         }
     }
-    // Were legends not found, nothing would be checked.
+    // Legends were found; without them nothing would have been checked.
     assert!(paths.len() > 20 && known.len() > 20, "{} figures, spaces and variants {known:?}", paths.len());
 }

@@ -1,6 +1,7 @@
 //! A forest plot: ratios with their intervals, one below the other, beside a line at one.
 //!
-//! As wide as a page on screen, so that its text is as large as the text around it. A ratio is no space: it has no space's colour.
+//! The plot is as wide as a page on screen, so that its text is as large as the text around it. Its marks have no action space's colour,
+//! because a ratio belongs to no space.
 
 use kuva::render::render::{Primitive, Scene, TextAnchor};
 
@@ -11,9 +12,9 @@ use crate::axis::Range;
 pub struct Forest {
     /// Above everything.
     pub title: String,
-    /// What a ratio below one says.
+    /// What a ratio below one means.
     pub less: String,
-    /// What a ratio above one says.
+    /// What a ratio above one means.
     pub more: String,
     /// One line each.
     pub ratios: Vec<Ratio>,
@@ -22,13 +23,13 @@ pub struct Forest {
 /// A line of the plot.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Ratio {
-    /// Heading, told once for lines that follow each other.
+    /// Heading, written once for consecutive lines that share it.
     pub heading: String,
     /// What was compared.
     pub label: String,
     /// The ratio, above zero.
     pub value: f64,
-    /// Its interval: a dot with a bar. Without one it is a cross.
+    /// The ratio's interval. A ratio with an interval is drawn as a dot with a bar, one without as a cross.
     pub interval: Option<[f64; 2]>,
 }
 
@@ -37,7 +38,7 @@ const WIDTH: f64 = 800.0;
 const AXIS: (f64, f64) = (235.0, 620.0);
 const MARGIN: f64 = 14.0;
 const LINE: f64 = 23.0;
-/// Before a heading.
+/// Space before a heading.
 const GAP: f64 = 8.0;
 const INK: &str = "#1a1a1a";
 const FAINT: &str = "#6a6a6a";
@@ -54,7 +55,7 @@ struct Font {
 const TITLE: Font = Font { size: 17, bold: true, color: INK };
 const HEADING: Font = Font { size: 14, bold: true, color: INK };
 const PLAIN: Font = Font { size: 14, bold: false, color: INK };
-/// Of what is not a result of ours.
+/// Font of ratios from other sources, which have no interval.
 const QUIET: Font = Font { size: 14, bold: false, color: FAINT };
 
 pub(super) fn draw(forest: &Forest) -> Scene {
@@ -91,7 +92,7 @@ pub(super) fn draw(forest: &Forest) -> Scene {
     scene
 }
 
-/// A line with its text at the height `y`.
+/// Adds a line with its text at the height `y`.
 fn add(scene: &mut Scene, ratio: &Ratio, y: f64, at: &impl Fn(f64) -> f64) {
     let font = if ratio.interval.is_some() { PLAIN } else { QUIET };
     let (x, middle) = (at(ratio.value), y - 0.36 * f64::from(font.size));
@@ -126,7 +127,7 @@ fn numbers(ratio: &Ratio) -> String {
     two_digits(ratio.value) + &interval.unwrap_or_default()
 }
 
-/// A ratio with two digits that count, above 99 with all of its whole ones.
+/// A ratio with two significant digits, above 99 with all digits before the point.
 pub fn two_digits(ratio: f64) -> String {
     let digits = match ratio {
         ratio if ratio < 0.0995 => 3,

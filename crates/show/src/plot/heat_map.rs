@@ -16,11 +16,11 @@ pub struct HeatMap {
 /// A line of the map.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct HeatRow {
-    /// Heading, told once for lines that follow each other.
+    /// Heading, written once for consecutive lines that share it.
     pub heading: String,
     /// What the row is called.
     pub label: String,
-    /// A share per column: 0 is white, 1 and more dark, less than 0 as 0. Without one the place stays empty.
+    /// A share per column: 0 and less is white, 1 and more dark red. `None` leaves the cell empty.
     pub shares: Vec<Option<f64>>,
 }
 

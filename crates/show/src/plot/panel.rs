@@ -39,7 +39,7 @@ pub(super) fn draw(panel: &Panel, pens: &[(&str, String)], marks: &[&str]) -> (V
 #[derive(Clone, Copy)]
 struct Direction {
     logarithmic: bool,
-    /// What is drawn, in logarithms if they are.
+    /// Range of what is drawn, in logarithms if the direction is logarithmic.
     range: Range,
 }
 
@@ -147,7 +147,7 @@ impl Curves {
             y.range.include(low);
             y.range.include(high);
         }
-        // Lines may end at the edge; half a dot would be missing there.
+        // Lines may end at the edge, but a dot there would be cut in half.
         [x.axis(if self.has_dots { 0.03 } else { 0.0 }), y.axis(0.04)]
     }
 }
@@ -194,7 +194,7 @@ fn with_marks(layout: Layout, panel: &Panel, marks: &[&str]) -> Layout {
     panel.marks.iter().fold(layout, |layout, (label, x)| {
         let color = of_mark(marks.iter().position(|mark| mark == label).unwrap_or(0));
         let line = ReferenceLine::vertical(*x).with_color(color).with_stroke_width(LINE_WIDTH);
-        // Dashed but for this.
+        // The default is dashed.
         layout.with_reference_line(line.with_dasharray(""))
     })
 }

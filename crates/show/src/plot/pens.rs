@@ -2,15 +2,15 @@
 
 use crate::palette;
 
-/// The lines of the first and the second label of marks, and so on.
+/// Colours of marks with the first and the second label; after these they repeat.
 const MARKS: [&str; 2] = ["#c0c0c0", "#808080"];
 
-/// Of the n-th mark.
+/// Colour of the marks with label number `index`.
 pub(super) fn of_mark(index: usize) -> &'static str {
     MARKS[index % MARKS.len()]
 }
 
-/// Of every label of a figure.
+/// The colour of every label of a figure.
 pub(super) fn pens<'a>(labels: &[&'a str]) -> Vec<(&'a str, String)> {
     labels.iter().copied().zip(palette::colors(labels)).collect()
 }

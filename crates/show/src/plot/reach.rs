@@ -1,10 +1,10 @@
-//! Where an axis ends that does not reach as far as everything that is drawn, and what is cut off there.
+//! The limits of an axis that does not cover all values, and what is cut off there.
 
 use super::{Panel, Reach, Series};
 
-/// The share at either end that is not most of what is drawn.
+/// The share of the values at either end that may be cut off.
 const NOT_MOST: f64 = 0.02;
-/// How far the axis reaches beyond most of it, in parts of its extent.
+/// How far the axis reaches beyond the other values, as a share of their extent.
 const ROOM: f64 = 0.5;
 
 /// Finite, and far enough from overflow for the sums and differences of axis scaling.

@@ -1,4 +1,4 @@
-//! What an episode costs, in every definition of energy.
+//! The energy of an episode, in every definition.
 
 use super::Over::{Baseline, End, Final, Sampled, Training};
 use super::Statistic::{Mean, PerAction};

@@ -1,4 +1,4 @@
-//! How hard an episode pressed. A sustained force is low-passed, by default at 12 Hz.
+//! The contact forces of an episode. A sustained force is low-passed, by default at 12 Hz.
 
 use super::Over::{Baseline, End, Sampled, Training};
 use super::Statistic::{Mean, Median, PerAction, Quantile90, ShareAbove0};

@@ -5,17 +5,16 @@ use super::Statistic::{Mean, Median, PerAction};
 use super::{Cell, Column, Parts, number};
 use crate::axis_group::AxisGroup;
 
-/// The translational and the rotational axes.
+/// Indices of the translational and of the rotational axes in an episode's sums.
 const TRANSLATION: usize = 0;
 const ROTATION: usize = 1;
 
-/// A mean over the samples.
+/// Mean over the control samples of a quantity of which `sum` gives the sum.
 fn mean(episode: &Parts, group: usize, sum: fn(&AxisGroup) -> f64) -> Cell {
     Cell::Real(sum(&episode.impedance[group]) / episode.samples)
 }
 
-/// Mean of alpha/mu, the spring that F_ff is to a lasting error. It is infinite without a leak (mu = 0), and the cell
-/// is empty then.
+/// Mean of alpha/mu, the stiffness that F_ff adds under a lasting error. Without a leak (mu = 0) it is infinite and the cell is empty.
 fn feedforward_spring(episode: &Parts, group: usize) -> Cell {
     let mean = episode.impedance[group].sum_feedforward_spring / episode.samples;
     Some(mean).filter(|mean| mean.is_finite()).into()

@@ -1,7 +1,7 @@
-//! What is told of an episode and of a run: a column is one entry.
+//! The columns of the tables of episodes and runs, one entry each.
 //!
-//! An entry says what a column is called, its unit, what it means, how it is made of an episode, and how a run's table tells it. The tables
-//! of episodes, `runs.csv`, `baselines`, what `evaluate` prints, TensorBoard and `docs/columns.md` follow from the entries.
+//! An entry has the column's name, unit and meaning, how its cell is computed from an episode, and the numbers of it that tables of runs
+//! have. The tables of episodes, `runs.csv`, `baselines`, what `evaluate` prints, TensorBoard and `docs/columns.md` follow from the entries.
 
 mod energy;
 mod force;
@@ -20,10 +20,10 @@ use serde::{Serialize, Serializer};
 
 pub use parts::Parts;
 
-/// What a column has to say of an episode.
+/// A column's value for one episode.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Cell {
-    /// A fraction.
+    /// A real number.
     Real(f64),
     /// A whole number.
     Count(u64),
@@ -31,12 +31,12 @@ pub enum Cell {
     Flag(bool),
     /// A word.
     Word(&'static str),
-    /// Nothing.
+    /// No value.
     Empty,
 }
 
 impl Cell {
-    /// As a number: yes is 1 and no is 0. None if it is a word or empty.
+    /// The value as a number, a flag as 1 or 0; `None` for a word or an empty cell.
     pub fn number(self) -> Option<f64> {
         match self {
             Cell::Real(value) => Some(value),
@@ -76,11 +76,11 @@ pub enum Over {
     Sampled,
     /// The episodes of the last policy: `runs.csv`.
     End,
-    /// Those that `baselines` plays: its table.
+    /// The episodes that `baselines` plays: the table of `baselines`.
     Baseline,
 }
 
-/// What is taken of a column over episodes. An episode whose cell is empty is left out.
+/// How a column is summarised over episodes. An episode whose cell is empty is left out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Statistic {
     /// The mean.
@@ -89,7 +89,7 @@ pub enum Statistic {
     Deviation,
     /// The median.
     Median,
-    /// What nine of ten episodes do not exceed.
+    /// The 90 % quantile.
     Quantile90,
     /// The sum, divided by the actions of all episodes.
     PerAction,
@@ -102,11 +102,11 @@ pub enum Statistic {
 /// A number of a run: a statistic of a column over some of its episodes.
 #[derive(Debug, Clone, Copy)]
 pub struct RunNumber {
-    /// What tables call it.
+    /// Name in tables.
     pub name: &'static str,
-    /// Which episodes.
+    /// The episodes over which it is taken.
     pub over: Over,
-    /// What of them.
+    /// The statistic over these episodes.
     pub how: Statistic,
     /// Whether `summary.csv` summarises it over seeds.
     pub over_seeds: bool,
@@ -116,7 +116,7 @@ const fn number(name: &'static str, over: Over, how: Statistic) -> RunNumber {
     RunNumber { name, over, how, over_seeds: false }
 }
 
-/// One that `summary.csv` summarises over seeds.
+/// A number that `summary.csv` summarises over seeds.
 const fn summarised(name: &'static str, over: Over, how: Statistic) -> RunNumber {
     RunNumber { name, over, how, over_seeds: true }
 }
@@ -124,19 +124,19 @@ const fn summarised(name: &'static str, over: Over, how: Statistic) -> RunNumber
 /// A column of the tables of episodes.
 #[derive(Debug, Clone, Copy)]
 pub struct Column {
-    /// What tables call it.
+    /// Name in tables.
     pub name: &'static str,
-    /// Empty for a share, a count or a word.
+    /// Unit; empty for a share, a count or a word.
     pub unit: &'static str,
-    /// What it means, a sentence without its full stop.
+    /// The meaning, as `docs/columns.md` has it.
     pub meaning: &'static str,
-    /// What `evaluate` prints it as, if it does.
+    /// Label with which `evaluate` prints the column; `None` if it does not print it.
     pub printed: Option<&'static str>,
     /// The tag of TensorBoard's scalar of a training episode, if it has one.
     pub scalar: Option<&'static str>,
     /// The tag of TensorBoard's scalar of an evaluation, the mean over its episodes, if it has one.
     pub evaluation_scalar: Option<&'static str>,
-    /// What tables of runs tell of it.
+    /// The numbers of the column that tables of runs have.
     pub of_runs: &'static [RunNumber],
     of: fn(&Parts) -> Cell,
 }
@@ -166,7 +166,7 @@ impl Column {
         self
     }
 
-    /// Its cell of an episode.
+    /// The column's cell for an episode.
     pub(crate) fn of(&self, episode: &Parts) -> Cell {
         (self.of)(episode)
     }
@@ -188,7 +188,7 @@ pub static COLUMNS: LazyLock<Vec<Column>> = LazyLock::new(|| {
     .concat()
 });
 
-/// Every number that tables of runs tell over `over`, each with the column that it is of.
+/// Every number that tables of runs take over the episodes `over`, each with its column.
 pub fn run_numbers(over: Over) -> impl Iterator<Item = (&'static Column, &'static RunNumber)> {
     let of_column = |column: &'static Column| column.of_runs.iter().map(move |number| (column, number));
     COLUMNS.iter().flat_map(of_column).filter(move |(_, number)| number.over == over)

@@ -1,4 +1,4 @@
-//! An episode cut into the parts that columns are about.
+//! An episode, cut into the parts from which columns are computed.
 
 use aforce::Vector3;
 
@@ -17,7 +17,7 @@ pub struct Parts<'a> {
     pub(crate) to_success: Option<Part>,
     /// The actions after which the task stands fulfilled.
     pub(crate) fulfilled: Part,
-    /// Index of the action in which a real arm would first have stopped itself, and how.
+    /// Index of the action in which a real arm would first have stopped itself, and the time and reason of the stop.
     pub(crate) stop: Option<(usize, Stop)>,
     /// Sums over the samples, of the translational and of the rotational axes.
     pub(crate) impedance: [AxisGroup; 2],
@@ -52,7 +52,7 @@ impl<'a> Parts<'a> {
         self.steps.iter().map(of).fold(0.0, f64::max)
     }
 
-    /// Whether something is so after the last action.
+    /// Whether `of` is true of the last action.
     pub(crate) fn at_the_end(&self, of: fn(&Step) -> bool) -> bool {
         self.steps.last().is_some_and(of)
     }
@@ -68,7 +68,7 @@ impl<'a> Parts<'a> {
         first.is_some_and(|success| self.stop.is_none_or(|(stop, _)| success < stop))
     }
 
-    /// Largest force beyond the wrist (N) of an action that a `share` of the actions does not exceed.
+    /// The `share` quantile, over the actions, of the largest sustained force beyond the wrist (N).
     pub(crate) fn force_percentile(&self, share: f64) -> f64 {
         let mut forces: Vec<f64> = self.steps.iter().map(|s| s.interval.hand.max).collect();
         forces.sort_by(f64::total_cmp);
@@ -77,12 +77,12 @@ impl<'a> Parts<'a> {
     }
 }
 
-/// Some of an episode's actions: how long, what they cost, how hard the arm was pushed.
+/// Sums and maxima over some of an episode's actions.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Part {
-    /// s
+    /// Duration (s).
     pub(crate) time: f64,
-    /// The definitions of [`aforce::EnergyLedger`].
+    /// This and the next four: the definitions of [`aforce::EnergyLedger`].
     pub(crate) energy: f64,
     pub(crate) positive: f64,
     pub(crate) net: f64,
@@ -92,7 +92,7 @@ pub(crate) struct Part {
     pub(crate) max_force: f64,
     /// Integral of the force on the whole arm (N s).
     pub(crate) impulse: f64,
-    /// The hand's part of it (N s).
+    /// Integral of the sustained force beyond the wrist (N s).
     pub(crate) hand_impulse: f64,
     /// Time with contact beyond the wrist (s).
     pub(crate) hand_time: f64,
@@ -102,7 +102,7 @@ pub(crate) struct Part {
     pub(crate) hard_time: f64,
     /// Time with contact between the scene and the links short of the wrist (s).
     pub(crate) link_time: f64,
-    /// How far the tool came (m, world), and the length of its way (m).
+    /// Displacement of the tool (m, world), and the length of its path (m).
     pub(crate) displacement: Vector3,
     pub(crate) path: f64,
     /// Integral of the size of the tool's jerk over the time in which it moves (m/s2), and that time (s).
@@ -136,18 +136,18 @@ impl Part {
         })
     }
 
-    /// Mean sustained force beyond the wrist (N) while something is touched there; none if nothing is.
+    /// Mean sustained force beyond the wrist during contact there (N); `None` without contact.
     pub(crate) fn contact_force(&self) -> Option<f64> {
         (self.hand_time > 0.0).then(|| self.contact_impulse / self.hand_time)
     }
 
-    /// Mean size of the tool's jerk (m/s3) while it moves; none if it never does for long enough.
+    /// Mean size of the tool's jerk while the tool moves (m/s3); `None` if it never moves.
     pub(crate) fn jerk(&self) -> Option<f64> {
         (self.moving_time > 0.0).then(|| self.sum_jerk / self.moving_time)
     }
 }
 
-/// What the impedance of the translational and of the rotational axes did.
+/// Sums over the actions, of the translational and of the rotational axes.
 fn impedance(steps: &[Step]) -> [AxisGroup; 2] {
     let mut sums = [AxisGroup::default(); 2];
     for step in steps {

@@ -15,7 +15,7 @@ pub(super) const COLUMNS: &[Column] = &[Column::new(
 .printed("score of the AI for Industry Challenge")
 .of_runs(&[summarised("end_aic_score", End, Mean), number("aic_score", Baseline, Mean)])];
 
-/// What a trial that ran earns, and what it earns by success.
+/// Points of a trial that ran, and points of a success.
 const RUNS: f64 = 1.0;
 const SUCCESS: f64 = 75.0;
 /// The most points that a short time earns, and the two times (s) between which the points fall from all to none.
@@ -24,9 +24,9 @@ const DURATION: (f64, [f64; 2]) = (12.0, [5.0, 60.0]);
 const DETOUR: (f64, [f64; 2]) = (6.0, [0.0, 1.0]);
 /// The same for the mean jerk (m/s3).
 const JERK: (f64, [f64; 2]) = (6.0, [0.0, 50.0]);
-/// Points that it costs if the time with more than 20 N is longer than the second number (s).
+/// Points lost if the time with more than 20 N is longer than the second number (s).
 const HARD: (f64, f64) = (12.0, 1.0);
-/// Points that it costs if a link short of the wrist touches the scene: there is nothing that a link may touch.
+/// Points lost if a link short of the wrist touches anything in the scene.
 const OFF_LIMITS: f64 = 24.0;
 
 fn score(episode: &Parts) -> f64 {
@@ -38,7 +38,7 @@ fn score(episode: &Parts) -> f64 {
     RUNS + earned - pressed - strayed
 }
 
-/// The points for a way that is short in time and length, and smooth.
+/// Points for duration, detour and jerk of the motion up to the first success.
 fn smoothly(way: &Part) -> f64 {
     let falling = |value: f64, (most, [best, worst]): (f64, [f64; 2])| {
         most * (1.0 - ((value - best) / (worst - best)).clamp(0.0, 1.0))

@@ -1,4 +1,4 @@
-//! What the way to the first success took. Empty in an episode without one.
+//! Time, energy and force up to the first success. The cells of an episode without success are empty.
 
 use super::Over::{Baseline, End, Final, Sampled};
 use super::Statistic::{Mean, Median, Quantile90};

@@ -63,8 +63,8 @@ impl Env {
         self.observer.components()
     }
 
-    /// What a critic sees besides the last observation ([`ObservationOptions::critic`](crate::ObservationOptions::critic)), in the
-    /// order of that list; unscaled. A policy must not see it.
+    /// What a critic sees in addition to the last observation ([`ObservationOptions::critic`](crate::ObservationOptions::critic)), in the
+    /// order of that list; unscaled. A policy must not see these numbers.
     pub fn privileged(&self) -> &[f32] {
         self.privileged.values()
     }
@@ -74,12 +74,12 @@ impl Env {
         self.privileged.components()
     }
 
-    /// What the observed camera sees now, in an environment that has one; drawn at every call.
+    /// The present picture of the observed camera, rendered at every call; `None` in an environment without one.
     pub fn pixels(&self) -> Option<Pixels> {
         self.config.observation.camera.map(|camera| camera.take(self.task(), self.simulation()))
     }
 
-    /// That no entry of the critic's list is empty.
+    /// Checks that no entry of the critic's list is empty.
     pub(super) fn shows_what_is_asked(&self) -> Result<(), ConfigError> {
         let critic = &self.config.observation.critic;
         let mut shown = Observer::default();

@@ -1,4 +1,4 @@
-//! The one loop from an action to torques, control sample by control sample, and back to a reward.
+//! The loop that turns an action into torques, control sample by control sample, and the outcome into a reward.
 
 use aforce::{JointVector, Measurement};
 
@@ -11,11 +11,11 @@ use crate::task::{HELD, Reward};
 
 impl Env {
     /// Applies one action in [-1, 1]^n for one policy interval: the entries of the action space
-    /// ([`aforce::ActionSpace::entries`]), then, where there is a gripper, one whose sign counts: -1 opens, +1 closes.
+    /// ([`aforce::ActionSpace::entries`]), then, with a gripper, one entry of which only the sign counts: -1 opens, +1 closes.
     ///
     /// # Panics
     /// If `action` has not [`Env::action_dim`] entries. If the task observes more or fewer numbers than at first, names
-    /// the terms of its reward otherwise than at first, or gives a term that is not finite.
+    /// the terms of its reward differently than at first, or returns a term that is not finite.
     pub fn step(&mut self, action: &[f64]) -> Step {
         self.step_watched(action, |_| ())
     }
@@ -30,8 +30,8 @@ impl Env {
         self.end()
     }
 
-    /// The first part of a [`step`](Env::step), for a caller that shows its control samples as they come: takes in the
-    /// action. Call [`Env::advance`] until it answers false, then [`Env::end`].
+    /// The first part of a [`step`](Env::step), for a caller that shows control samples as they are simulated: sets the
+    /// action. Call [`Env::advance`] until it returns false, then [`Env::end`].
     ///
     /// # Panics
     /// If `action` has not [`Env::action_dim`] entries.
@@ -44,14 +44,14 @@ impl Env {
         self.last_action.iter_mut().zip(action).for_each(|((name, last), &entry)| *last = taken(name, entry));
     }
 
-    /// As [`Env::begin`], with nobody acting: goal, commanded stiffness and gripper stay what they are.
+    /// As [`Env::begin`], but without an action: goal, commanded stiffness and gripper command stay as they are.
     pub fn wait(&mut self) {
         self.controller.set_contact_axis(self.task.contact_normal(&self.simulation, &self.y));
         let left = self.config.controller.samples_per_action();
         self.running = Running { left, grip: self.running.grip, ..Running::default() };
     }
 
-    /// Simulates one control sample of the action under way, and answers whether another one follows. `watch` is called
+    /// Simulates one control sample of the action under way, and returns whether another one follows. `watch` is called
     /// after the sample, unless the simulation diverged in it.
     pub fn advance(&mut self, watch: impl FnOnce(&Sample)) -> bool {
         let running = &mut self.running;
@@ -84,7 +84,7 @@ impl Env {
         self.running.left > 0
     }
 
-    /// The last part of a [`step`](Env::step): what the action under way has led to.
+    /// The last part of a [`step`](Env::step): the outcome of the action under way.
     ///
     /// # Panics
     /// If the task breaks what [`Env::step`] asks of its observation and its reward.
@@ -94,11 +94,11 @@ impl Env {
         self.outcome(interval, diverged)
     }
 
-    /// What is measured after the torque `commanded`.
+    /// The measurement after a control sample in which `commanded` (Nm) was the commanded torque.
     fn sense(&mut self, commanded: &JointVector) -> Measurement {
         let mut y = self.drawn.sense(&self.simulation);
         if let Some(estimator) = &mut self.estimator {
-            // What disturbs a measured force disturbs an estimated one as well.
+            // Noise and bias of a measured force are added to an estimated one as well.
             let error = y.wrench - self.simulation.contact().filtered;
             y.wrench = estimator.update(commanded, &y, self.plant.dt) + error;
         }
@@ -117,7 +117,7 @@ impl Env {
         let (reward, lost) = if diverged || stopped {
             (Reward { terms: self.nothing_earned, success: false }, false)
         } else {
-            // Rewards go by what is, not by what is measured.
+            // Rewards depend on the true state, not on the disturbed measurement.
             let y = self.simulation.measure();
             (self.task.reward(&self.simulation, &y, penalty), self.task.lost(&self.simulation, &y))
         };
@@ -159,7 +159,7 @@ impl Env {
     }
 }
 
-/// An action's entry as it acts: clipped to [-1, 1]. A NaN acts as 0, and in the entry of the force as -1: no force.
+/// The value with which an action's entry acts: clipped to [-1, 1], a NaN as 0. In the entry of the force a NaN acts as -1, no force.
 fn taken(name: &str, entry: f64) -> f64 {
     match entry.is_nan() {
         true if name == "normal_force" => -1.0,

@@ -7,7 +7,7 @@ use crate::sensing::{SensedWrench, Sensing};
 use crate::step::Step;
 use aforce::{Gains, Stiffness, StiffnessRange};
 
-/// A load that no joint can bear ends the episode, even where its horizon would have.
+/// A load that makes the simulation diverge terminates the episode, even in the action at which the horizon would have truncated it.
 #[test]
 fn a_divergence_ends_the_episode_and_earns_nothing() {
     for horizon in [500, 3] {
@@ -24,12 +24,12 @@ fn a_divergence_ends_the_episode_and_earns_nothing() {
         assert!(step.terminated && step.diverged && !step.truncated && !step.success);
         assert_eq!((step.reward, step.reward_terms), (0.0, env.nothing_earned));
         assert_eq!(env.observation(), before, "the last valid one stays");
-        // The next episode begins as if nothing had happened.
+        // The next episode is not affected by the divergence.
         assert_eq!(env.reset(Some(1)), start);
     }
 }
 
-/// The field is that of the environment's configuration, whoever refuses the numbers.
+/// The error names the field of the environment's configuration, whichever check refuses the numbers.
 #[test]
 fn a_stiffness_that_is_not_allowed_is_told_with_its_field() {
     let mut env = Env::new(EnvConfig::default(), 1).unwrap();
@@ -51,7 +51,7 @@ fn a_stiffness_that_is_not_allowed_is_told_with_its_field() {
     assert!(length.contains("actions of 7 entries, and the running space has 12"), "{length}");
 }
 
-/// What was given last is seen as it was given, zeros at the start; nothing else of the observation changes.
+/// The last action is observed as it was given, and as zeros after a reset. The rest of the observation does not change.
 #[test]
 fn the_last_action_is_seen_where_it_is_asked_for() {
     let mut plain = Env::new(EnvConfig::default(), 1).unwrap();
@@ -77,7 +77,7 @@ fn the_last_action_is_seen_where_it_is_asked_for() {
     }
 }
 
-/// The script lifts the cube and holds it: the episode ends a second after, and its value goes on.
+/// The script lifts the cube and holds it. A second later the episode is truncated, not terminated.
 #[test]
 fn an_episode_ends_on_success_if_it_is_to() {
     let mut env = Env::new(EnvConfig { ends_on_success: true, ..EnvConfig::default() }, 1).unwrap();
@@ -121,7 +121,7 @@ fn motion_costs_its_price_per_joule() {
     assert!(energy > 0.01 && (free - priced - cost).abs() < 1e-12);
 }
 
-/// A joint that turns faster than it may stops the arm where episodes end with that; elsewhere the arm goes on.
+/// A joint that turns too fast ends the episode with `stops`; without `stops` the arm goes on.
 #[test]
 fn an_arm_that_is_to_stop_ends_the_episode_and_earns_nothing() {
     let play = |stops, stop_price| {
@@ -152,7 +152,7 @@ fn an_arm_that_is_to_stop_ends_the_episode_and_earns_nothing() {
     assert!(config.validate().unwrap_err().to_string().contains("env.stops = true is missing"));
 }
 
-/// 100 N on the arm of which the hand feels 10.
+/// Of 100 N on the whole arm 10 N act on the hand.
 #[test]
 fn the_penalty_counts_whom_it_is_told_to() {
     let force = |max| ForceRecord { max, ..ForceRecord::default() };
@@ -183,7 +183,7 @@ fn whoever_watches_sees_every_control_sample() {
     assert!(energy.absolute > 0.0);
 }
 
-/// In the air nothing presses: what an arm estimates there is bias and noise, the same again from the same seed.
+/// Without contact the estimated wrench is bias and noise, and the same seed gives the same values.
 #[test]
 fn an_estimated_wrench_has_bias_and_noise() {
     let forces = |source, bias, seed| {
@@ -202,7 +202,7 @@ fn an_estimated_wrench_has_bias_and_noise() {
     let estimated = forces(SensedWrench::Estimated, default, 3);
     assert!(estimated == forces(SensedWrench::Estimated, default, 3));
     assert!(estimated != forces(SensedWrench::Estimated, default, 4));
-    // Noise is drawn alike with and without a bias, so the bias is all that differs, and it stays.
+    // The noise is the same with and without a bias, so the difference is the bias, which is constant.
     let unbiased = forces(SensedWrench::Estimated, [0.0; 2], 3);
     let bias: Vec<f64> = estimated.iter().zip(&unbiased).map(|(with, without)| with - without).collect();
     assert!(bias[0].abs() > 1e-3 && bias.iter().all(|value| (value - bias[0]).abs() < 1e-9), "{bias:?}");

@@ -1,4 +1,4 @@
-//! What somebody may change while an episode runs.
+//! What a caller may change while an episode runs.
 
 use aforce::{ActionSpace, ConfigError, Stiffness, stable_on};
 use physics::Push;
@@ -8,8 +8,7 @@ use crate::disturbance::{Disturbance, Draw};
 use crate::privileged::Privileged;
 
 impl Env {
-    /// Pushes a moving body with a force from outside, as somebody's hand would, until this is called again or the
-    /// episode ends. `None` takes the force away.
+    /// Applies an external force to a moving body until this is called again or the episode ends. `None` removes the force.
     ///
     /// # Panics
     /// In the next sample, if the body is fixed.
@@ -17,7 +16,7 @@ impl Env {
         self.simulation.set_hand(push);
     }
 
-    /// Other numbers of the action space's stiffness, in this episode and the next ones: see [`aforce::Controller::set_stiffness`].
+    /// Changes the numbers of the action space's stiffness, in this episode and the next ones: see [`aforce::Controller::set_stiffness`].
     ///
     /// # Errors
     /// As [`aforce::Controller::set_stiffness`], and if the adaptive law would be unstable where the arm is now.
@@ -30,12 +29,11 @@ impl Env {
         Ok(())
     }
 
-    /// How late the joint torques act (s) from now on, in this episode and the next ones: rounded up to whole control
-    /// samples.
+    /// Sets the delay of the joint torques (s), rounded up to whole control samples, in this episode and the next ones.
     ///
     /// # Errors
-    /// If `delay` is not between 0 and 0.2 s. If a critic sees the disturbances and the configuration has no delay so
-    /// far: the critic would see one number more.
+    /// If `delay` is not between 0 and 0.2 s. If a critic sees the disturbances and the configuration had no delay: the
+    /// critic would see one number more.
     pub fn set_torque_delay(&mut self, delay: f64) -> Result<(), ConfigError> {
         let is_new = self.config.disturbance.torque_delay_s.is_none();
         if is_new && self.config.observation.critic.contains(&Privileged::Disturbance) {

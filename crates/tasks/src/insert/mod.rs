@@ -29,7 +29,7 @@ use crate::task_name::TaskName;
 use options::Options;
 use script::{Script, Seen};
 
-/// Insert as programs know it.
+/// What Insert is registered with.
 pub(crate) const KIND: TaskKind =
     TaskKind::new(TaskName::INSERT.as_str(), "put a peg into a hole", |config| Ok(Box::new(Insert::new(config)?)))
         .defaults(|env| {
@@ -45,16 +45,16 @@ pub(crate) const KIND: TaskKind =
             OwnDisturbance { key: "peg_mass", change: Change::BodyMass("peg"), allowed: [0.1, 100.0] },
         ]);
 
-/// The rim's middle lies within this distance of the table's, in x and in y (m).
+/// Largest offset of the rim's middle from the table's middle, in x and in y (m).
 const PLACEMENT: f64 = 0.05;
-/// The tool starts within this of its place above the hole: along x, y, z (m), and turned about z (rad).
+/// Largest offset of the tool's start from its place above the hole along x, y, z (m), and largest turn about z (rad).
 const START: [f64; 3] = [0.02, 0.02, 0.01];
 const START_TURN: f64 = std::f64::consts::FRAC_PI_4;
-/// Deviation of each coordinate of the hole as it is believed (m).
+/// Standard deviation of the error of each believed coordinate of the hole (m).
 const BELIEF: f64 = 0.001;
-/// The force that is allowed is drawn from this range (N).
+/// Range from which the allowed force is drawn (N).
 const ALLOWED_FORCE: std::ops::RangeInclusive<f64> = 5.0..=10.0;
-/// Price of a newton beyond the allowed force.
+/// Reward lost for each newton beyond the allowed force.
 const FORCE_PRICE: f64 = 0.2;
 /// A peg is inserted or engaged with its end within this distance of the hole's axis (m).
 const CENTRED: f64 = 0.0025;
@@ -62,14 +62,14 @@ const CENTRED: f64 = 0.0025;
 const IN: f64 = 0.04;
 /// A centred peg is engaged with its end less than this share of the hole's depth above the base.
 const ENGAGED: f64 = 0.9;
-/// A torque about the peg's end that a learner sees as 1 (Nm). 5 N at half of the peg's width are 0.02 Nm, which it
-/// shall notice.
+/// A torque about the peg's end that a learner sees as 1 (Nm). 5 N at half of the peg's width are 0.02 Nm, which the
+/// learner should notice.
 const MUCH_TORQUE: f64 = 0.05;
-/// Four points on the peg's axis lie this far from its end (m).
+/// Positions of four points on the peg's axis, from its end (m, positive towards the hand).
 const KEYPOINTS: [f64; 4] = [-0.075, -0.025, 0.025, 0.075];
-/// Slope (1/m) and offset of the reward's three terms for the keypoints' mean distance from where they belong.
+/// Slope (1/m) and offset of the reward's three terms for the keypoints' mean distance from their places in an inserted peg.
 const SLOPES: [(f64, f64); 3] = [(5.0, 4.0), (50.0, 2.0), (100.0, 0.0)];
-/// Draws after which no posture was found that brings the peg above the hole.
+/// Draws of an episode after which a reset panics, if the arm reaches the drawn place in none.
 const MOST_DRAWS: u32 = 1000;
 
 /// The task, with what was drawn for the running episode.
@@ -100,7 +100,7 @@ fn distance(end: &Pose, base: &Vector3) -> f64 {
     KEYPOINTS.map(apart).iter().sum::<f64>() / 4.0
 }
 
-/// What a distance (m) earns, with a slope (1/m) and an offset.
+/// Reward for a distance d (m): 1 / (exp(a d) + b + exp(-a d)), a being the slope (1/m) and b the offset.
 fn squashed(distance: f64, (slope, offset): (f64, f64)) -> f64 {
     let growth = libm::exp(slope * distance);
     1.0 / (growth + offset + 1.0 / growth)
@@ -114,7 +114,7 @@ impl Insert {
         let (scene, gripper) = insert::scene(&robot, &sizes, [0.0; 2]);
         let model = Model::new(&scene, gripper, GRIP_SITE);
         let Options { length_mm, start_mm, .. } = task.options;
-        // The sixteen corners of what an episode draws.
+        // The sixteen extremes of the places and turns that an episode draws.
         for corner in 0..16 {
             let side = |axis: usize| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 };
             let furthest = Vector3::from_fn(|axis, _| side(axis) * ([PLACEMENT, PLACEMENT, 0.0][axis] + START[axis]));
@@ -158,7 +158,7 @@ impl Insert {
         self.running().rim - Vector3::z() * DEPTH
     }
 
-    /// How high the peg's end is above the base (m), if it is on the axis.
+    /// Height of the peg's end above the base (m); `None` if the end is not within [`CENTRED`] of the hole's axis.
     fn height(&self, end: &Pose) -> Option<f64> {
         let apart = end.translation.vector - self.base();
         (apart.xy().norm() < CENTRED).then_some(apart.z)
@@ -171,7 +171,7 @@ impl Insert {
             Profile::Round => straight_down(&(hand * Vector3::x())),
             Profile::Square => nearest_straight_down(&Vector3::x(), 4, &hand),
         };
-        // Of the true place of the hole the script learns nothing but that the peg is in.
+        // The script does not know the hole's true place, only whether the peg is in.
         let done = self.height(&end).is_some_and(|height| height < IN * DEPTH);
         Seen { end: end.translation.vector, rim: self.running().believed, upright, done }
     }
@@ -209,7 +209,8 @@ impl Task for Insert {
         false
     }
 
-    /// About the peg's end. There the torque tells on which side the rim presses; about the tool point, friction at the end would hide it.
+    /// Torque about the peg's end, which shows on which side the rim presses. About the tool point the moment of the friction at the end
+    /// would hide that.
     fn feel(&self) -> Feel {
         Feel { about: Vector3::z() * self.options.sizes().end(), torque: MUCH_TORQUE, in_world: true }
     }
@@ -221,7 +222,7 @@ impl Task for Insert {
         out.put("allowed_force", *allowed_force, "N", 7.5, 0.4);
     }
 
-    /// Where hole and peg are.
+    /// The true places of hole and peg.
     fn observe_privileged(&self, simulation: &Simulation, _: &Measurement, out: &mut Observer) {
         let Running { rim, believed, .. } = self.running();
         let end = self.end(&simulation.measure().pose);
@@ -231,8 +232,8 @@ impl Task for Insert {
         out.orientation("peg_quat", &end.rotation);
     }
 
-    /// As FORGE, it prices the force at the end of the action alone. With the option `penalty` it also takes off the
-    /// other tasks' force penalty, which prices the largest force of the action.
+    /// As in FORGE, only the force at the end of the action has a price. With the option `penalty` the other tasks' force
+    /// penalty is subtracted too, which prices the largest force of the action.
     fn reward(&mut self, simulation: &Simulation, y: &Measurement, penalty: Option<f64>) -> Reward {
         let end = self.end(&y.pose);
         let distance = distance(&end, &self.base());

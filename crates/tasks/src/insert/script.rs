@@ -1,13 +1,14 @@
-//! The script of Insert: over the believed hole, down, and in; where it meets the rim it taps along a spiral until it feels the hole.
+//! The script of Insert. It moves the peg above the believed hole and presses it down. If the peg meets the rim, the script taps along a
+//! spiral until the peg drops into the hole.
 
 use aforce::{Measurement, Pose, Vector3, pose_error};
 use nalgebra::{Translation3, UnitQuaternion, Vector2};
 
 use crate::task::Waypoint;
 
-/// Height above the believed rim to which the peg goes first (m): several deviations of what is believed.
+/// Height above the believed rim to which the peg goes first (m): several standard deviations of the belief.
 const HOVER: f64 = 0.005;
-/// Height above the rim as it was felt, from one tap to the next (m).
+/// Height above the felt rim at which the peg moves from one tap to the next (m).
 const HOP: f64 = 0.001;
 /// The peg goes down once it is within this distance of its place (m) ...
 const PLACED: f64 = 7e-4;
@@ -26,18 +27,17 @@ const MOST_DEEPER: f64 = 1e-3;
 const SINKING: [f64; 2] = [0.01, 0.02];
 /// Distance of the points of the spiral from each other (m).
 const SPACING: f64 = 1.65e-3;
-/// Points after which it begins anew from the middle.
+/// Number of points after which the spiral begins again in the middle.
 const POINTS: u32 = 30;
 /// The peg's end is in the hole once it is this far below the highest place where it pressed (m).
 const DROP: f64 = 3.5e-4;
-/// The goal lies this many times as far ahead as the way that is left, as the joints' friction holds a soft spring
-/// back.
+/// Distance to the goal, as a multiple of the distance that is left: the joints' friction holds a soft spring back.
 const BEYOND: f64 = 2.5;
-/// Share of the way that is left which each action adds to an integrator: without it friction would hold the hand back for good.
+/// Share of the remaining distance that each action adds to an integrator. Without it friction would keep the hand away from its place.
 const INTEGRATION: f64 = 0.2;
-/// The integral of the way changes only while less than this is left sideways (m) and the peg is not in contact.
+/// The integrator of the distance changes only while less than this is left sideways (m) and the peg is not in contact.
 const NEAR: f64 = 0.003;
-/// Slower than this the hand rests (m/s).
+/// A hand slower than this counts as at rest (m/s).
 const AT_REST: f64 = 0.03;
 /// Largest integral along each axis, and largest depth of the goal below the peg's end (m).
 const MOST: f64 = 0.04;
@@ -74,11 +74,11 @@ pub struct Seen {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Script {
     phase: Phase,
-    /// Integral of the way that was left, by [`INTEGRATION`] (m, world).
+    /// Integrator of the remaining distance (m, world); its gain is [`INTEGRATION`].
     missing: Vector3,
-    /// Integral of the rotation that was left to the upright hand, by [`INTEGRATION`] (rad, world).
+    /// Integrator of the rotation that is left to the upright hand (rad, world); its gain is [`INTEGRATION`].
     leaning: Vector3,
-    /// The point of the spiral.
+    /// Index of the present point of the spiral.
     point: u32,
     /// How far below the peg's end its goal is (m).
     depth: f64,
@@ -117,7 +117,7 @@ fn leaning(seen: &Seen, y: &Measurement) -> Vector3 {
 }
 
 impl Script {
-    /// Takes in what an action led to.
+    /// Updates the script's memory with the outcome of an action.
     pub fn advance(&mut self, seen: &Seen, y: &Measurement) {
         let velocity = y.twist.fixed_rows::<3>(0);
         let up = y.wrench.z;
@@ -167,7 +167,7 @@ impl Script {
         }
     }
 
-    /// Whether the peg's end is lower than the rim lets it be.
+    /// Whether the peg's end is in the hole: more than [`DROP`] below the highest place where it pressed.
     fn is_inside(&self, seen: &Seen) -> bool {
         self.touched.is_some_and(|touched| seen.end.z < touched - DROP)
     }
@@ -184,7 +184,7 @@ impl Script {
         let way = match self.phase {
             Phase::Move(_) => {
                 let way = BEYOND * (self.above(seen) - seen.end) + self.missing;
-                // Up first: what is in the way may be the hole's wall.
+                // Up first, because the peg may still be between the hole's walls.
                 let free = self.touched.is_none_or(|touched| seen.end.z > touched + HOP / 4.0);
                 if free { way } else { Vector3::z() * way.z }
             }

@@ -34,7 +34,7 @@ fn place(env: &Env, name: &str) -> Vector3 {
     Vector3::from(["x", "y", "z"].map(|axis| seen(env, &format!("{name}_{axis}"))))
 }
 
-/// The three terms of FORGE's published sizes at distances 0 and 5 cm: 1 / 6 + 1 / 4 + 1 / 2, and by hand.
+/// FORGE's three terms at distances of 0 and 5 cm, worked out by hand.
 #[test]
 fn keypoints_earn_forges_reward() {
     let base = Vector3::new(0.1, 0.2, 0.8);
@@ -106,8 +106,8 @@ fn depth(clearance: f64, aside: f64, heading: f64) -> f64 {
     let mut script =
         Held { goal: rim + Vector3::new(cos, sin, 0.0) * aside, missing: Vector3::zeros(), turn: Vector3::zeros() };
     for n in 0..260 {
-        // Held above the rim until the integrators have settled, then lowered at 1 mm/s to 3 mm below it: faster,
-        // the joints' friction lets go.
+        // Held above the rim until the integrators have settled, then lowered at 1 mm/s to 3 mm below it. At a higher
+        // speed the joints' friction would no longer hold the peg in place sideways.
         let height = (0.004 - 5e-5 * f64::from((n - 100).max(0))).max(-0.003);
         let action = script.action(&env, &task, height);
         env.step(&action);
@@ -130,7 +130,7 @@ impl Held {
         let left = self.goal + Vector3::z() * height - end;
         let lean: Vector3 =
             aforce::pose_error(&Pose::from_parts(y.pose.translation, upright), &y.pose).fixed_rows::<3>(3).into();
-        // Sideways the integrators stop in contact, where the wall would wind them up.
+        // The integrators stop in contact, where the wall would wind them up.
         if y.wrench.z < 0.5 {
             self.missing += 0.1 * left;
             self.turn += 0.1 * lean;
@@ -142,7 +142,7 @@ impl Held {
     }
 }
 
-/// With the arm behind it the peg goes as geometry says: in below half the clearance, on the rim beyond it.
+/// A peg held by the arm does what geometry says: it enters if it is aside by less than half the clearance, and else stays on the rim.
 #[test]
 fn the_arm_puts_the_peg_in_below_half_the_clearance() {
     for clearance in [1e-3, 5e-4, 1.14e-4] {
@@ -153,7 +153,7 @@ fn the_arm_puts_the_peg_in_below_half_the_clearance() {
     }
 }
 
-/// The script finds a hole that is a millimetre aside of where it is believed, and feels its way in.
+/// The script inserts the peg although the believed place of the hole has an error of about a millimetre.
 #[test]
 fn the_script_puts_the_peg_in() {
     for (space, clearance) in [("mid", 3.0), ("mid", 1.0), ("aforce-force", 3.0)] {
@@ -166,7 +166,7 @@ fn the_script_puts_the_peg_in() {
     }
 }
 
-/// The largest force of an action costs nothing by default, and what the penalty says where the options ask for it.
+/// By default the largest force of an action costs nothing. With the option `penalty` it costs the force penalty.
 #[test]
 fn a_blow_costs_the_penalty_if_the_options_say_so() {
     let mut free = config("high", &[("clearance_mm", 1.0)]);
@@ -188,7 +188,7 @@ fn a_blow_costs_the_penalty_if_the_options_say_so() {
     assert!(blows > 0);
 }
 
-/// 2.5 mm aside of the axis are too far, 22.5 mm above the base too high for an engaged peg and 1 mm for one that is in.
+/// A peg counts within 2.5 mm of the axis only: as engaged below 22.5 mm above the base, as inserted below 1 mm.
 #[test]
 fn a_peg_is_engaged_or_in_by_where_its_end_is() {
     let (mut task, simulation) = begun(&config("mid", &[]), 3);
@@ -212,14 +212,14 @@ fn a_peg_is_engaged_or_in_by_where_its_end_is() {
     }
 }
 
-/// The script puts the peg in; then a spring that wants it 5 cm lower presses it on the base with more than is allowed.
+/// The script puts the peg in. Then a goal 5 cm lower presses it on the base with more than the allowed force.
 #[test]
 fn the_way_in_earns_its_terms_and_a_force_costs_what_is_beyond_the_allowed() {
     let mut env = Env::new(config("mid", &[("clearance_mm", 3.0)]), 0).unwrap();
     env.reset(Some(0));
     let mut down = vec![0.0; env.action_dim()];
     down[2] = -1.0;
-    // Actions after which the peg was engaged and not in, in, and pressed too hard.
+    // Numbers of actions after which the peg was engaged but not inserted, inserted, and pressed too hard.
     let (mut on_the_way, mut inside, mut pressed) = (0, 0, 0);
     for _ in 0..200 {
         let action = if inside > 0 { down.clone() } else { env.expert_action() };
@@ -247,7 +247,7 @@ fn each_episode_draws_a_hole_a_belief_and_an_allowed_force() {
         env.reset(Some(seed));
         let [eef, from_hole, rim, error] =
             ["eef_pos", "hole_to_eef_pos", "rim_pos", "believed_error"].map(|name| place(&env, name));
-        // A policy counts from the hole as it is believed.
+        // A policy observes the tool relative to the believed hole.
         assert!((from_hole + rim + error - eef).norm() < 1e-6, "{from_hole} {rim} {error} {eef}");
         draws.push((rim, error, seen(&env, "allowed_force")));
     }
@@ -261,7 +261,7 @@ fn each_episode_draws_a_hole_a_belief_and_an_allowed_force() {
     }
     for axis in 0..3 {
         let squares = draws.iter().map(|(_, error, _)| error[axis].powi(2)).sum::<f64>();
-        // A deviation that is estimated from 200 is itself off by 5 %.
+        // A standard deviation that is estimated from 200 values has a standard error of 5 %.
         let deviation = (squares / 200.0).sqrt();
         assert!((0.0008..0.0012).contains(&deviation), "axis {axis}: {deviation} m");
     }
@@ -269,7 +269,7 @@ fn each_episode_draws_a_hole_a_belief_and_an_allowed_force() {
     assert!((5.0..5.5).contains(&low) && (9.5..10.0).contains(&high), "{low} to {high} N");
 }
 
-/// It may not look where the hole is.
+/// The script must not use the true place of the hole.
 #[test]
 fn the_script_sees_the_hole_where_it_is_believed_to_be() {
     let (task, simulation) = begun(&config("mid", &[]), 3);

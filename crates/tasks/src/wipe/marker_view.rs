@@ -11,8 +11,8 @@ use crate::observer::Observer;
 const MIDDLE: [f64; 3] = [TABLE_CENTRE[0], TABLE_CENTRE[1], TABLE_HEIGHT];
 
 impl MarkerView {
-    /// Puts what is seen from a tool at `tool` of markers that are believed to lie `raised` lower than they do (m): 8, 14 or
-    /// 700 numbers. When all are wiped, radius, centroid and ends are zero, the first two as in robosuite.
+    /// Puts the markers as seen from a tool at `tool` (m, world): 8, 14 or 700 numbers. The markers are believed to lie `raised`
+    /// (m) lower than they do. When all are wiped, radius, centroid and ends are zero, the first two as in robosuite.
     pub(crate) fn observe(self, markers: &Markers, raised: f64, tool: &Vector3, out: &mut Observer) {
         let believed = |marker: Vector3| marker - raised * Vector3::z();
         if self == MarkerView::All {
@@ -72,7 +72,7 @@ mod tests {
         assert!(all.chunks(7).all(|m| (0..3).all(|i| (m[4 + i] - (m[i] - tool[i] as f32)).abs() < 1e-6)));
     }
 
-    /// The same numbers as of a table at the height that is believed.
+    /// A raised table gives the same numbers as one at the believed height.
     #[test]
     fn how_high_the_table_stands_is_not_seen() {
         let markers = |height| Markers::random(height, &mut ChaCha8Rng::seed_from_u64(1));

@@ -25,7 +25,8 @@ use crate::task_name::TaskName;
 
 pub use markers::Markers;
 
-/// Wipe as programs know it. Its option is `env.observation.markers` and not below `env.options`, as the settings of finished runs have it there.
+/// What Wipe is registered with. Its option is `env.observation.markers` and not below `env.options`, because the settings of earlier runs
+/// have it there.
 pub(crate) const KIND: TaskKind =
     TaskKind::new(TaskName::WIPE.as_str(), "wipe a line of markers off a table", |config| {
         Ok(Box::new(Wipe::new(config.horizon, config.observation.markers)))
@@ -35,16 +36,16 @@ pub(crate) const KIND: TaskKind =
 /// A marker is wiped while the tool presses with more than the first and at most the
 /// second (N).
 const WIPING_FORCE: [f64; 2] = [15.0, 60.0];
-/// Pressing is rewarded from this force on (N).
+/// Pressing is rewarded above this force (N).
 const PRESSING_FORCE: f64 = 0.5;
-/// A joint this near to the end of its range counts as there (rad).
+/// A joint nearer than this to an end of its range counts as at its limit (rad).
 const JOINT_MARGIN: f64 = 0.1;
 
 // robosuite's rewards, before normalisation.
 const ARM_PENALTY: f64 = -10.0;
 /// Per newton pressed.
 const FORCE_REWARD: f64 = 0.01;
-/// robosuite asks for more than 50 of its 70 contact points: the whole face.
+/// While the whole face is in contact: in robosuite, more than 50 of its 70 contact points.
 const FLAT_REWARD: f64 = 0.1;
 const DISTANCE_REWARD: f64 = 5.0;
 /// 1/m.
@@ -78,7 +79,7 @@ struct Running {
 struct Touch {
     /// The arm touches something, or a joint is at the end of its range.
     arm: bool,
-    /// The tool touches something, and feels it (without the noise of what is measured).
+    /// The tool touches something, and the force on it without measurement noise is above 1 N.
     contact: bool,
     /// Sustained force on the tool (N).
     force: f64,
@@ -170,7 +171,7 @@ impl Task for Wipe {
         self.view.observe(markers, *raised, &y.pose.translation.vector, out);
     }
 
-    /// How high the tool is above the table as it stands, whether it lies flat on it, how much is wiped.
+    /// Height of the tool above the true table, whether the tool lies flat on it, and the wiped share.
     fn observe_privileged(&self, simulation: &Simulation, _: &Measurement, out: &mut Observer) {
         let Running { scene, markers, raised, .. } = self.running();
         // Without the noise of the policy's measurement.
@@ -195,7 +196,7 @@ impl Task for Wipe {
         Reward { terms: terms.into(), success: markers.wiped_count() == MARKERS }
     }
 
-    /// Level above the nearer end of the remaining line, down, and along it under pressure; up when nothing remains.
+    /// Moves the level tool above the nearer end of the remaining line, down, and along the line under pressure; up when no marker remains.
     fn expert(&self, _: &Simulation, y: &Measurement) -> Waypoint {
         let tool = y.pose.translation.vector;
         let distance = |marker: &Vector3| (marker - tool).xy().norm();
@@ -253,13 +254,13 @@ mod tests {
         reward_terms(markers, tool, touch).into_iter().map(|(_, term)| term).sum()
     }
 
-    /// A level tool on the table at the middle of the remaining markers, `height` above them.
+    /// A level tool `height` (m) above the middle of the remaining markers.
     fn over(markers: &Markers, height: f64) -> Pose {
         let centroid = markers.centroid_and_radius().expect("markers remain").0;
         Pose::from_parts(Translation3::from(centroid + height * Vector3::z()), facing_down())
     }
 
-    /// Over all markers in turn.
+    /// Wipes all markers in turn; returns the last pose.
     fn wipe_all(markers: &mut Markers) -> Pose {
         let mut pose = Pose::identity();
         let line: Vec<Vector3> = markers.remaining().collect();

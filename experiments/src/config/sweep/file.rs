@@ -17,13 +17,13 @@ use crate::config::sweep::group::{Group, is_name, no_identity};
 #[serde(deny_unknown_fields)]
 pub(super) struct File {
     pub(super) name: Option<String>,
-    /// A sweep, its path counted from this file, whose settings these are on top of, and whose groups, variants and
-    /// halving hold where there are none here.
+    /// Path, relative to this file, of the sweep that this one extends. Its settings apply below the settings here; its
+    /// groups, variants and halving apply if this file has none.
     pub(super) extends: Option<PathBuf>,
     /// Any part of a run's configuration.
     #[serde(default)]
     pub(super) run: Table,
-    /// By name, settings on top of those of a group: every group is there with each of them.
+    /// Settings by the variant's name. Every group is run once with each variant, whose settings come on top of the group's.
     pub(super) variants: Option<Table>,
     pub(super) halving: Option<Vec<u64>>,
     #[serde(default)]
@@ -58,7 +58,7 @@ impl File {
         Ok(File { run, group, variants, halving, ..file })
     }
 
-    /// Files of robots count from the folder of the file that names them.
+    /// Resolves the paths of robot files, which are relative to the file that names them.
     fn count_robots_from(&mut self, folder: &Path) {
         let variants = self.variants.iter_mut().flatten().filter_map(|(_, settings)| settings.as_table_mut());
         let groups = self.group.iter_mut();

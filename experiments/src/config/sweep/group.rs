@@ -22,13 +22,13 @@ pub(super) struct Group {
     /// Names, files (counted from this file's folder) or tables.
     pub(super) spaces: Vec<Value>,
     pub(super) seeds: Vec<u32>,
-    /// On top of the shared settings.
+    /// Settings on top of the shared ones.
     #[serde(default)]
     pub(super) run: Table,
     /// Dotted keys, each with the values that it takes in turn; on top of `run`.
     #[serde(default)]
     pub(super) vary: Table,
-    /// On top of that, settings drawn at random: the candidates of a search.
+    /// Settings drawn at random, on top of `run` and `vary`: the candidates of a search.
     pub(super) draws: Option<Draws>,
 }
 
@@ -40,7 +40,7 @@ struct Choice {
 }
 
 impl Choice {
-    /// With a further name and what it stands for.
+    /// This choice with a further part of its name, and the settings that it stands for.
     fn with(&self, name: &str, more: &Table) -> Choice {
         let names = [self.variant.as_str(), name].into_iter().filter(|name| !name.is_empty());
         let mut settings = self.settings.clone();
@@ -50,8 +50,8 @@ impl Choice {
 }
 
 impl Group {
-    /// Its runs: every choice, and every candidate drawn for it, on top of the `shared` settings. `variant` is the first part of
-    /// their name, `source` whose settings they are.
+    /// The runs of every choice, and of every candidate drawn for it, on top of the `shared` settings. `variant` is the
+    /// first part of their variant's name, `source` names the file in messages.
     pub(super) fn runs(&self, variant: &str, shared: &[&Table], source: &str) -> Result<Vec<RunConfig>> {
         let wrong = |problem| bad(format!("{source}: {problem}"));
         let of = |choice: &Choice| self.runs_of(choice, shared, source);
@@ -71,7 +71,7 @@ impl Group {
         Ok(runs)
     }
 
-    /// Its runs with one choice, on top of the `shared` settings.
+    /// The runs with one choice, on top of the `shared` settings.
     fn runs_of(&self, choice: &Choice, shared: &[&Table], source: &str) -> Result<Vec<RunConfig>> {
         let mut runs = vec![];
         for &task in &self.tasks {
@@ -97,7 +97,7 @@ impl Group {
         Ok(runs)
     }
 
-    /// Every combination of varied values, the last key changing first, as a part of `variant`.
+    /// Every combination of the varied values, in which the last key changes fastest. Their names begin with `variant`.
     fn choices(&self, variant: &str) -> Result<Vec<Choice>, String> {
         self.name.as_deref().map_or(Ok(()), is_name)?;
         let names = [Some(variant), self.name.as_deref()].into_iter().flatten().filter(|name| !name.is_empty());
@@ -123,7 +123,7 @@ impl Group {
         Ok(choices)
     }
 
-    /// The last parts of a varied key, as many as tell it from the others.
+    /// The shortest ending of a varied key, in whole parts, that no other varied key has.
     fn shortest<'a>(&self, key: &'a str) -> &'a str {
         let ends_alike = |tail: &str| self.vary.keys().filter(|other| format!(".{other}").ends_with(tail)).count() > 1;
         let dots = key.rmatch_indices('.').map(|(at, _)| &key[at + 1..]);
@@ -138,7 +138,7 @@ pub(super) fn no_identity(section: &str, settings: &Table) -> Result<(), String>
         ("seed", settings.get("seed")),
         ("variant", settings.get("variant")),
         ("env.task", env("task")),
-        // Changes of a space are settings; a space is not.
+        // Keys that change a space are allowed, naming another space is not.
         (
             "env.space",
             env("space").filter(|space| space.get("name").or(space.get("extends")).is_some() || !space.is_table()),
@@ -150,7 +150,7 @@ pub(super) fn no_identity(section: &str, settings: &Table) -> Result<(), String>
     }
 }
 
-/// What is to be a part of a folder's name.
+/// Refuses a name that cannot be a part of a folder's name.
 pub(super) fn is_name(name: &str) -> Result<(), String> {
     name::check_part(name).map_err(|reason| format!("name: {reason}"))
 }

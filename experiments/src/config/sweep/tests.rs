@@ -1,4 +1,4 @@
-//! Sweeps that are read, and those that are refused.
+//! Files of sweeps that are accepted, and files that are refused.
 
 use std::path::Path;
 
@@ -89,14 +89,14 @@ fn a_group_varies_what_it_says_in_the_order_of_its_keys() {
     assert_eq!(runs[9].learner.hidden, [8, 8]);
 }
 
-/// Every candidate is there with every task, space and seed; the first is the group itself.
+/// Every candidate has a run for every task, space and seed; the first candidate is the group without drawn settings.
 #[test]
 fn a_group_draws_candidates_that_can_run() {
     let of = |halving: &str, range: &str| {
         let group = "[[group]]\ntasks = ['lift', 'door']\nspaces = ['aforce']\nseeds = [1]\n";
         format!("{halving}\nrun.steps = 900\n{group}draws = {{ count = 9, seed = 2, ranges = {{ {range} }} }}\n")
     };
-    // Below its lower bound of 300 N/m a ceiling is refused.
+    // A `k_max` below the initial stiffness `k_0`, 500 N/m, is refused and drawn again.
     let range = "'env.space.stiffness.adaptive.k_max' = { low = [100, 20], high = [6000, 400], scale = 'log' }";
     let runs = sweep(&of("", range)).unwrap();
     assert_eq!(labels(&runs)[..3], ["aforce,draw-0", "aforce,draw-0", "aforce,draw-1"]);
@@ -129,7 +129,7 @@ fn a_group_draws_candidates_that_can_run() {
     }
 }
 
-/// A sweep that is broken off has every group of its first variants.
+/// Runs are ordered by variant first, so that an interrupted sweep has every group of its first variants.
 #[test]
 fn every_group_is_there_with_each_variant() {
     let runs = sweep(
@@ -162,7 +162,7 @@ fn every_group_is_there_with_each_variant() {
     }
 }
 
-/// As many parts of a key as tell it from the others.
+/// A label has as many of a key's last parts as are needed to tell it from the other keys.
 #[test]
 fn varied_keys_that_end_alike_are_told_apart() {
     let runs = sweep(

@@ -1,4 +1,4 @@
-//! A map of the adaptive law: which lowest stiffness and tolerance do a task before a real arm would have stopped, and what they cost.
+//! A map of the adaptive law: how lowest stiffness and tolerance change success before a real arm would have stopped, and energy.
 
 use aforce::DeltaSign;
 use output::statistics::{mean, quantile, range};
@@ -64,7 +64,7 @@ fn of_task(task: TaskName, rows: &[Adaptive], axes: &Axes) -> Vec<HeatRow> {
 }
 
 impl Axes {
-    /// For every quarter of the tolerance the mean of `column` over `whole`, of the rows in a quarter of the stiffness.
+    /// For every quarter of the tolerance: the mean of `column`, divided by `whole`, over the rows in the quarter `stiffness`.
     fn shares(&self, rows: &[Adaptive], stiffness: usize, column: &str, whole: f64) -> [Option<f64>; 4] {
         let there = rows.iter().filter(|row| self.stiffness.place(row.law.k_min_n_per_m) == stiffness);
         let mut values = [(); 4].map(|()| vec![]);
@@ -103,7 +103,7 @@ impl Quarters {
 mod tests {
     use super::*;
 
-    /// Without growth every error is tolerated.
+    /// A law whose stiffness does not grow (beta = 0) has an infinite tolerance.
     #[test]
     fn infinite_tolerances_are_in_the_last_quarter_and_in_its_name() {
         for infinite in [1, 3, 5, 8] {

@@ -21,7 +21,7 @@ impl Arguments {
         (usize::from(self.width), usize::from(self.width) * 3 / 4)
     }
 
-    /// The present moment, to stand beside another space's.
+    /// A labelled picture of the present moment, to be shown beside the other episode's.
     fn labelled(&self, env: &Env, playback: &Playback) -> Image {
         let (width, height) = self.size();
         playback.labelled_picture(env, self.view, width, height, self.speed)
@@ -39,7 +39,7 @@ pub(super) struct Pictures<'a> {
     film: Option<Film>,
 }
 
-/// An animation that grows.
+/// An animation that is being written.
 struct Film {
     writer: GifWriter,
     frames: usize,
@@ -59,7 +59,7 @@ impl<'a> Pictures<'a> {
         }
     }
 
-    /// Draws the present moment if anybody wants it.
+    /// Adds the present moment to the pictures that were asked for.
     pub fn add(&mut self, env: &Env, step: &Step, playback: &Playback) -> Result<()> {
         let Arguments { png, sheet, gif, view, every, speed, .. } = self.arguments;
         let (width, height) = self.arguments.size();
@@ -102,7 +102,7 @@ impl<'a> Pictures<'a> {
     }
 }
 
-/// The picture of a frame with the second episode's beside it, if there is one: of two that end at different times the last stays.
+/// A frame with the second episode's picture beside it, if there is one. After its end the second episode keeps its last picture.
 fn pair(here: &Image, beside: &[Image], frame: usize) -> Image {
     let there = beside.get(frame).or(beside.last());
     let both: Vec<Image> = iter::once(here).chain(there).cloned().collect();

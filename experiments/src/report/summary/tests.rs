@@ -80,7 +80,7 @@ fn a_run_is_summed_up() {
         ("final_return", 60.0),
         ("best_return", 80.0),
         ("curve_return", 45.0),
-        // Evaluations 4, 6, 8 of 4 to 8.
+        // Evaluations 4, 6 and 8 succeed, of the last five.
         ("final_success", 0.6),
         ("final_success_any", 1.0),
         ("sampled_return", 59.0),
@@ -110,7 +110,7 @@ fn a_run_is_summed_up() {
     assert!(names.windows(2).all(|pair| pair[0] != pair[1]), "a name is given once: {names:?}");
 }
 
-/// The cells of a column anew, by the row's number from 1 on and what was there.
+/// Rewrites the cells of a column: `cell` is given the row's number, from 1 on, and the old cell.
 pub fn rewrite(table: &Path, column: &str, cell: impl Fn(usize, &str) -> String) {
     let CsvTable { headers, rows, .. } = CsvTable::read(table).unwrap();
     let at = headers.iter().position(|name| name == column).unwrap();
@@ -179,7 +179,7 @@ fn the_last_policy_is_summed_up_apart() {
     }
 }
 
-/// What a run's tables do not know is empty, not zero, and the rest stays.
+/// A number whose column is empty is empty, not zero, and the other numbers stay.
 #[test]
 fn an_empty_column_is_no_number() {
     let root = tempfile::tempdir().unwrap();
@@ -202,10 +202,11 @@ fn an_empty_column_is_no_number() {
     assert!(Columns::read(&folder.eval()).unwrap().values("sucess_any").is_err(), "a misspelt column");
 }
 
-/// What a program that saves a table makes of its text.
+/// How another program changes a table's text when it saves it.
 type Change = fn(&str) -> String;
 
-/// What editors, pandas and spreadsheets make of the tables of a finished run says the same, or is refused with its place.
+/// Tables of a finished run that an editor, pandas or a spreadsheet saved give the same numbers, or are refused with the
+/// place of the problem.
 #[test]
 fn a_table_that_another_program_saved_says_the_same_or_is_refused() {
     let root = tempfile::tempdir().unwrap();

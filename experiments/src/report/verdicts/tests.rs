@@ -63,12 +63,12 @@ fn every_verdict_has_its_case() {
         ["as expected", "the other way round", "as expected", "equal", "not decided", "no runs", "the other way round"],
         "{rows:#?}"
     );
-    // Two against 252 ways, six hypotheses with runs.
+    // 2 of the 252 ways to split ten runs into halves are this extreme, and six hypotheses have runs.
     let p = 2.0 / 252.0;
     assert!((rows[0].p.unwrap() - p).abs() < 1e-12 && (rows[0].p_holm.unwrap() - 6.0 * p).abs() < 1e-12);
     assert_eq!((rows[0].difference, rows[0].above, rows[2].above), (Some(40.0), Some(1.0), Some(0.0)));
     assert_eq!((rows[2].mean_against, rows[2].difference), (None, None), "three of them never came there");
-    // Below 0.05 / 6 lies p of five seeds only where all pairs agree; steps are too few to see anything in.
+    // With five seeds p is below 0.05 / 6 only if all pairs agree, so the detectable difference exceeds the spread of the returns, 4.
     assert!(rows[4].smallest_detectable.is_some_and(|d| (4.0..8.0).contains(&d)), "{:?}", rows[4]);
 }
 
@@ -141,7 +141,8 @@ fn who_never_came_there_has_the_worst_of_it() {
     let error = judged("cpu_s", &all).unwrap_err().to_string();
     assert!(error.contains("lift aforce 11 has no cpu_s"), "{error}");
 
-    // Tables that lack a clock or a column, as those of another learner, do not make a failure of a run that came there.
+    // A run that reached 450 or succeeded does not count as failed if its tables lack a clock or a column, as those of
+    // another library do.
     all.iter_mut().for_each(|run| set(run, "steps_to_450", Cell::Count(100)));
     all.iter_mut().for_each(|run| set(run, "cpu_min_to_450", Cell::Empty));
     all.iter_mut().for_each(|run| set(run, "sampled_success", Cell::Real(0.5)));
@@ -183,7 +184,8 @@ fn what_is_wrong_is_named() {
     }
 }
 
-/// Two tasks with one hypothesis each: two families of one, or one of two. A file may also say that nothing of it is pooled.
+/// Two tasks with one hypothesis each are two families of one hypothesis, or one family of two. A file may also say that
+/// its hypotheses are not pooled.
 #[test]
 fn a_file_may_be_one_family() {
     let mut all = vec![];

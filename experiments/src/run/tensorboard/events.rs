@@ -29,7 +29,7 @@ impl EventFile {
     /// # Errors
     /// If the file cannot be written.
     pub fn create(folder: &Path, step: u64) -> Result<Self> {
-        // Two starts within a second have one name, whose second file has a number more.
+        // Two starts within a second would have the same name, so the second file's name ends in a number.
         let name = format!("events.out.tfevents.{}.{step}", seconds() as u64);
         let names = std::iter::once(name.clone()).chain((1..).map(|k| format!("{name}.{k}")));
         let path = names.map(|name| folder.join(name)).find(|path| !path.exists()).expect("numbers do not end");
@@ -42,7 +42,7 @@ impl EventFile {
     /// Writes the scalars of one step.
     ///
     /// # Errors
-    /// If the disk does not take them.
+    /// If they cannot be written.
     pub fn write(&mut self, step: u64, scalars: &[(&str, f64)]) -> Result<()> {
         let mut summary = vec![];
         for (tag, value) in scalars {

@@ -10,27 +10,27 @@ use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
-/// Clients know one port: one robot at a time.
+/// Locked while a robot runs: clients use one fixed port, so that only one robot can run at a time.
 pub static PORT: Mutex<()> = Mutex::new(());
 
-/// Where this variable is set, as `make test-franka` sets it, the robot has to be there.
+/// If this variable is set, as `make test-franka` sets it, a test without a robot fails instead of being skipped.
 const REQUIRE: &str = "REQUIRE_SOFTWARE_ROBOT";
 
-/// Says past the capture of a test's output why the test is skipped.
+/// Writes to standard error, which the capture of the test's output does not hide, why the test is skipped.
 fn skip(why: &str) {
     assert!(std::env::var_os(REQUIRE).is_none(), "{why}, and {REQUIRE} is set");
     let _ = writeln!(std::io::stderr(), "SKIPPED: {why}");
 }
 
-/// The robot; it ends when its input does, so with this process at the latest.
+/// The robot's process. It ends when its standard input closes, so with this process at the latest.
 pub struct Robot {
     process: Child,
-    /// Of its clock, while a client listened.
+    /// Seconds of simulated time in which a client was connected.
     seconds: Arc<AtomicU32>,
 }
 
 impl Robot {
-    /// `None`, with a word, if there is none to be had. `faults` are options of the script.
+    /// Starts the robot; `None`, with a message, if it cannot be installed. `faults` are options of the script.
     pub fn start(faults: &[&str]) -> Option<Self> {
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/software_robot.py");
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("software-robot");
@@ -67,7 +67,7 @@ impl Robot {
         None
     }
 
-    /// Waits until between one and two seconds have passed on its clock.
+    /// Waits until between one and two seconds of simulated time have passed.
     pub fn wait(&self) {
         let (from, begin) = (self.seconds.load(Ordering::Relaxed), Instant::now());
         while self.seconds.load(Ordering::Relaxed) < from + 2 {
@@ -96,7 +96,7 @@ macro_rules! robot_or_skip {
 }
 pub(crate) use robot_or_skip;
 
-/// The program, on that robot.
+/// The command of `franka-host` on that robot.
 pub fn host(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_franka-host"));
     command.args(["--robot", "127.0.0.1", "--no-realtime", "--no-push-check"]);
@@ -105,12 +105,12 @@ pub fn host(arguments: &[&str]) -> Command {
     command
 }
 
-/// What it said.
+/// Standard output of the program, then its standard error.
 pub fn text(output: &Output) -> String {
     format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
 }
 
-/// A log's columns.
+/// Columns of a log by name.
 pub fn read(log: &Path) -> HashMap<String, Vec<String>> {
     let mut table = csv::Reader::from_path(log).unwrap();
     let header: Vec<String> = table.headers().unwrap().iter().map(String::from).collect();
@@ -123,12 +123,12 @@ pub fn read(log: &Path) -> HashMap<String, Vec<String>> {
     columns
 }
 
-/// A column.
+/// A column as numbers.
 pub fn numbers(columns: &HashMap<String, Vec<String>>, name: &str) -> Vec<f64> {
     columns[name].iter().map(|cell| cell.parse().unwrap()).collect()
 }
 
-/// Runs to the end and hands back its words and its log.
+/// Runs the program to its end. Returns its output and the columns of its log, none if there is no log.
 pub fn run(folder: &TempDir, arguments: &[&str]) -> (Output, HashMap<String, Vec<String>>) {
     let log = folder.path().join(format!("{}.csv", std::fs::read_dir(folder.path()).unwrap().count()));
     let output = host(arguments).arg("--log").arg(&log).output().unwrap();
@@ -136,8 +136,7 @@ pub fn run(folder: &TempDir, arguments: &[&str]) -> (Output, HashMap<String, Vec
     (output, if log.exists() { read(&log) } else { HashMap::new() })
 }
 
-/// The command of a policy: for each line that the host `told`, these lines of Python answer. What they print to `notes` is read
-/// with [`notes`].
+/// The command of a policy in Python, whose `lines` run for each state that the host `told`. What they print to `notes` is read with [`notes`].
 pub fn policy(folder: &TempDir, name: &str, lines: &str) -> String {
     let path = folder.path().join(name);
     let lines = lines.replace('\n', "\n    ");
@@ -157,25 +156,25 @@ for line in sys.stdin:
     format!("python3 {}", path.display())
 }
 
-/// What the policy of that name noted.
+/// The notes of the policy `name`.
 pub fn notes(folder: &TempDir, name: &str) -> String {
     std::fs::read_to_string(folder.path().join(name).with_extension("notes")).unwrap()
 }
 
-/// The default set-up with more lines.
+/// Path of the default set-up with `lines` added.
 pub fn setup(folder: &TempDir, lines: &str) -> String {
     let path = folder.path().join("setup.toml");
     std::fs::write(&path, format!("{}\n{lines}\n", include_str!("../../configs/fr3.toml"))).unwrap();
     path.display().to_string()
 }
 
-/// Where the tool was in each row (m).
+/// Position of the tool in each row (m).
 pub fn positions(log: &HashMap<String, Vec<String>>) -> Vec<[f64; 3]> {
     let [x, y, z] = ["x", "y", "z"].map(|axis| numbers(log, &format!("position_{axis}_m")));
     (0..x.len()).map(|i| [x[i], y[i], z[i]]).collect()
 }
 
-/// Between two places (m).
+/// Distance between two positions (m).
 pub fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }

@@ -32,7 +32,7 @@ fn holds_circles_and_rehearses_a_wipe_without_a_reflex() {
         of(f64::max, -9.0) - of(f64::min, 9.0)
     };
     println!("circle: {:.4} x {:.4} m, height within {:.4} m", width(&x), width(&y), width(&z));
-    // Unlike a Franka's, its joints have friction that nobody compensates: the height gives way by 2 cm.
+    // Unlike a Franka's, the simulated joints have friction that is not compensated: the height deviates by 2 cm.
     assert!((0.08..0.12).contains(&width(&x)) && (0.08..0.12).contains(&width(&y)) && width(&z) < 0.03);
 
     let table = format!("{:.3}", height - 0.03);
@@ -51,7 +51,7 @@ fn holds_circles_and_rehearses_a_wipe_without_a_reflex() {
     assert!(numbers(&log, "tank_j").iter().all(|&level| level >= 0.0));
 }
 
-/// A robot that loses or drops one state in fifty and one command in 25: rates count from the torque that it took.
+/// The robot loses one state in 50, and loses or drops one command in 25. Torque rates must count from the torque that the robot took.
 #[test]
 fn packets_that_are_lost_or_late_are_no_fault() {
     let (_robot, _lock) = robot_or_skip!("--lose", "0.02", "--late", "0.02");
@@ -68,7 +68,7 @@ fn packets_that_are_lost_or_late_are_no_fault() {
     assert!(at.iter().any(|&position| distance(position, at[0]) > 0.05), "it goes round");
 }
 
-/// The tool point 10 cm before the flange, and a payload that the robot is told of.
+/// The robot is sent a tool point 10 cm beyond the flange, and a payload.
 #[test]
 fn tool_and_load_are_told_to_the_robot() {
     let (_robot, _lock) = robot_or_skip!();
@@ -108,7 +108,7 @@ fn ctrl_c_relaxes_and_after_a_kill_the_robot_can_be_used_again() {
         assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
         let output = child.wait_with_output().unwrap();
         let status = output.status;
-        // A user may not be allowed to lock memory.
+        // A user may not be allowed to lock memory: then the program says so.
         assert_ne!(is_locked, text(&output).contains("the memory is not locked"), "{}", text(&output));
         let rows = read(&log);
         println!("{signal}: {status}, {} rows, the last {}", rows["status"].len(), rows["status"].last().unwrap());
@@ -141,14 +141,14 @@ fn it_moves_to_a_start_and_asks_for_a_push() {
     assert!(text(&output).contains("--start, joint 1: 3 rad; allowed: -2.7437"), "{}", text(&output));
     assert!(log.is_empty());
 
-    // This robot feels nothing.
+    // The robot in software reports no external wrench.
     let arguments = ["--robot", "127.0.0.1", "--no-realtime", "--script", "hold"];
     let output = Command::new(env!("CARGO_BIN_EXE_franka-host")).args(arguments).output().unwrap();
     assert_eq!(output.status.code(), Some(1));
     assert!(text(&output).contains("no push of 8 N was felt"), "{}", text(&output));
 }
 
-/// A way of 1 rad takes five seconds.
+/// The way of 1 rad takes five seconds.
 #[test]
 fn ctrl_c_on_the_way_to_the_start_brakes() {
     let (robot, _lock) = robot_or_skip!();
@@ -165,7 +165,7 @@ fn ctrl_c_on_the_way_to_the_start_brakes() {
     assert_eq!(output.status.code(), Some(1));
     assert_eq!(String::from_utf8_lossy(&output.stderr), "error: stopped by a signal before the law began\n");
 
-    // It stands on the way, in its first second or two of five, without a reflex.
+    // The arm has stopped in the first one or two of the way's five seconds, without a reflex.
     let (output, log) = run(&folder, &["--script", "hold", "--duration", "1"]);
     assert!(output.status.success() && !text(&output).contains("reflex"));
     let angle = numbers(&log, "position_y_m")[0].atan2(numbers(&log, "position_x_m")[0]);

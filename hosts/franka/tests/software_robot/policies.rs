@@ -1,4 +1,4 @@
-//! Programs that act, fall silent, go on after a fault, and recover the robot.
+//! Policies that act, fall silent, go on after a fault, and recover the robot.
 
 use crate::harness::{distance, notes, numbers, policy, positions, robot_or_skip, run, setup, text};
 
@@ -28,7 +28,7 @@ fn a_policy_drives_and_its_loss_is_a_fault_that_relaxes() {
     }
 }
 
-/// A fault, two episodes that the policy ends itself, and a rest of a second as a learner needs for an update.
+/// An episode that ends with a fault, two that the policy ends itself, and a pause of a second before each, as a learner needs for an update.
 #[test]
 fn a_policy_goes_on_after_a_fault_resets_the_arm_and_moves_the_gripper() {
     let (_robot, _lock) = robot_or_skip!("--object", "0.03");

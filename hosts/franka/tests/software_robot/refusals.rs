@@ -32,7 +32,7 @@ fn a_start_outside_of_the_workspace_and_another_arm_are_refused() {
     assert!(text(&output).contains("the robot is of the kind fr3"));
 }
 
-/// The arm compensates its own gravity, and not its Coriolis forces: a law that compensates the first would throw it up.
+/// A Franka compensates gravity, but not Coriolis forces. A law that compensates gravity too would throw the arm upwards.
 #[test]
 fn an_interface_that_is_no_frankas_is_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -62,7 +62,7 @@ fn a_table_that_is_not_below_is_refused() {
     let fr3 = include_str!("../../configs/fr3.toml");
     let refusal = |axis: &str, arguments: &[&str]| {
         std::fs::write(&setup, fr3.replace("[0.0, 0.0, 1.0] # the table is below", axis)).unwrap();
-        // Nobody listens there: what is not refused before fails to connect.
+        // No robot listens at this address: a set-up that is not refused fails to connect.
         let mut command = Command::new(env!("CARGO_BIN_EXE_franka-host"));
         command.args(["--robot", "127.0.0.1:9", "--no-realtime", "--setup"]).arg(&setup).args(arguments);
         let output = command.output().unwrap();
@@ -84,7 +84,7 @@ fn a_table_that_is_not_below_is_refused() {
 #[test]
 fn an_address_without_a_robot_and_another_protocol_are_refused() {
     let output = host(&["--script", "hold", "--robot", "127.0.0.1:9"]).output().unwrap();
-    // The option given twice: clap refuses. Alone:
+    // `host` gives --robot already, and clap refuses the option a second time. Below it is given once.
     assert_eq!(output.status.code(), Some(2));
     let alone = |address: &str| {
         let arguments = ["--robot", address, "--no-realtime", "--script", "hold"];

@@ -1,4 +1,4 @@
-//! Bounds on errors, wrench, workspace and joints, and what integrates against them.
+//! Bounds on errors, wrench, workspace and joints, and anti-windup against them.
 
 use super::*;
 
@@ -8,7 +8,7 @@ fn errors_are_clipped_and_the_wrench_keeps_its_bound_and_its_rate() {
         HostLimits { error_max: [0.02, 0.1], wrench_max: [12.0, 2.0], wrench_rate_max: [200.0, 50.0], ..endless() };
     let mut plant = Plant::new(&HostSetup { limits, ..setup("high") });
     let mut last = Wrench::zeros();
-    // Somebody holds the tool aside: without the bounds 10 cm of error at 1500 N/m would make 150 N.
+    // The tool is held aside: without the bounds 10 cm of error at 1500 N/m would make 150 N.
     plant.y.pose.translation.vector.x += 0.1;
     let mut strongest = 0.0f64;
     for _ in 0..100 {
@@ -66,8 +66,8 @@ fn stiffness_does_not_wind_up_against_a_cap() {
     assert!(capped < k_0 + 5.0, "{capped}");
 }
 
-/// A rigid table pushes back with the force that acts, and the cap holds it below the request. When less than the cap
-/// is asked for, the force falls with the ramp of the request and not after an integral has run down.
+/// A rigid table pushes back with the force that acts, and the cap holds this force below the request. When the request falls below the
+/// cap, the force falls with the ramp of the request and not after an integral has run down.
 #[test]
 fn a_force_that_is_capped_does_not_wind_up() {
     let limits = HostLimits { wrench_max: [8.0, 50.0], ..endless() };

@@ -1,14 +1,14 @@
-//! Contact that is lost, and a wrench that an observer finds.
+//! Lost contact, and a wrench that an observer estimates.
 
 use super::*;
 
-/// A tool presses on a table: the table vanishes.
+/// A tool presses on a table, and the table vanishes.
 #[test]
 fn after_contact_is_lost_the_tool_does_not_run_after_it() {
     let travel = |contact_loss: f64| {
         let limits = HostLimits { contact_loss, ..endless() };
         let mut setup = HostSetup { limits, ..setup("high-force") };
-        // In the controller's eyes contact lasts, as with a wrench that is filtered much.
+        // For the controller contact lasts 0.3 s longer, as with a wrench that is filtered strongly.
         setup.controller.force.contact_hold = 0.3;
         let mut plant = Plant::new(&setup);
         let table = HOME[2] - 0.002;
@@ -46,7 +46,7 @@ fn an_observed_wrench_is_what_pushes() {
     let interface = ArmInterface { wrench: WrenchSource::Observed { cutoff_hz: 25.0 }, ..ArmInterface::PLAIN };
     let mut plant = Plant::new(&HostSetup { interface, ..setup("low") });
     let push = Wrench::new(3.0, -2.0, 5.0, 0.1, 0.0, -0.2);
-    // What the arm reports is nonsense, and nobody reads it.
+    // The reported wrench is nonsense and must not be read.
     let nonsense = |state: &mut ArmState| state.wrench = Wrench::repeat(33.0);
     let observed = |plant: &mut Plant, period| {
         let status = plant.spoilt_step(&push, period, nonsense);

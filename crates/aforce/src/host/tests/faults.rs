@@ -1,4 +1,4 @@
-//! What is wrong stops the arm, and keeps it stopped until a new start.
+//! A fault stops the arm until a new start.
 
 use super::*;
 
@@ -33,7 +33,7 @@ fn a_fault_latches_holds_and_relaxes_until_a_new_start() {
     assert!(matches!(plant.act(&[0.0; 6], 50), Status::Running | Status::Limited(_)));
 }
 
-/// A host that was never started takes over the torque that the arm has, at the rate that the arm allows.
+/// A host that was never started begins with the torque that the arm reports, and stays within the arm's torque rate.
 #[test]
 fn before_the_first_start_rates_count_from_the_torque_that_the_arm_has() {
     let setup = setup("aforce");
@@ -75,7 +75,7 @@ fn a_hold_stops_the_tool_whatever_else_stays_unreadable() {
     ];
     for (field, spoil) in spoils {
         let (mut plant, position) = moving();
-        // It is also handed a weight, which only the present state tells.
+        // A weight is added to the tool; only the bias of the present state contains it.
         plant.y.bias[2] = 30.0;
         for _ in 0..3000 {
             let status = plant.spoilt_step(&Wrench::zeros(), DT, spoil);
@@ -89,7 +89,7 @@ fn a_hold_stops_the_tool_whatever_else_stays_unreadable() {
 fn a_hold_goes_on_when_the_clock_does_not() {
     for period in [f64::NAN, -0.001, 0.0, 5e-324, 1e-6, 1.0] {
         let (mut plant, position) = moving();
-        // A few cycles of no length are believed.
+        // The first five cycles with a `dt` of 0 in a row are no fault.
         let believed = if (0.0..1e-5).contains(&period) { 5 } else { 0 };
         for cycle in 0..3000 {
             let status = plant.spoilt_step(&Wrench::zeros(), period, |_| ());

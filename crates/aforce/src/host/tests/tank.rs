@@ -1,4 +1,4 @@
-//! The energy tank pays for what stiffness gains and for the work of F_ff and F_cmd.
+//! The energy tank pays for the growth of stiffness and for the work of F_ff and F_cmd.
 
 use super::*;
 use crate::law::action_space::ActionSpace;
@@ -20,7 +20,7 @@ fn leaning(setup: &HostSetup) -> Plant {
     plant
 }
 
-/// A hand moves the tool along an axis at `speed` (m/s) for half a second. `each` looks on.
+/// A hand moves the tool along an axis at `speed` (m/s) for half a second. `each` is called after every cycle.
 fn drag(plant: &mut Plant, axis: usize, speed: f64, mut each: impl FnMut(&Host)) {
     (plant.y.qd[axis], plant.y.twist[axis]) = (speed, speed);
     for _ in 0..500 {
@@ -40,7 +40,7 @@ fn the_tank_bounds_what_growing_stiffness_pays() {
         let mut growth = 0.0;
         let mut level = initial;
         for _ in 0..4000 {
-            // A hand holds the tool 4 cm aside of where the law wants it. The damper rests: nothing fills the tank.
+            // A hand holds the tool 4 cm from its set-point. The damper does no work, so nothing fills the tank.
             plant.y.pose.translation.vector = Vector3::from(HOME) + Vector3::x() * 0.04;
             let before = plant.host.acting_stiffness()[0];
             let e = plant.host.controller().error()[0];
@@ -89,7 +89,8 @@ fn a_damper_that_is_cut_fills_the_tank_with_what_is_left_of_it() {
     assert!(filled > 0.1 && filled <= 0.5, "{filled} J");
 }
 
-/// A hand holds the tool while K grows without an error, the set-point leaves, and K falls again: nobody has put energy into the arm.
+/// A hand holds the tool while K grows without an error, the set-point moves away, and K falls again. No energy was put into the arm, so
+/// the tank gains none.
 #[test]
 fn softening_gives_back_no_more_than_growing_took() {
     let mut setup = setup("variable");
@@ -124,8 +125,8 @@ fn a_feedforward_that_is_cut_gives_back_what_acted() {
     assert!(gained <= 0.5 + 1e-9, "{gained} J");
 }
 
-/// A hand drags the tool against the push of F_ff, and then with it. A twin without F_ff has the same K and the same damper, so their
-/// tanks differ by the work of F_ff alone.
+/// A hand drags the tool against the push of F_ff, and then with it. A second plant without F_ff has the same K and the same damper, so the
+/// two tanks differ by the work of F_ff alone.
 #[test]
 fn motion_against_feedforward_fills_the_tank_and_motion_with_it_drains_it() {
     let limits = HostLimits { tank: LARGE, ..endless() };
@@ -142,7 +143,7 @@ fn motion_against_feedforward_fills_the_tank_and_motion_with_it_drains_it() {
     }
 }
 
-/// The same for F_cmd: 10 N along the contact axis, beside a twin that is asked for no force.
+/// The same for F_cmd: 10 N along the contact axis, compared with a plant that is asked for no force.
 #[test]
 fn motion_against_the_force_command_fills_the_tank_and_motion_with_it_drains_it() {
     let mut setup = HostSetup { limits: HostLimits { tank: LARGE, ..endless() }, ..setup("aforce-force") };
@@ -167,11 +168,12 @@ fn motion_against_the_force_command_fills_the_tank_and_motion_with_it_drains_it(
     }
 }
 
-/// A hand drags the tool with the push of F_ff, which would do 0.8 J of work. It does what the tank can pay for, and fades.
+/// A hand drags the tool with the push of F_ff, which would do 0.8 J of work. F_ff does the work that the tank can pay for, and fades.
 #[test]
 fn a_feedforward_that_the_tank_cannot_pay_for_fades() {
     let tank = TankConfig { initial: 0.3, capacity: 0.3, low: 0.1 };
-    // K neither costs nor gives back, and no damper fills the tank. A hand moves the tool: what is unstable does not show.
+    // K neither costs nor gives back energy, and no damper fills the tank. The law is unstable, which does not show because the hand moves
+    // the tool.
     let frozen = Psi { beta: Gains::all(0.0), gamma: Gains::all(0.0), allow_unstable: true, ..psi() };
     let space = ActionSpace { damping_ratio: Gains::all(0.0), ..adaptive(frozen) };
     let mut plant = leaning(&HostSetup { limits: HostLimits { tank, ..endless() }, space, ..setup("aforce") });

@@ -12,7 +12,7 @@ use crate::spatial::Vector6;
 use crate::testing::{adaptive, psi};
 
 const DT: f64 = 0.002;
-/// No torque was cut.
+/// The excess of a sample in which no torque was cut.
 const FREE: Vector6 = Vector6::from_array_storage(nalgebra::ArrayStorage([[0.0; 6]]));
 
 #[test]
@@ -73,7 +73,7 @@ fn the_feedforward_does_not_wind_up() {
         law.update(&e, &Vector6::zeros(), &FREE, DT);
     }
     assert_eq!(law.feedforward()[0], 15.0);
-    // The error turns: the feed-forward leaves its bound in the next sample.
+    // After a change of the error's sign the feed-forward leaves its bound in the next sample.
     law.update(&(-e), &Vector6::zeros(), &FREE, DT);
     assert_relative_eq!(law.feedforward()[0], 15.0 - DT * (50.0 + 15.0), epsilon = 1e-9);
 }
@@ -136,11 +136,11 @@ fn the_certificate_refuses_the_literal_law_at_the_floor() {
     adaptive(psi()).validate(500).unwrap();
 }
 
-/// Where the limits cut what the spring asks for, a stiffer spring would ask for more of what cannot be had.
+/// While the limits cut the torque that the spring asks for, a stiffer spring would only have more of it cut.
 #[test]
 fn stiffness_does_not_wind_up_against_a_torque_limit() {
     let e = *Gains::pair(0.02, 0.2).vector();
-    // The spring pulls along -x and -rz. Cut off was a pull along -x, and one along +rz, which -K e does not make.
+    // The spring pulls along the negative of every axis. The limits cut a pull along -x, and one along +rz, which is not the spring's.
     let excess = Vector6::new(-3.0, 0.0, 0.0, 0.0, 0.0, 3.0);
     let run = |psi: Psi| {
         let mut law = AdaptiveLaw::new(psi);
@@ -152,13 +152,13 @@ fn stiffness_does_not_wind_up_against_a_torque_limit() {
     assert!(gained[1] > 0.0 && gained[5] > 0.0);
     let unaware = run(Psi { anti_windup: false, ..psi() });
     assert!(unaware[0] > 0.0 && unaware[1] == gained[1]);
-    // It may fall all the same.
+    // K may still fall.
     let mut law = AdaptiveLaw::new(psi());
     law.update(&(e * 1e-3), &Vector6::zeros(), &excess, DT);
     assert!(law.stiffness()[0] < psi().k_0[0]);
 }
 
-/// Without a rate of its own K stays where it is: what is left of the law is the feed-forward.
+/// With beta and gamma 0, K is constant and only the feed-forward adapts.
 #[test]
 fn with_beta_and_gamma_zero_stiffness_is_frozen() {
     let frozen = Psi { beta: Gains::all(0.0), gamma: Gains::all(0.0), ..psi() };
@@ -185,7 +185,7 @@ fn stiffness_goes_to_moved_bounds_at_its_largest_rate() {
 #[test]
 fn a_lasting_error_lifts_k_from_floor_to_top_in_the_time_that_is_told() {
     let psi = Psi { k_0: psi().k_min, ..psi() };
-    // Below and above what the rate of K allows.
+    // Errors at which K rises more slowly than `k_rate_max`, and one at which that limit counts.
     for error in [0.008, 0.02, 0.2] {
         let mut law = AdaptiveLaw::new(psi);
         let steps = (psi.rise_time(0, error) / DT).ceil() as usize;

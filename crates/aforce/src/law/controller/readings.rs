@@ -1,5 +1,5 @@
-//! What the controller can tell about its latest sample. If that sample could not be read ([`faults`](Controller::faults) counts it),
-//! errors, wrenches and power are those of the last one that could.
+//! Values of the controller's latest sample. If that sample could not be read ([`faults`](Controller::faults) counts it), errors, wrenches
+//! and power are those of the last sample that could.
 
 use super::Controller;
 use crate::law::action_space::ActionSpace;
@@ -14,7 +14,7 @@ impl Controller {
         &self.space
     }
 
-    /// The parameters of the adaptive law in force, if there is one.
+    /// The parameters of the adaptive law in use, if there is one.
     #[must_use]
     pub fn psi(&self) -> Option<&Psi> {
         self.adaptation.as_ref().map(|adaptation| adaptation.psi()).or_else(|| self.space.psi())
@@ -54,14 +54,14 @@ impl Controller {
         }
     }
 
-    /// The spring that F_ff is to an error that lasts, alpha/mu (N/m, Nm/rad); zero without F_ff.
+    /// Stiffness of the spring that F_ff amounts to under a lasting error, alpha/mu (N/m, Nm/rad); zero without F_ff.
     #[must_use]
     pub fn feedforward_spring(&self) -> Vector6 {
         let own = self.psi().map_or(Vector6::zeros(), |psi| *psi.feedforward_spring().vector());
         self.effective(&own)
     }
 
-    /// The tool point's pose (m; world frame) to which an action that comes now adds its delta.
+    /// The tool point's pose (m; world frame) to which the next action adds its delta, given the measurement `y`.
     #[must_use]
     pub fn origin(&self, y: &Measurement) -> Pose {
         self.space.goal.origin(&self.start, &self.goal, &y.pose)
@@ -79,7 +79,7 @@ impl Controller {
         &self.impedance.viscous
     }
 
-    /// -F_ff - F_cmd - K e - D e_dot of the latest sample (N, Nm; world axes): what the task asks the tool to push with.
+    /// -F_ff - F_cmd - K e - D e_dot of the latest sample (N, Nm; world axes): the wrench with which the tool is to push.
     #[must_use]
     pub fn wrench(&self) -> &Wrench {
         &self.wrench

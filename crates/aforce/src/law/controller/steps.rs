@@ -12,8 +12,7 @@ use crate::law::step_values::{Adapted, Errors};
 use crate::spatial::{JointVector, Measurement, Vector6, Wrench, all_finite};
 
 impl Controller {
-    /// e and e_dot of a sample `dt` seconds after the last; `None` if the sample cannot be read. Then K, F_ff and F_d stay as
-    /// they were.
+    /// e and e_dot of a sample `dt` seconds after the last; `None` if the sample cannot be read. K, F_ff and F_d then stay as they were.
     pub(crate) fn sense(&mut self, y: &Measurement, dt: f64) -> Option<Errors> {
         let (x_d, xd_dot) = self.set_point.step(dt);
         let axis = self.force.axis();

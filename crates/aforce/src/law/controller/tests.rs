@@ -177,7 +177,7 @@ fn the_law_does_not_see_the_contact_axis_once_engaged() {
     assert_relative_eq!(control.feedforward()[2], 0.0, epsilon = 1e-9);
 }
 
-/// Along the contact axis force control says how the tool moves: a damper that ran after the set-point would push against it.
+/// Along the contact axis force control determines how the tool moves: a damper that followed the set-point would push against it.
 #[test]
 fn along_an_engaged_axis_the_damper_does_not_follow_the_set_point() {
     let space = ActionSpace { rate: RateRule::SetPoint, ..space("low-force") };
@@ -219,7 +219,7 @@ fn stiffness_does_not_grow_while_its_torque_is_cut() {
         }
         control.own_stiffness()[0] - 500.0
     };
-    // dt (beta e - gamma) = 0.002 (72 000 * 0.06 - 2700) = 3.24 N/m a sample. Before the first nothing was cut.
+    // dt (beta e - gamma) = 0.002 (72 000 * 0.06 - 2700) = 3.24 N/m a sample. At the first sample no torque had been cut.
     assert_relative_eq!(grown(true), 3.24, epsilon = 1e-6);
     assert_relative_eq!(grown(false), 200.0 * 3.24, epsilon = 1e-6);
 }

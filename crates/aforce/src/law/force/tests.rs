@@ -62,15 +62,15 @@ fn derivative_opposes_a_rising_force() {
     assert_relative_eq!(control.command(), 9.5, epsilon = 1e-9);
 }
 
-/// The force jumps from 0 to 5 N in the sample in which contact begins: that is no rate.
+/// The force jumps from 0 to 5 N in the sample in which contact begins; this jump must not count as a rate.
 #[test]
 fn the_derivative_does_not_kick_at_first_contact() {
-    // Contact in the first sample, and a command that follows at once.
+    // Contact begins without delay, and the command follows at once.
     let config = ForceConfig { contact_hold: 0.0, command_rate_max: 1e6, ..ForceConfig::default() };
     let mut control = control(ForceConfig { kp: 0.0, ki: 0.0, kd: 0.01, ..config });
     control.update(&push(0.0), DT);
     control.update(&push(5.0), DT);
-    // F_d alone, which begins at 5 N and has gone 2/80 of the way to 10 N; the jump's rate would take 25 N off.
+    // F_d alone, which begins at 5 N and has gone 2/80 of the way to 10 N; the rate of the jump would subtract 25 N.
     assert!(control.in_contact());
     assert_relative_eq!(control.command(), 5.125, epsilon = 1e-9);
 }
@@ -79,7 +79,7 @@ fn the_derivative_does_not_kick_at_first_contact() {
 fn the_integral_does_not_wind_up() {
     let mut control = control(ForceConfig::default());
     control.set_target(50.0);
-    // The wall gives way: the force never comes. The command saturates and the integral stays where it was.
+    // The wall gives way, so the force is never reached. The command saturates and the integral stays where it was.
     feed(&mut control, 5.0, 2000);
     assert_relative_eq!(control.command(), 50.0);
     let frozen = control.integral;
@@ -166,7 +166,7 @@ fn a_heavy_arm_needs_damping_in_proportion() {
     assert!(press_wall(42.0, 60.0).1 > 5.0);
 }
 
-/// The tool slides over an edge: the force asked for, its command and its integral are the same numbers along another direction.
+/// The tool slides over an edge: the target force, the command and the integral are the same numbers along another direction.
 #[test]
 fn force_control_turns_with_its_axis() {
     let mut turned = control(ForceConfig { kd: 0.01, ..ForceConfig::default() });
@@ -174,10 +174,10 @@ fn force_control_turns_with_its_axis() {
     let mut straight = turned.clone();
     let n = Vector3::new(0.6, 0.0, 0.8);
     turned.set_direction(n);
-    // 9 N along n, and what friction does across it.
+    // 9 N along n, and the force of friction across n.
     let across = Vector3::new(0.8, 5.0, -0.6);
     let wrench = turned.update(&stack(&(9.0 * n + across), &Vector3::zeros()), DT);
-    // The derivative sees what the last sample, 8 N upwards, was along n.
+    // The derivative compares with the component of the last sample, 8 N upwards, along n.
     straight.previous = Vector3::z() * (8.0 * 0.8);
     straight.update(&push(9.0), DT);
     assert_relative_eq!(turned.command(), straight.command(), epsilon = 1e-9);

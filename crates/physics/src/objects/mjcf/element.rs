@@ -12,7 +12,7 @@ use crate::objects::ReadError;
 pub(super) struct Element<'a> {
     pub file: &'a File<'a>,
     pub node: Node<'a, 'a>,
-    /// The class that the bodies around it name.
+    /// The `childclass` that the bodies around the element have.
     pub childclass: Option<&'a str>,
 }
 
@@ -37,7 +37,7 @@ impl<'a> Element<'a> {
         self.file.source.allow(self.node, attributes, &[])
     }
 
-    /// What is wrong with it.
+    /// An error about the element.
     pub fn wrong(self, what: impl Display) -> ReadError {
         self.file.source.wrong(self.node, what)
     }

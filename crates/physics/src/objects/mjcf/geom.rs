@@ -12,11 +12,11 @@ const DENSITY: f64 = 1000.0;
 const FRICTION: f64 = 1.0;
 const GREY: [u8; 3] = [128; 3];
 
-/// Attributes of a geom that no class gives here.
+/// Attributes of a geom that are not read from a class.
 const ATTRIBUTES: [&str; 9] = ["name", "class", "fromto", "mesh", "pos", "quat", "euler", "axisangle", "mass"];
 
 impl Element<'_> {
-    /// A geom in its body's frame as it is in the file, and its mass in the geom's frame. `others` are those of its body before it.
+    /// A geom in its body's frame as it is in the file, and its mass in the geom's frame. `others` are the geoms before it in its body.
     pub fn geom(self, body: &str, others: &[Geom]) -> Result<(Geom, Inertial), ReadError> {
         self.allow(&[&ATTRIBUTES[..], &OF_GEOM].concat())?;
         let pose = self.file.pose(self.node)?;
@@ -47,7 +47,7 @@ impl Element<'_> {
         Ok(Some(between([a, b, c], [d, e, f])))
     }
 
-    /// Its shape; `half_length` as `fromto` says it.
+    /// The geom's shape; `half_length` is that of a `fromto`.
     fn shape(self, kind: &str, half_length: Option<f64>) -> Result<Shape, ReadError> {
         let too_few = |wanted: &str| self.wrong(format!("the size of a {kind} is {wanted}"));
         match kind {
@@ -85,8 +85,7 @@ impl Element<'_> {
         }
     }
 
-    /// Coefficient of sliding friction. Those of turning and rolling act in contacts of more than three dimensions
-    /// only.
+    /// Coefficient of sliding friction. Torsional and rolling friction act only where `condim` is above 3.
     fn friction(self) -> Result<f64, ReadError> {
         if self.value("condim")?.is_some_and(|condim| condim != "3") {
             return Err(self.wrong("condim is read where it is 3"));

@@ -1,4 +1,4 @@
-//! The mass of a body that says it.
+//! The `inertial` element of a body.
 
 use aforce::Vector3;
 use nalgebra::{Matrix3, UnitQuaternion};

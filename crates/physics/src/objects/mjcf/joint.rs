@@ -1,4 +1,4 @@
-//! How a body moves against the one around it.
+//! The joint between a body and its parent.
 
 use aforce::Vector3;
 
@@ -23,7 +23,7 @@ impl Placed {
     }
 }
 
-/// Attributes of a hinge or a slide that no class gives here.
+/// Attributes of a hinge or a slide that are not read from a class.
 const ATTRIBUTES: [&str; 3] = ["name", "class", "pos"];
 
 impl Element<'_> {
@@ -56,7 +56,7 @@ impl Element<'_> {
         Ok(Placed { joint: joint(axis), at: self.file.position(self.node)?, default_stop: stop.is_none() })
     }
 
-    /// MuJoCo gives a free joint what its class says of joints; only a freejoint has nothing of it.
+    /// In MuJoCo a `joint` of type free has the joint attributes of its class, a `freejoint` has not.
     fn check_free(self) -> Result<(), ReadError> {
         self.allow(&["name", "type", "class"])?;
         for name in ["damping", "frictionloss", "stiffness", "armature"] {
@@ -82,7 +82,7 @@ impl Element<'_> {
         })
     }
 
-    /// Ends of the way in the file's units, if it has any.
+    /// The joint's range in the file's units; `None` if it has no ends.
     fn range(self) -> Result<Option<[f64; 2]>, ReadError> {
         let limited = self.value("limited")?;
         if !matches!(limited, None | Some("auto" | "true" | "false")) {

@@ -31,7 +31,7 @@ impl File<'_> {
             Some(text) => hull.scaled(source.array(node, "scale", text)?).map_err(|error| source.wrong(node, error))?,
             None => hull,
         };
-        // MuJoCo calls a mesh without name as its file.
+        // In MuJoCo a mesh without a name has that of its file.
         let stem = node.attribute("file").and_then(|file| Path::new(file).file_stem()?.to_str());
         let Some(name) = node.attribute("name").or(stem) else {
             return Err(source.wrong(node, "the attribute \"name\" is missing"));

@@ -20,7 +20,7 @@ use super::xml::{Source, called, elements, shift};
 use super::{Part, ReadError, Unfinished};
 use crate::scene::{Body, Geom, Hull, Inertial, Joint};
 
-/// What holds for the whole file.
+/// A file that is being read.
 struct File<'a> {
     source: Source<'a>,
     /// The file's unit of angle (rad).
@@ -137,7 +137,7 @@ impl File<'_> {
             Some(joint) => element(joint).joint(name)?,
             None => Placed::without_axis(Joint::Fixed),
         };
-        // A joint's axis passes through its body's origin here.
+        // In a scene a joint's axis passes through the origin of its body, so the body's frame is moved to the joint.
         let (there, back) = (shift(at), shift(-at));
         let (mut geoms, mut matter) = (vec![], Inertial::NONE);
         for child in called(node, "geom") {

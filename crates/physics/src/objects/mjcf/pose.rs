@@ -32,7 +32,7 @@ impl File<'_> {
         Ok(Pose::from_parts(position.into(), rotation))
     }
 
-    /// `pos`, without which it is the origin (m).
+    /// `pos` (m); the origin without it.
     pub(super) fn position(&self, node: Node) -> Result<Vector3, ReadError> {
         match node.attribute("pos") {
             Some(text) => Ok(self.source.array::<3>(node, "pos", text)?.into()),

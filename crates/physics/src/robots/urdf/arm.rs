@@ -20,13 +20,13 @@ const LARGEST_ANGLE: f64 = 4.0 * std::f64::consts::PI + 0.01;
 const NO_LIMIT: f64 = 1.0;
 const GREY: [u8; 3] = [170, 172, 178];
 
-/// Which part of a URDF is the arm, and what the URDF does not say. A list has one entry for each joint that moves,
-/// from the base on.
+/// Which part of a URDF is the arm, and values that replace or complete the URDF's. A list has one entry for each joint
+/// that moves, from the base on.
 #[derive(Debug, Clone, Default)]
 pub struct Choices {
-    /// The link that stands on the mount; the root, if it is not said.
+    /// The link that stands on the mount; `None`: the root.
     pub base: Option<String>,
-    /// The link that is the flange; the one at the end of the arm, if there is only one.
+    /// The link that is the flange; `None`: the one at the end of the arm, if there is only one.
     pub tool: Option<String>,
     /// The flange in the frame of that link.
     pub flange: Pose,
@@ -60,7 +60,8 @@ pub struct Capsule {
 }
 
 /// The arm of a URDF. Its links are turned so that each joint turns about its own z; the flange keeps the frame of its link. What neither
-/// file nor choices say is as in `rest`: rotors, rates of torques, speed of the tool, drives, gripper, home, mount, air.
+/// file nor choices give is as in `rest`: rotor inertia, limits on torque rates, speed of the tool, drives, gripper, mount, air. The home
+/// is zero.
 ///
 /// # Errors
 /// If there is no such link, the way to the tool has other joints than six or seven revolute ones, or a joint on it has no axis, range,
@@ -235,7 +236,7 @@ struct Tree<'a> {
     document: &'a Document,
     /// The joints that move, in order.
     hinges: &'a [&'a Joint],
-    /// Rotation of each link of the robot, about whose z it turns, in the frame of its link in the file.
+    /// Orientation of each robot link's frame, whose z is the joint's axis, in the frame of the link in the file.
     turns: Vec<UnitQuaternion<f64>>,
     tool: &'a str,
     choices: &'a Choices,
@@ -246,7 +247,8 @@ struct Tree<'a> {
 }
 
 impl Tree<'_> {
-    /// Adds `link` of the file, and all below it, to what `part` joints carry, in whose frame (the base's for 0) it has pose `pose`.
+    /// Adds `link` of the file, and all below it, to the part of the robot that `part` joints carry: the base for 0, else that link. `pose` is
+    /// the pose of `link` in the frame of that part.
     fn take_in(&mut self, link: &str, part: usize, pose: Pose) -> Result<(), UrdfError> {
         let document = self.document;
         self.carriers.push((link.into(), part as u8));
@@ -276,7 +278,7 @@ impl Tree<'_> {
         Ok(())
     }
 
-    /// Shapes that `part` joints carry: those of the base meet the scene as the mount does.
+    /// Role and list of the shapes that `part` joints carry. The base's shapes are fixtures, as the mount's are.
     fn shapes_of(&mut self, part: usize) -> (Role, &mut Vec<Geom>) {
         match part {
             0 => (Role::Fixture, &mut self.robot.base),
@@ -324,7 +326,7 @@ fn no_mesh(link: &str, error: &str) -> UrdfError {
     ))
 }
 
-/// A link's name without what has a meaning in XML.
+/// A link's name, with `_` for characters that may have a meaning in XML.
 fn plain(name: &str) -> String {
     name.chars().map(|c| if c.is_alphanumeric() || "_-.".contains(c) { c } else { '_' }).collect()
 }

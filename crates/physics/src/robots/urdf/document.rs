@@ -1,4 +1,4 @@
-//! A URDF as links and joints, each number of it checked.
+//! A URDF as links and joints, with every number checked.
 
 use std::collections::HashSet;
 
@@ -12,7 +12,7 @@ use super::shapes::{Collision, collisions};
 use crate::robots::check::impossible;
 use crate::scene::Inertial;
 
-/// An inertia below this is next to none, and need not be a body's (kg m2): makers write small numbers for frames.
+/// An inertia below this (kg m2) counts as none and need not be physically possible: makers write small numbers for frames.
 const NOTHING: f64 = 1e-6;
 
 /// The links and joints of a URDF.
@@ -27,9 +27,10 @@ pub struct Document {
 #[derive(Debug, Clone)]
 pub(super) struct Link {
     pub name: String,
-    /// In the link's frame; none if the file gives none. An error if no body has it, which concerns only an arm that carries the link.
+    /// In the link's frame; zero if the file gives none. An error if it is physically impossible, which concerns only an arm that carries the
+    /// link.
     pub inertial: Result<Inertial, UrdfError>,
-    /// An error concerns only an arm whose shapes are wanted and include these.
+    /// An error concerns only an arm that carries the link and whose shapes are wanted.
     pub collisions: Result<Vec<Collision>, UrdfError>,
 }
 
@@ -44,7 +45,7 @@ pub(super) struct Joint {
     pub origin: Pose,
     /// As in the file.
     pub axis: Vector3,
-    /// Lower and upper end, as far as the file says.
+    /// Lower and upper end; 0 for one that the file does not give, `None` if it gives neither.
     pub range: Option<[f64; 2]>,
     pub effort: Option<f64>,
     pub velocity: Option<f64>,
@@ -55,11 +56,11 @@ pub(super) struct Joint {
 }
 
 impl Document {
-    /// Reads a text.
+    /// Reads the text of a URDF.
     ///
     /// # Errors
-    /// If it is no XML, or no URDF: a name twice, a parent or a child that there is not, something that is no number, a mass below 0,
-    /// joints that are no tree. Names the link or the joint.
+    /// If it is not XML or not a URDF: a name occurs twice, a parent or a child does not exist, a number cannot be read, a mass is below 0,
+    /// the joints are not a tree. Names the link or the joint.
     pub fn parse(text: &str) -> Result<Document, UrdfError> {
         let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
         let xml = Xml::parse_with_options(text, options);
@@ -87,7 +88,7 @@ impl Document {
         Ok(document)
     }
 
-    /// Names, and that the joints are one tree.
+    /// Checks the names, and that the joints are one tree.
     fn check(&self) -> Result<(), UrdfError> {
         unique("link", self.links.iter().map(|link| &link.name))?;
         unique("joint", self.joints.iter().map(|joint| &joint.name))?;
@@ -116,7 +117,7 @@ impl Document {
             (None, _) => return Err(UrdfError::new("no link is without a parent; the joints of a URDF are a tree")),
             _ => {}
         }
-        // With one root a loop is a part that does not hang on it.
+        // With a single root, joints can form a loop only in a part that is not connected to the root.
         let ended = |link: &Link| self.way_to(&link.name).len() <= self.joints.len();
         match self.links.iter().find(|link| !ended(link)) {
             Some(link) => {
@@ -130,7 +131,7 @@ impl Document {
         self.links.iter().find(|link| link.name == name)
     }
 
-    /// The joints from the root to `link`, in order; one too many if it goes round.
+    /// The joints from the root to `link`, in order; one more than the file has if the joints form a loop.
     pub(super) fn way_to(&self, link: &str) -> Vec<&Joint> {
         let mut way = vec![];
         let mut link = link;
@@ -163,8 +164,8 @@ fn link(node: Node) -> Result<Link, UrdfError> {
     Ok(Link { inertial, collisions: collisions(node, &at), name })
 }
 
-/// The outer error refuses the file: a number is missing or none, or the mass is below 0. The inner error is for an
-/// inertia that no body has.
+/// The outer error refuses the file: a number is missing or cannot be read, or the mass is below 0. The inner error is for
+/// an inertia that is physically impossible.
 fn inertial(node: Node, at: &str) -> Result<Result<Inertial, UrdfError>, UrdfError> {
     let value = |tag: &str, attribute: &str| {
         let element = child(node, tag);
@@ -179,7 +180,7 @@ fn inertial(node: Node, at: &str) -> Result<Result<Inertial, UrdfError>, UrdfErr
     let [yy, yz, zz] = [value("inertia", "iyy")?, value("inertia", "iyz")?, value("inertia", "izz")?];
     let inertia = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
     let origin = origin(node, at)?;
-    // A weight at a point, or a frame, which is welded to something.
+    // A point mass, or a frame without mass, that is welded to another link.
     let is_point = inertia.amax() < NOTHING;
     if let Some(reason) = impossible(&inertia).filter(|_| !is_point) {
         return Ok(Err(UrdfError::new(format!("{at}: {reason}"))));
@@ -229,7 +230,7 @@ fn joint(node: Node) -> Result<Joint, UrdfError> {
 }
 
 impl Joint {
-    /// A rotation whose z is the joint's axis.
+    /// A rotation that turns z to the joint's axis.
     pub(super) fn to_z(&self) -> Result<UnitQuaternion<f64>, UrdfError> {
         let axis = UnitVector3::try_new(self.axis, 1e-9);
         let (name, [x, y, z]) = (&self.name, self.axis.into());

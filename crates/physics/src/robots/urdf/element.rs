@@ -1,4 +1,4 @@
-//! What is read of one element of a URDF: its name, its numbers, its pose.
+//! Reads one element of a URDF: its name, its numbers, its pose.
 
 use aforce::Pose;
 use nalgebra::UnitQuaternion;
@@ -19,7 +19,7 @@ pub(super) fn named(node: Node) -> Result<String, UrdfError> {
     name.map(String::from).ok_or_else(|| UrdfError::new(format!("a <{tag}> has no name")))
 }
 
-/// The pose that the element's `origin` says.
+/// The pose in the element's `origin`.
 pub(super) fn origin(node: Node, at: &str) -> Result<Pose, UrdfError> {
     let Some(node) = child(node, "origin") else { return Ok(Pose::identity()) };
     let position = vector(node, "xyz", at)?.unwrap_or_default();
@@ -47,7 +47,7 @@ pub(super) fn optional(node: Node, attribute: &str, at: &str) -> Result<Option<f
     Ok(numbers(node, attribute, at)?.map(|[number]| number))
 }
 
-/// Exactly so many finite numbers, if there is such an attribute.
+/// Exactly `N` finite numbers, if there is such an attribute.
 pub(super) fn numbers<const N: usize>(node: Node, attribute: &str, at: &str) -> Result<Option<[f64; N]>, UrdfError> {
     let Some(text) = node.attribute(attribute) else { return Ok(None) };
     let numbers = text.split_whitespace().map(|word| word.parse().ok().filter(|number: &f64| number.is_finite()));

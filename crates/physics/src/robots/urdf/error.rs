@@ -1,4 +1,4 @@
-//! Why a text is no arm for this project.
+//! Why no arm was read from a URDF.
 
 use thiserror::Error;
 

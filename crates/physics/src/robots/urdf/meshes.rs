@@ -6,21 +6,21 @@ use std::path::{Path, PathBuf};
 use crate::mesh;
 use crate::scene::Hull;
 
-/// What a path of ROS begins with.
+/// The beginning of a path in a ROS package.
 const PACKAGE: &str = "package://";
 
 /// Where the files of meshes are looked for.
 #[derive(Debug, Clone, Default)]
 pub struct MeshFolders {
-    /// The folder of the URDF, from which a path counts.
+    /// The folder of the URDF, to which paths are relative.
     pub urdf: PathBuf,
-    /// Folders of ROS packages by name. A package that is not among them is the folder of its name that is nearest: the URDF's own, one
-    /// above it, or a folder in one of these.
+    /// Folders of ROS packages by name. A package without an entry is the nearest folder of its name: the URDF's own, one above it, or a
+    /// folder in one of these.
     pub packages: BTreeMap<String, PathBuf>,
 }
 
 impl MeshFolders {
-    /// The hull of all that is in a mesh's file, each coordinate multiplied by a factor. The error has the file's name.
+    /// The hull of all that is in a mesh's file, each coordinate multiplied by its factor in `scale`. The error has the file's name.
     pub(super) fn hull(&self, name: &str, scale: [f64; 3]) -> Result<Hull, String> {
         let hull = mesh::hull(&self.file(name)?).map_err(|error| error.to_string())?;
         hull.scaled(scale).map_err(|error| format!("{name}, scaled by {scale:?}: {error}"))
@@ -43,7 +43,7 @@ impl MeshFolders {
     }
 
     fn package(&self, package: &str) -> Option<PathBuf> {
-        // A relative path has no more folders above it than it names.
+        // The absolute path, because a relative one has only the ancestors that it names.
         let folder = std::path::absolute(&self.urdf).ok()?;
         let is_it = |folder: &Path| folder.file_name().is_some_and(|name| name == package);
         folder.ancestors().find_map(|above| {

@@ -64,8 +64,7 @@ fn collision(node: Node, at: &str) -> Result<Collision, UrdfError> {
     Ok(Collision::Shape { shape, pose })
 }
 
-/// Pose of a link's frame as it is in the file, in the robot's link frame, which has the same origin and is turned by
-/// `turn`.
+/// Pose of a link's frame in the file, seen from the robot's link frame, which has the same origin and is turned by `turn`.
 pub(super) fn turned_back(turn: &nalgebra::UnitQuaternion<f64>) -> Pose {
     Pose::from_parts(Translation3::identity(), turn.inverse())
 }
