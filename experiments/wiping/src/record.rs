@@ -205,7 +205,7 @@ impl Record {
         (self.total.net - self.stored - self.total_losses.joints - self.total_losses.table).abs() / self.total.absolute
     }
 
-    /// Writes one of [`SAMPLES_PER_ROW`] samples to a CSV file.
+    /// Writes every twentieth sample to a CSV file.
     ///
     /// # Errors
     /// If it cannot be written.
