@@ -20,7 +20,7 @@ class Meter:
     """Measures an episode from its reset on: every control sample of `env` passes through here.
 
     Energy is the sum of |tau qd| dt over joints and samples, qd the mean of before and after. Force is the sustained force on the whole arm:
-    the size of the force vector on hand and fingers, plus the sum of the sizes of the forces on the links, both behind a low-pass of 12 Hz.
+    the size of the low-passed force vector on hand and fingers, plus the low-passed sum of the sizes of the forces on the links (12 Hz).
     Contacts of the arm with itself count, except those between hand and fingers.
     """
 

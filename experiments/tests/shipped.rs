@@ -289,7 +289,7 @@ fn groups_of_insertion_differ_in_what_they_are_about() {
 }
 
 /// Runs have the settings of `table-1`, and for Door in later stages those of `prior`, except for seed and space.
-/// `hidden` adds a disturbance; `search` has other action steps, and shorter runs.
+/// `hidden` adds a disturbance; `search` draws settings of the controller, and has other lengths of runs and intervals between evaluations.
 #[test]
 fn stages_of_the_study_differ_in_what_they_are_about() {
     let table = shipped_sweep("study/table-1.toml").runs;

@@ -26,7 +26,8 @@ const PYTHONS_OWN: [&str; 5] = ["config", "render_mode", "render_size", "scaled"
 /// Settings of an environment of the built-in `task`: its defaults, then a run's `config.toml` if one is given, then keywords.
 ///
 /// # Errors
-/// `TypeError` for an unknown keyword or a value of a wrong type, else `ValueError` with the message that a program gives.
+/// `TypeError` for an unknown keyword or an object that is no setting at all, `OSError` if the file cannot be read, else `ValueError` with the
+/// message that a program gives.
 pub fn env_config(task: &str, config: Option<PathBuf>, keywords: &Bound<'_, PyDict>) -> PyResult<EnvConfig> {
     let wanted = TaskName::BUILT_IN.into_iter().find(|name| name.as_str() == task);
     let known = || TaskName::BUILT_IN.map(|name| name.as_str()).join(", ");

@@ -64,7 +64,8 @@ function address({ knobs, ...fixed }) {
   return "#" + words.toString().replaceAll("%2F", "/").replaceAll("%2C", ",");
 }
 
-// The set-up in an address. Values that are not numbers are refused here, other mistakes by the simulation.
+// The set-up in an address. Values that are not numbers, and seeds that are not whole ones from 0 on, are refused here, other mistakes by the
+// simulation.
 function read(hash) {
   const found = { ...about.setup, knobs: {} };
   for (const [name, value] of new URLSearchParams(hash.slice(1))) {

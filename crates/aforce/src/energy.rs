@@ -1,4 +1,4 @@
-//! Energy of a motion, by the definitions in use.
+//! Energy and effort of a motion, by the definitions in use.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! A state whose parts contradict each other is refused, or is a fault before the tool has moved by 5 mm. A right state never is a fault.
+//! A state whose parts contradict each other is refused, or is a fault before the tool has moved by 5 mm. A right state is never a fault.
 
 mod arm;
 

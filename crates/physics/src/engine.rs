@@ -1,5 +1,5 @@
-//! The Rapier world behind a simulation. Only this module uses the engine's types, and `scene/hull.rs`, which has its
-//! geometry library find the hull of points.
+//! The Rapier world behind a simulation. Only this module and `scene/hull.rs` use the engine's types: the latter finds
+//! convex hulls with the engine's geometry library.
 
 mod contacts;
 mod convert;

@@ -15,7 +15,7 @@ use crate::{robots, setup, spaces};
 /// What an error says of a file that holds no settings.
 pub const WANTED: &str = "a TOML file is wanted, such as a run's config.toml";
 
-/// The file `path` with this text as a layer: its keys, with the action space as a complete record.
+/// The file `path` with this text as a layer: its keys, with `env.space` resolved by [`spaces::work_out`].
 ///
 /// # Errors
 /// Names the file and what is wrong in it.

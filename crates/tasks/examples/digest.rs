@@ -31,7 +31,7 @@ fn main() {
     }
 }
 
-/// Hash of the numbers of so many random actions, and how many of the actions diverged. When an episode ends, the next one begins.
+/// Hash of the numbers of `actions` random actions, and how many of the actions diverged. When an episode ends, the next one begins.
 fn digest(config: EnvConfig, actions: u32) -> (u64, u32) {
     let mut env = Env::new(config, 1).expect("defaults are valid");
     let mut rng = ChaCha8Rng::seed_from_u64(5);

@@ -111,8 +111,8 @@ impl Interval {
         self.sum_saturated += limited as f64 / joints as f64;
     }
 
-    /// Checks what a real arm protects itself against, in the sample that was [added](Self::add) last: the velocities `qd` of the
-    /// joints of `arm` at its end (rad/s), and the contact after each of its parts.
+    /// Checks whether a real arm would have stopped itself in the sample that was [added](Self::add) last. `qd` are the velocities of the
+    /// joints of `arm` at the sample's end (rad/s), `contacts` the contact after each of the sample's parts.
     pub fn watch(&mut self, protection: &Protection, arm: &Arm, qd: &JointVector, contacts: &[ContactReading]) {
         let speed = speed_share(qd, arm);
         self.max_speed_share = self.max_speed_share.max(speed);

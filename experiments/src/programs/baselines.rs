@@ -85,7 +85,7 @@ impl Who {
     }
 }
 
-/// A row of the table: the set-up, numbers over its episodes by the entries of the columns, and the commit.
+/// A row of the table: the set-up, numbers over its episodes (those with an entry in `tasks::columns`, and four more), and the commit.
 struct Row {
     task: &'static str,
     space: String,

@@ -55,8 +55,8 @@ pub fn read(folder: &Path) -> Result<Vec<Record>> {
     read_rows(folder, false)
 }
 
-/// The runs that an archive lists, so that others can be added. Rows of runs that it does not list are ignored: an
-/// `archive` was interrupted before it wrote the list, and writes them again.
+/// The runs that an archive lists, so that others can be added. Rows of runs that it does not list are ignored. They are of
+/// an `archive` that was interrupted before it wrote the list; the next one writes them again.
 ///
 /// # Errors
 /// If it is damaged.

@@ -16,7 +16,7 @@ use crate::run::tables::of_run;
 /// A run's configuration, manifest and tables.
 #[derive(Debug, Clone)]
 pub struct Record {
-    /// Its folder, `EXPERIMENT/TASK/LABEL/seed_N`; for an archived run the same path below the archive's folder.
+    /// Its folder, `EXPERIMENT/TASK/LABEL/seed_N`; for an archived run `TASK/LABEL/seed_N` below the archive of its experiment.
     pub path: PathBuf,
     /// The text of its `config.toml`.
     pub config_text: String,

@@ -70,7 +70,7 @@ impl CsvTable {
         &self.path
     }
 
-    /// The file and line of a row, for messages. The line is the file's, of which a table may have a part of the rows.
+    /// The file and line of a row, for messages. Lines are counted in the file, because the table may have only a part of its rows.
     pub fn place(&self, row: usize) -> String {
         let line = self.rows[row].position().map_or(row as u64 + 2, csv::Position::line);
         format!("{}, line {line}", self.path.display())

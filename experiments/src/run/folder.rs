@@ -209,7 +209,7 @@ impl RunFolder {
             // No episode has ended yet, so there was no time for a checkpoint.
             return Ok(());
         }
-        // The interval with which the run was begun counts: it may be resumed with another.
+        // The interval between checkpoints with which the run was begun counts: it may be resumed with another.
         let begun = RunConfig::resolve(self.config().exists().then_some(self.config()).as_deref(), &[])?;
         let before_the_first = reached <= begun.checkpoint_every + u64::from(config.env.horizon)
             && learned_for_s(&self.progress(), begun.learner.prior_episodes > 0)?

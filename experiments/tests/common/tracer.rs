@@ -37,7 +37,8 @@ pub struct Traced {
     pub failed: Option<String>,
 }
 
-/// Which arguments of a call name the file: an open file (the first), a path, or a folder (if there is one) and a path in it.
+/// Which arguments of a call name the file: an open file (argument 0), a path, or a folder and a path in it. With `usize::MAX` for the path
+/// the folder's argument is an open file.
 #[derive(Clone, Copy)]
 enum Target {
     Open,

@@ -18,7 +18,7 @@
 
 enum { SAMPLES = 40, COLUMNS = 1 + 7 + 7 + 3 + 4 + 6 + 42 + 49 + 7 + 6, ENTRIES = 13 };
 
-// The settings of the golden vectors: a Panda's torque limits, and all other bounds so wide that they never act.
+// The settings of the golden vectors: their torque limits (not quite a Panda's), and no other bound on the law.
 static const char *const SETUP =
     "interface = 'plain'\n"
     "space = '%s'\n"

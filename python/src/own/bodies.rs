@@ -127,7 +127,8 @@ pub fn pose(numbers: &[f64]) -> Result<Pose, String> {
     }
 }
 
-/// The bodies of one entry. The parent of a body is its index in the group; bodies without one are carried by the earlier body `parent`.
+/// The bodies of one entry. The parent of each is given as an index within the group. A body without one hangs on the earlier body that
+/// `parent` names, or on the world.
 pub struct Group {
     bodies: Vec<Body>,
     parent: Option<String>,

@@ -68,7 +68,8 @@ impl OperationalSpace {
     }
 }
 
-/// Cholesky factor of a symmetric matrix. Near a singularity a multiple of the identity is added to the matrix, no more than is needed.
+/// Cholesky factor of a symmetric matrix. Near a singularity the matrix is damped: the identity is added to it, multiplied by the difference
+/// between `SMALLEST_PIVOT` and the matrix' smallest pivot.
 fn damped_factor<const N: usize>(a: SMatrix<f64, N, N>) -> Option<Cholesky<f64, Const<N>>> {
     let factor = Cholesky::new(a);
     let pivot = factor.as_ref().map_or(0.0, |f| f.l_dirty().diagonal().min().powi(2));

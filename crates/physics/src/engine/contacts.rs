@@ -60,9 +60,9 @@ impl Engine {
             let frame = manifold.subshape_pos1().map_or(*frame, |sub| *frame * *sub);
             let other = manifold.subshape_pos2().map_or(*other, |sub| *other * *sub);
             for contact in solved(manifold) {
-                // The engine stores the normal impulse of the whole step, but the tangential impulse of the last substep. This
-                // is so because one of the pair belongs to a multibody: between other bodies the engine stores the friction
-                // of all points at each point.
+                // The stored normal impulse is that of the whole step, the stored tangential impulse that of the last substep.
+                // The tangential impulse is the point's own only because one of the pair belongs to a multibody: between
+                // other bodies the engine stores the friction of all points at each point.
                 let friction = contact.data.warmstart_tangent_world * substeps as f64;
                 let force = (friction - manifold.data.normal * contact.data.impulse) / dt;
                 let force = Vector3::new(force.x, force.y, force.z);

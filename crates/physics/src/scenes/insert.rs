@@ -1,5 +1,5 @@
-//! Insert: a peg above a hole in a block on a table (Factory's and FORGE's `PegInsert`). The peg is fixed to the hand; there the fingers
-//! hold it.
+//! Insert: a peg above a hole in a block on a table (Factory's and FORGE's `PegInsert`). Here the peg is fixed to the hand; in Factory and
+//! FORGE the fingers hold it.
 
 use aforce::{Pose, Vector3};
 use serde::{Deserialize, Serialize};

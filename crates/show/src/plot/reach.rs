@@ -4,7 +4,7 @@ use super::{Panel, Reach, Series};
 
 /// The share of the values at either end that may be cut off.
 const NOT_MOST: f64 = 0.02;
-/// How far the axis reaches beyond the other values, as a share of their extent.
+/// How far the axis reaches beyond the values that are never cut off, as a share of their extent.
 const ROOM: f64 = 0.5;
 
 /// Finite, and far enough from overflow for the sums and differences of axis scaling.

@@ -128,7 +128,7 @@ pub struct Column {
     pub name: &'static str,
     /// Unit; empty for a share, a count or a word.
     pub unit: &'static str,
-    /// The meaning, as `docs/columns.md` has it.
+    /// The meaning, without a full stop, as `docs/columns.md` has it.
     pub meaning: &'static str,
     /// Label with which `evaluate` prints the column; `None` if it does not print it.
     pub printed: Option<&'static str>,

@@ -141,7 +141,7 @@ impl Part {
         (self.hand_time > 0.0).then(|| self.contact_impulse / self.hand_time)
     }
 
-    /// Mean size of the tool's jerk while the tool moves (m/s3); `None` if it never moves.
+    /// Mean size of the tool's jerk while the tool moves (m/s3); `None` if no sample has a jerk: the tool never moves, or not for long enough.
     pub(crate) fn jerk(&self) -> Option<f64> {
         (self.moving_time > 0.0).then(|| self.sum_jerk / self.moving_time)
     }
