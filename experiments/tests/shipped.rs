@@ -241,7 +241,8 @@ fn change_of_insert(group: &str, run: &mut RunConfig) {
             if group != "blows-dear" {
                 run.env.robot = RobotName::Identified.into();
             }
-            let clearance = if group.ends_with("half-mm") { 0.5 } else { 1.0 };
+            let (clearance, steps) = if group.ends_with("half-mm") { (0.5, 400_000) } else { (1.0, run.steps) };
+            run.steps = steps;
             run.env.options.insert("clearance_mm".into(), clearance.into());
             run.env.options.insert("penalty".into(), true.into());
             run.env.force_penalty = ForcePenalty { of: CountedForce::Hand, limit: 8.0, weight: 1.0 };
