@@ -237,6 +237,10 @@ fn change_of_insert(group: &str, run: &mut RunConfig) {
         "114-um" => {
             run.env.options.insert("clearance_mm".into(), 0.114.into());
         }
+        "114-um-2-cm" => {
+            change_of_insert("114-um", run);
+            change_of_insert("2-cm", run);
+        }
         "measured-arm" | "measured-arm-half-mm" | "blows-dear" => {
             if group != "blows-dear" {
                 run.env.robot = RobotName::Identified.into();
@@ -283,7 +287,7 @@ fn groups_of_insertion_differ_in_what_they_are_about() {
         assert_eq!(run, like, "{id}");
         groups.entry(format!("{},{}", id.space, run.variant)).or_insert_with(Vec::new).push(run.seed);
     }
-    assert_eq!(groups.len(), 20);
+    assert_eq!(groups.len(), 22);
     for (group, seeds) in groups {
         assert!(seeds.into_iter().eq(21..=if group.ends_with(",half-mm") { 30 } else { 25 }), "{group}");
     }
