@@ -129,13 +129,19 @@ def show(programs, study, out, task):
     }
 
 
-def insert(programs, again, out):
-    """Writes the animation of Insert. Returns what the README says about it."""
+def policies_of_insert(again):
+    """The two kept policies that the animation of Insert plays: one that observes the force, one that does not."""
     pair = []
     for group in ("1-mm", "unfelt"):
         pair += sorted((again / "insert" / f"fixed-565,{group}").glob("seed_*.zip"))
     if len(pair) != 2:
         sys.exit(f"{again}: a kept policy each of fixed-565,1-mm and of fixed-565,unfelt is wanted, there are {len(pair)}")
+    return pair
+
+
+def insert(programs, again, out):
+    """Writes the animation of Insert. Returns what the README says about it."""
+    pair = policies_of_insert(again)
     felt, unfelt = ([row["success"] == "true" for row in evaluate(programs, policy)] for policy in pair)
     start = next((start for start in range(STARTS) if felt[start] and not unfelt[start]), None)
     if start is None:
@@ -193,4 +199,5 @@ def main():
         print(f"{out}: made by programs with changes that no commit has: commit them, and make it again")
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -82,3 +82,19 @@ def test_examples_of_the_page_run(heading, tmp_path):
 
 def test_the_index_of_policies_is_what_is_there():
     subprocess.run([sys.executable, ROOT / "scripts" / "zoo.py", "--check"], check=True)
+
+
+def test_the_gallery_has_its_policies():
+    sys.path.insert(0, str(ROOT / "scripts"))
+    try:
+        gallery = importlib.import_module("gallery")
+    finally:
+        sys.path.pop(0)
+    results = ROOT / "results"
+    runs = [
+        gallery.Runs(results / "study", stage, task, space + suffix)
+        for task, (_, stage, suffix, _) in gallery.TASKS.items()
+        for space in ("aforce", "variable")
+    ]
+    assert len(runs) == 6 and all(run.policy.is_file() for run in runs)
+    assert len(gallery.policies_of_insert(results / "insert" / "again")) == 2
