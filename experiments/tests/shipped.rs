@@ -251,6 +251,12 @@ fn change_of_insert(group: &str, run: &mut RunConfig) {
             run.env.options.insert("penalty".into(), true.into());
             run.env.force_penalty = ForcePenalty { of: CountedForce::Hand, limit: 8.0, weight: 1.0 };
         }
+        "1-mm-drawn" | "2-cm-drawn" => {
+            change_of_insert(group.trim_end_matches("-drawn"), run);
+            let forges = "torque_gain = [0.71, 1.41]\nforce_noise_n = 1.0\n\
+                          own = { hole_friction = [0.33, 1.67], peg_mass = [0.74, 1.26] }";
+            run.env.disturbance = settings::parse(forges).unwrap();
+        }
         "2-cm" => {
             run.env.controller.position_step = 0.02;
             run.env.controller.rotation_step = 0.097;
@@ -287,7 +293,7 @@ fn groups_of_insertion_differ_in_what_they_are_about() {
         assert_eq!(run, like, "{id}");
         groups.entry(format!("{},{}", id.space, run.variant)).or_insert_with(Vec::new).push(run.seed);
     }
-    assert_eq!(groups.len(), 22);
+    assert_eq!(groups.len(), 24);
     for (group, seeds) in groups {
         assert!(seeds.into_iter().eq(21..=if group.ends_with(",half-mm") { 30 } else { 25 }), "{group}");
     }

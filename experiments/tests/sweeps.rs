@@ -171,12 +171,19 @@ fn the_better_half_of_a_search_goes_on() {
     }
 }
 
-/// A killed run is no failure of its candidate: no candidate is ranked, and the same command continues the search.
+/// A killed run has not failed: the same command continues it. In a search no candidate is ranked then.
 #[test]
-fn a_killed_candidate_stays_in_the_search() {
+fn a_killed_run_has_not_failed() {
+    killed_runs_end_a_sweep_with_75("");
+    let search = killed_runs_end_a_sweep_with_75("halving = [1_000_000]\n");
+    assert!(std::fs::read(search.path().join("out/search.csv")).unwrap().is_empty(), "nobody is ranked");
+}
+
+/// Kills both runs of a sweep whose file begins with `head`; its folder.
+fn killed_runs_end_a_sweep_with_75(head: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let (file, out) = (folder.path().join("tuned.toml"), folder.path().join("out"));
-    std::fs::write(&file, "halving = [1_000_000]\n".to_string() + &few(2_000_000)).unwrap();
+    std::fs::write(&file, head.to_string() + &few(2_000_000)).unwrap();
     let mut sweep = start(program("sweep").arg(&file).arg("--out").arg(&out).args(["--jobs", "2"]));
     for space in ["aforce", "osc"] {
         sweep.wait_for_a_row(&out.join(format!("lift/{space}/seed_1/episodes.csv")));
@@ -188,7 +195,7 @@ fn a_killed_candidate_stays_in_the_search() {
         kill_process(Pid::from_raw(child).unwrap(), Signal::KILL).unwrap();
     }
     assert_eq!(sweep.ends(), Some(75));
-    assert!(std::fs::read(out.join("search.csv")).unwrap().is_empty(), "nobody is ranked");
+    folder
 }
 
 /// If one of two candidates cannot be trained, the other is ranked all the same, and the exit code is 3.

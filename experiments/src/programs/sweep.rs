@@ -24,7 +24,7 @@ use output::program::{self, bad};
 /// Runs that are done are skipped, runs that were stopped or killed go on where they saved themselves, a run that fails
 /// hides no other: it is named at the end, and the exit code is 3. Ctrl-C or SIGTERM lets running ones save themselves
 /// and exits with 75. The same command continues. Runs at which another process is at work are left to it; the exit code
-/// is 75 then.
+/// is 75 then, as it is if a run was killed.
 ///
 /// A file with `halving` is a search: after each of those numbers of actions the better half of the candidates of each task
 /// and action space goes on; a candidate whose run fails is ranked last. Their ranks are written to search.csv. A run that was killed has not failed: the
@@ -252,10 +252,16 @@ fn train_all(arguments: &Arguments, runs: &[(usize, RunConfig)], out: &Path, sto
     program::outlive_readers();
     let ended = pool::run(jobs, &Pool { parallel, limit: arguments.limit, grace: GRACE, out: &place, stop });
 
-    let stopped = |job: &Ended| job.code == Some(cli::STOPPED.into());
+    // A run that was killed has not failed: the same command goes on with it.
+    let stopped = |job: &Ended| job.killed || job.code == Some(cli::STOPPED.into());
     let failed: Vec<&Ended> = ended.iter().filter(|job| job.code != Some(0) && !stopped(job)).collect();
-    for job in &failed {
-        program::tell(format_args!("failed: {}: {} ({})", job.name, job.words, job.log.display()));
+    for (what, job) in ended
+        .iter()
+        .filter(|job| job.killed)
+        .map(|job| ("killed", job))
+        .chain(failed.iter().map(|&job| ("failed", job)))
+    {
+        program::tell(format_args!("{what}: {}: {} ({})", job.name, job.words, job.log.display()));
     }
     let whole = done + ended.iter().filter(|job| job.code == Some(0)).count();
     program::result(format_args!("{whole} of {} runs done, {} failed", runs.len(), failed.len()));

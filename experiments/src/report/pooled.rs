@@ -26,7 +26,7 @@ pub struct PooledRow {
 /// A row for every task, metric and pair of groups (space and variant) that hypotheses of two or more experiments
 /// compare. Each experiment is a stratum of the rank test, so that runs are compared within an experiment alone; the p of
 /// all rows are corrected together. Two hypotheses on the same runs count as one, also if one names the two groups in the
-/// other order. Hypotheses of files that say `pooled = false` are left out.
+/// other order. Hypotheses that say `pooled = false` are left out.
 pub fn pooled(verdicts: &[VerdictRow]) -> Vec<PooledRow> {
     let question = |row: &VerdictRow| {
         let [space, against] = row.sides.each_ref().map(|side| side.label.clone());

@@ -1,6 +1,6 @@
 //! Hypotheses written before the runs, compared with the runs: a verdict per hypothesis, all by one rule.
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
@@ -18,6 +18,9 @@ use crate::report::summary::RunSummary;
 /// Significance level: the probability of at least one false positive in a family.
 const LEVEL: f64 = 0.05;
 
+/// Whose episodes a column of `runs.csv` is about: what its name begins with.
+const POLICIES: [&str; 4] = ["last_sampled_", "sampled_", "final_", "end_"];
+
 /// The verdict on a hypothesis if one of its sides has no finished run.
 pub const NO_RUNS: &str = "no runs";
 
@@ -25,22 +28,7 @@ pub const NO_RUNS: &str = "no runs";
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
-    #[serde(default)]
-    family: Family,
-    /// Whether the questions may be pooled with the same ones of other files; by default they may.
-    pooled: Option<bool>,
     hypothesis: Vec<Hypothesis>,
-}
-
-/// Over which hypotheses of a file Holm's method corrects.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum Family {
-    /// Those of one task.
-    #[default]
-    Task,
-    /// All of them.
-    File,
 }
 
 /// One action space is expected to have more, or less, of something than another.
@@ -49,6 +37,10 @@ enum Family {
 struct Hypothesis {
     /// What is expected, in words.
     name: String,
+    /// The hypotheses of one family are corrected together by Holm's method. Without a family those of a task in the file are.
+    family: Option<String>,
+    /// Whether the question may be pooled with the same question about other experiments; by default it may.
+    pooled: Option<bool>,
     /// Its tasks; the hypothesis is tested on each task separately.
     tasks: Vec<TaskName>,
     /// Folder of the experiment whose runs are meant, if several have these groups.
@@ -100,7 +92,7 @@ pub struct VerdictRow {
     /// The values of both sides, and the groups' names with their variants.
     #[serde(skip)]
     pub sides: [Side; 2],
-    /// Its file says `pooled = false`.
+    /// The hypothesis says `pooled = false`.
     #[serde(skip)]
     pub stands_alone: bool,
 }
@@ -118,17 +110,19 @@ pub struct Side {
 /// all files together.
 ///
 /// # Errors
-/// As [`judge`], or if two files have the same name.
+/// As [`judge`], or if two files have a family of the same name.
 pub fn judge_all(files: &[PathBuf], runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
-    for (at, file) in files.iter().enumerate() {
-        if let Some(other) = files[..at].iter().find(|other| other.file_stem() == file.file_stem()) {
-            let (file, other) = (file.display(), other.display());
-            return Err(bad(format!(
-                "{file}: families are called after their files, as after {other}: give it another name"
-            )));
+    let (mut rows, mut families) = (vec![], HashMap::new());
+    for file in files {
+        for row in judge(file, runs)? {
+            let first = *families.entry(row.family.clone()).or_insert(file);
+            if first != file {
+                let (first, file, family) = (first.display(), file.display(), &row.family);
+                return Err(bad(format!("{file}: {first} has a family {family:?} too: call one of the two otherwise")));
+            }
+            rows.push(row);
         }
     }
-    let mut rows = files.iter().map(|file| judge(file, runs)).collect::<Result<Vec<_>>>()?.concat();
     let known: Vec<&mut VerdictRow> = rows.iter_mut().filter(|row| row.p.is_some()).collect();
     let corrected = holm(&known.iter().filter_map(|row| row.p).collect::<Vec<_>>());
     known.into_iter().zip(corrected).for_each(|(row, p)| row.p_holm_all = Some(p));
@@ -145,7 +139,8 @@ pub fn judge_all(files: &[PathBuf], runs: &[RunSummary]) -> Result<Vec<VerdictRo
 /// If the file is not one of hypotheses, names a metric that runs do not have, or names a side that matches runs of several groups.
 pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
     let wrong = |problem: String| bad(format!("{}: {problem}", file.display()));
-    let File { family, pooled, hypothesis: hypotheses } = parse(&settings::text(file)?).map_err(wrong)?;
+    let File { hypothesis: hypotheses } = parse(&settings::text(file)?).map_err(wrong)?;
+    let stem = file.file_stem().unwrap_or_default().to_string_lossy();
     let numbers: Vec<Value> = runs.iter().map(|run| serde_json::to_value(run).expect("a row")).collect();
     let done: Vec<(&RunSummary, &Value)> = runs.iter().zip(&numbers).filter(|(run, _)| run.done).collect();
     let mut rows: Vec<VerdictRow> = vec![];
@@ -171,20 +166,15 @@ pub fn judge(file: &Path, runs: &[RunSummary]) -> Result<Vec<VerdictRow>> {
         for task in tasks {
             let of_hypothesis = |problem: String| wrong(format!("{name:?}: {problem}"));
             let (experiment, sides) = sides(hypothesis, task.as_str(), runs, &done).map_err(of_hypothesis)?;
-            let row = row(hypothesis, task.as_str(), experiment, sides);
-            rows.push(VerdictRow { stands_alone: pooled == Some(false), ..row });
+            rows.push(VerdictRow {
+                family: hypothesis.family.clone().unwrap_or_else(|| format!("{stem}, {}", task.as_str())),
+                stands_alone: hypothesis.pooled == Some(false),
+                ..row(hypothesis, task.as_str(), experiment, sides)
+            });
         }
     }
-    let name = file.file_stem().unwrap_or_default().to_string_lossy();
-    match family {
-        Family::File => correct(&name, rows.iter_mut()),
-        Family::Task => {
-            for task in TaskName::all() {
-                let of_task = rows.iter_mut().filter(|row| row.task == task.as_str());
-                correct(&format!("{name}, {}", task.as_str()), of_task);
-            }
-        }
-    }
+    let families: BTreeSet<String> = rows.iter().map(|row| row.family.clone()).collect();
+    families.iter().for_each(|family| correct(rows.iter_mut().filter(|row| row.family == *family)));
     let expected = hypotheses.iter().flat_map(|hypothesis| hypothesis.tasks.iter().map(|_| hypothesis.expected));
     rows.iter_mut().zip(expected).for_each(|(row, expected)| row.verdict = verdict(row, expected));
     Ok(rows)
@@ -238,14 +228,13 @@ fn sides(
 }
 
 /// Corrects the p of one family.
-fn correct<'a>(name: &str, family: impl Iterator<Item = &'a mut VerdictRow>) {
+fn correct<'a>(family: impl Iterator<Item = &'a mut VerdictRow>) {
     let mut family: Vec<_> = family.filter_map(|row| Some((row.p?, row))).collect();
     let corrected = holm(&family.iter().map(|(p, _)| *p).collect::<Vec<_>>());
     // The level with which Holm's method compares the smallest p of the family.
     let level = LEVEL / family.len() as f64;
     for ((_, row), p) in family.iter_mut().zip(corrected) {
         row.p_holm = Some(p);
-        row.family = name.into();
         let [a, b] = row.sides.each_ref().map(|side| side.values.as_slice());
         row.smallest_detectable = smallest_detectable(a, b, level).filter(|&d| d <= largest_difference(&row.metric));
     }
@@ -275,17 +264,16 @@ fn worst(metric: &str, numbers: &Value) -> Option<f64> {
     if metric.ends_with("_to_450") {
         return numbers["steps_to_450"].is_null().then_some(f64::INFINITY);
     }
-    let (policy, _) = metric.split_once('_')?;
+    let policy = POLICIES.into_iter().find(|policy| metric.starts_with(policy))?;
     let is_share = metric.ends_with("_to_success");
     let waits = is_share || ["_to_success_", "_fulfilled_"].iter().any(|part| metric.contains(part));
-    let failed = numbers[format!("{policy}_success")].as_f64() == Some(0.0);
+    let failed = numbers[format!("{policy}success")].as_f64() == Some(0.0);
     (waits && failed).then_some(if is_share { f64::NEG_INFINITY } else { f64::INFINITY })
 }
 
 /// The largest possible difference of two means of this metric: a share lies between 0 and 1.
 fn largest_difference(metric: &str) -> f64 {
-    let policies = ["last_sampled_", "sampled_", "final_", "end_"];
-    let of_episode = policies.iter().find_map(|policy| metric.strip_prefix(policy));
+    let of_episode = POLICIES.iter().find_map(|policy| metric.strip_prefix(policy));
     let is_success = of_episode.is_some_and(|name| {
         let ways = ["", "_any", "_held", "_by_hand", "_without_hand", "_before_stop"];
         name.strip_prefix("success").is_some_and(|way| ways.contains(&way) || way.starts_with("_within_"))

@@ -73,15 +73,17 @@ fn every_verdict_has_its_case() {
 }
 
 #[test]
-fn two_files_of_one_name_are_refused() {
+fn a_family_in_two_files_is_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let files = ["one", "two"].map(|part| folder.path().join(part).join("hypotheses.toml"));
+    let files = ["one.toml", "two.toml"].map(|name| folder.path().join(name));
     for file in &files {
-        fs_err::create_dir_all(file.parent().unwrap()).unwrap();
-        fs_err::write(file, hypothesis("sampled_return", "above", "osc", "")).unwrap();
+        fs_err::write(file, hypothesis("sampled_return", "above", "osc", "family = 'mine'")).unwrap();
     }
     let error = judge_all(&files, &[]).unwrap_err().to_string();
-    assert!(error.contains("two/hypotheses.toml: ") && error.contains("give it another name"), "{error}");
+    assert!(error.contains("two.toml: ") && error.contains("one.toml has a family \"mine\" too"), "{error}");
+    fs_err::write(&files[1], hypothesis("sampled_return", "above", "osc", "")).unwrap();
+    let families: Vec<String> = judge_all(&files, &[]).unwrap().into_iter().map(|row| row.family).collect();
+    assert_eq!(families, ["mine", "two, lift"], "without a name it is called after file and task");
 }
 
 #[test]
@@ -184,10 +186,10 @@ fn what_is_wrong_is_named() {
     }
 }
 
-/// Two tasks with one hypothesis each are two families of one hypothesis, or one family of two. A file may also say that
-/// its hypotheses are not pooled.
+/// Two tasks with one hypothesis each are two families of one hypothesis, or one family of two if it has a name. Hypotheses
+/// may also say that they are not pooled.
 #[test]
-fn a_file_may_be_one_family() {
+fn hypotheses_of_several_tasks_may_be_one_family() {
     let mut all = vec![];
     for task in ["lift", "door"] {
         let mut of_task =
@@ -199,8 +201,8 @@ fn a_file_may_be_one_family() {
     let corrected = |text: &str| judged(text, &all).unwrap().iter().map(|row| row.p_holm.unwrap()).collect::<Vec<_>>();
     let apart = corrected(&text);
     assert!(apart.iter().all(|p| (p - 0.1).abs() < 1e-12), "{apart:?}");
-    let alone = judged(&format!("pooled = false\n{text}"), &all).unwrap();
+    let alone = judged(&format!("{text}pooled = false"), &all).unwrap();
     assert!(alone.iter().all(|row| row.stands_alone) && !judged(&text, &all).unwrap()[0].stands_alone);
-    let together = corrected(&format!("family = 'file'\n{text}"));
+    let together = corrected(&format!("{text}family = 'both'"));
     assert!(together.iter().all(|p| (p - 0.2).abs() < 1e-12), "{together:?}");
 }
