@@ -83,7 +83,7 @@ fn the_readme_tells_what_a_tuned_constant_does_and_who_opens_doors() {
     for sentence in [
         format!(
             "finishes before a stop in {lift} (Lift), {wipe} (Wipe) and {door} (Door) of the episodes. \
-             In Door an untuned, softer one does in {stiff}."
+             In Door tuning changed nothing; a softer one does in {stiff}."
         ),
         format!("AFORCE opens {aforce} of the doors in the last five evaluations,\n  variable {variable}"),
     ] {
@@ -107,7 +107,7 @@ fn the_readme_tells_how_often_the_peg_is_in() {
     });
     let sentence = format!(
         "inserts {aforce} % of the pegs, *variable* {variable} %, a constant {constant} %.\n  \
-         If the policy observes no force, AFORCE inserts {unfelt} %, the constant {constant_unfelt} %."
+         In narrower holes success falls. If the policy observes no force, AFORCE inserts {unfelt} %, the constant {constant_unfelt} %."
     );
     assert!(page.contains(&sentence), "{sentence}");
 }

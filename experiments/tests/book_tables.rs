@@ -12,7 +12,7 @@ use tasks::columns::{COLUMNS, Column, Over, RunNumber, Statistic};
 use tasks::{Component, Env, EnvConfig, TaskName};
 
 fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
 fn env(task: &str, space: &str) -> Env {
@@ -215,7 +215,11 @@ fn settings(path: &str, name: &str, section: &str) -> String {
         let meaning = format!("{doc}{}", choices(path.parent().unwrap(), kind));
         let default = match defaults.as_ref().map(|defaults| defaults.get(key)) {
             None => return format!("| `{key}` | {meaning} |"),
-            Some(None | Some(toml::Value::Table(_))) => String::new(),
+            Some(None) => String::new(),
+            // Of a record its name, if it has one.
+            Some(Some(toml::Value::Table(record))) => {
+                record.get("name").map_or(String::new(), |name| format!("`{name}`"))
+            }
             Some(Some(value)) => format!("`{value}`"),
         };
         format!("| `{key}` | {default} | {meaning} |")
@@ -224,6 +228,19 @@ fn settings(path: &str, name: &str, section: &str) -> String {
     assert!(items.iter().all(|(_, doc)| !doc.is_empty()), "{}: a setting without a comment", path.display());
     let head = if defaults.is_some() { "| key | default | meaning |" } else { "| key | meaning |" };
     table(head, items.iter().map(row))
+}
+
+/// The settings of every preset of the learner.
+fn presets() -> String {
+    let known = sac::Preset::ALL;
+    let settings: Vec<toml::Table> =
+        known.iter().map(|preset| toml::Table::try_from(preset.settings()).unwrap()).collect();
+    let row = |key: &String| {
+        let cells = settings.iter().map(|of_preset| of_preset[key].to_string());
+        format!("| `{key}` | {} |", cells.collect::<Vec<_>>().join(" | "))
+    };
+    let names: Vec<String> = known.iter().map(|preset| format!("`{}`", preset.name)).collect();
+    table(&format!("| key | {} |", names.join(" | ")), settings[0].keys().map(row))
 }
 
 fn made(kind: &str) -> String {
@@ -236,6 +253,7 @@ fn made(kind: &str) -> String {
         ["follows", space] => follows(space),
         ["settings", path, name, section] => settings(path, name, section),
         ["measured", space] => measured(space),
+        ["presets"] => presets(),
         ["columns"] => columns(),
         ["run-columns"] => run_columns(&[Over::Training, Over::Final, Over::Sampled, Over::End]),
         ["baseline-columns"] => run_columns(&[Over::Baseline]),
@@ -272,7 +290,7 @@ fn what_the_book_says_is_what_the_programs_say() {
         }
         assert!(
             fs::read_to_string(&page).unwrap() == expected,
-            "{}: UPDATE_BOOK=1 cargo test --test book",
+            "{}: UPDATE_BOOK=1 cargo test --release -p experiments --test book_tables",
             page.display()
         );
     }
