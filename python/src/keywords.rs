@@ -118,8 +118,10 @@ fn entry(key: String, value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Option
     if value.is_none() {
         return Ok(None);
     }
-    let value = setting(&key, value, depth)?;
-    Ok(Some((key, value)))
+    let given = setting(&key, value, depth)?;
+    // Nor is anything given by a dictionary whose values are all None.
+    let is_nothing = given.as_table().is_some_and(Table::is_empty) && value.len()? > 0;
+    Ok((!is_nothing).then_some((key, given)))
 }
 
 fn setting(key: &str, value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value> {

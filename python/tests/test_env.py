@@ -418,6 +418,12 @@ def test_what_it_describes_makes_it_again(tmp_path):
     assert aforce.Env("lift", **settings).describe() == made.describe()
 
 
+def test_a_dict_of_none_is_not_given_and_an_empty_one_is_refused():
+    assert aforce.Env("lift", observation={"camera": None}).describe() == aforce.Env("lift").describe()
+    with pytest.raises(ValueError, match=r"env\.observation = \{\} changes nothing"):
+        aforce.Env("lift", observation={})
+
+
 def test_an_unknown_task_is_told_with_the_known_ones():
     with pytest.raises(ValueError, match='no task is called "Lift"; there are lift, door, wipe, insert'):
         aforce.Env("Lift")

@@ -269,6 +269,47 @@ def test_what_a_joint_carries_comes_into_the_hand_too():
         observation, *_ = env.step([0, 0, 0, 0, 0, 0, 1])
 
 
+def solid(low, high, first):
+    """A box in the lines of an OBJ file, whose corners count from `first`."""
+    corners = [[(low, high)[i >> axis & 1][axis] for axis in range(3)] for i in range(8)]
+    faces = [(0, 2, 6, 4), (1, 3, 7, 5), (0, 1, 5, 4), (2, 3, 7, 6), (0, 1, 3, 2), (4, 5, 7, 6)]
+    lines = [f"o part{first}", *(f"v {x} {y} {z}" for x, y, z in corners), *("f " + " ".join(str(first + i) for i in face) for face in faces)]
+    return "\n".join(lines) + "\n"
+
+
+def test_pads_that_press_on_two_parts_grasp_what_is_between_them(tmp_path):
+    """A cube of two halves, each before one finger."""
+    seen = {}
+    halves = [([-0.02, -0.02, -0.02], [0, 0.02, 0.02]), ([0, -0.02, -0.02], [0.02, 0.02, 0.02])]
+    (tmp_path / "cube.obj").write_text("".join(solid(*ends, 1 + 8 * i) for i, ends in enumerate(halves)))
+    boxes = [{"name": name, "box": [0.01, 0.02, 0.02], "pose": [x, 0, 0]} for name, x in (("one", -0.01), ("other", 0.01))]
+
+    def grasped(shapes, *names, actions=5):
+        class Holds(Plain):
+            scene = {"bodies": [{"name": "cube", "joint": "free", "pose": [0, 0.3, 0.85], "mass": 0.1, "shapes": shapes}]}
+
+            def reset(self, rng):
+                return {"holding": {"body": "cube", "width": 0.04}}
+
+            def observe(self, state):
+                seen["state"] = state
+                return {"cube": state.body("cube").position}
+
+        env = aforce.Env(task=Holds, initial_noise=0.0)
+        env.reset(seed=1)
+        for _ in range(actions):
+            env.step([0, 0, 0, 0, 0, 0, 1])
+        return [seen["state"].grasped(name) for name in names]
+
+    mesh = [{"name": "halves", "mesh": str(tmp_path / "cube.obj")}]
+    assert grasped(mesh, "halves", "cube") == [True, True]
+    with pytest.raises(KeyError) as error:
+        seen["state"].grasped("halves_1")
+    assert str(error.value).count("halves") == 2, "the name asked for, and the shape's once"
+    assert grasped(mesh, "halves", "cube", actions=0) == [False, False], "nothing presses at first"
+    assert grasped(boxes, "cube", "one", "other") == [True, False, False], "each pad presses on one of them"
+
+
 @pytest.mark.parametrize(
     "kind, words, task",
     [

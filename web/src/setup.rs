@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use aforce::{ActionSpace, Gains, Stiffness};
+use aforce::{ActionSpace, Gains, PsiParameter, Stiffness};
 use serde::{Deserialize, Serialize};
 use tasks::{Draw, EnvConfig, TaskName};
 
@@ -76,17 +76,27 @@ pub enum Player {
     Policy(Box<Policy>),
 }
 
-/// The places of a space's knobs: name, meaning, and the numbers themselves.
+/// The places of a space's knobs: name, meaning, and the numbers themselves. What the actions command is no knob: a slider would
+/// move nothing.
 fn places(space: &mut ActionSpace) -> Vec<(&'static str, &'static str, &mut Gains)> {
-    match &mut space.stiffness {
+    let ActionSpace { stiffness, commanded_psi, .. } = space;
+    let is_commanded = |parameter: PsiParameter| {
+        commanded_psi.iter().flat_map(|psi| &psi.ranges).any(|range| range.parameter == parameter)
+    };
+    match stiffness {
         Stiffness::Fixed(stiffness) => vec![("stiffness", "stiffness", stiffness)],
         Stiffness::Commanded(range) => vec![("stiffness_max", "largest stiffness", &mut range.high)],
-        Stiffness::Adaptive(psi) => vec![
-            ("k_min", "lowest stiffness", &mut psi.k_min),
-            ("k_max", "highest stiffness", &mut psi.k_max),
-            ("beta", "beta: growth of the stiffness per error", &mut psi.beta),
-            ("alpha", "alpha: growth of the feed-forward per error", &mut psi.alpha),
-        ],
+        Stiffness::Adaptive(psi) => [
+            (PsiParameter::KMin, "k_min", "lowest stiffness", &mut psi.k_min),
+            (PsiParameter::KMax, "k_max", "highest stiffness", &mut psi.k_max),
+            // A commanded tolerance gamma/beta makes beta of gamma.
+            (PsiParameter::Tolerance, "beta", "beta: growth of the stiffness per error", &mut psi.beta),
+            (PsiParameter::Alpha, "alpha", "alpha: growth of the feed-forward per error", &mut psi.alpha),
+        ]
+        .into_iter()
+        .filter(|(parameter, ..)| !is_commanded(*parameter))
+        .map(|(_, name, what, gains)| (name, what, gains))
+        .collect(),
     }
 }
 

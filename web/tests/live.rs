@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use live::policy::Policy;
 use live::session::{Hand, Session};
-use live::setup::Setup;
+use live::setup::{Setup, knobs};
 use serde_json::Value;
 use tasks::Env;
 
@@ -133,6 +133,23 @@ fn knobs_turn_the_space() {
     session.run(25);
     assert_eq!(vector(&session.state(), "stiffness"), [750.0; 3]);
     assert_eq!(vector(&session.state(), "rotational_stiffness"), [50.0; 3]);
+}
+
+/// No slider stands for a number that the actions of a space command.
+#[test]
+fn a_number_that_is_commanded_has_no_knob() {
+    let names =
+        |space: &str| -> Vec<&'static str> { knobs(&space.parse().unwrap()).iter().map(|knob| knob.name).collect() };
+    assert_eq!(names("aforce"), ["k_min", "k_max", "beta", "alpha"]);
+    assert_eq!(names("aforce-psi"), ["k_max", "alpha"]);
+    assert_eq!(names("variable"), ["stiffness_max"]);
+    let with = |name: &str, value| Setup {
+        knobs: BTreeMap::from([(name.into(), value)]),
+        ..setup("lift", "aforce-psi", "script")
+    };
+    let refused = Session::open(with("k_min", 400.0)).err().unwrap();
+    assert_eq!(refused, "The space aforce-psi has no \"k_min\" to set. It has k_max, alpha.");
+    Session::open(with("k_max", 2000.0)).unwrap();
 }
 
 /// An arm that is pulled by 12 N all the time becomes stiff without a new start.

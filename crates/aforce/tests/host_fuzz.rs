@@ -180,7 +180,7 @@ fn whatever_is_measured_the_torque_is_one_that_the_arm_takes() {
     let mut random = Random(28);
     let mut hosts = hosts();
     let cycles = CYCLES / hosts.len();
-    let (mut running, mut faults) = (0u32, [0u32; 21]);
+    let (mut running, mut faults) = (0u32, [0u32; 22]);
     for (number, host) in hosts.iter_mut().enumerate() {
         let moves = number % 3 == 2;
         let mut arm = BallArm::at(HOME, ArmInterface::FRANKA);

@@ -26,7 +26,7 @@ typedef enum AforceResult {
   AFORCE_RESULT_REFUSED = 3,
   // The law does not act: not started, stopped, or a fault.
   AFORCE_RESULT_NOT_RUNNING = 4,
-  // The action has not the length of the space: see `aforce_action_length`.
+  // The action has not the length of the space, see `aforce_action_length`, or an entry is NaN.
   AFORCE_RESULT_BAD_LENGTH = 5,
   // A defect of this library. The torque, if one was asked for, is zero.
   AFORCE_RESULT_INTERNAL = 6,
@@ -154,11 +154,13 @@ enum AforceResult aforce_start(struct AforceHost *host,
                                char *message,
                                size_t size);
 
-// One policy action of `length` entries in [-1, 1] (others are clipped).
+// One policy action of `length` entries in [-1, 1] (others are clipped). One with a NaN is not taken, which counts as silence.
 //
 // # Safety
 // As `aforce_drop`; `action` must be null or point to `length` numbers.
-enum AforceResult aforce_set_goal(struct AforceHost *host, const double *action, size_t length);
+enum AforceResult aforce_set_goal(struct AforceHost *host,
+                                  const double *action,
+                                  size_t length);
 
 // One cycle: the torque for `state`, `dt` seconds after the last cycle. Neither panics nor allocates.
 //

@@ -43,7 +43,7 @@ pub enum AforceResult {
     Refused = 3,
     /// The law does not act: not started, stopped, or a fault.
     NotRunning = 4,
-    /// The action has not the length of the space: see `aforce_action_length`.
+    /// The action has not the length of the space, see `aforce_action_length`, or an entry is NaN.
     BadLength = 5,
     /// A defect of this library. The torque, if one was asked for, is zero.
     Internal = 6,
@@ -237,7 +237,7 @@ pub unsafe extern "C" fn aforce_start(
     })
 }
 
-/// One policy action of `length` entries in [-1, 1] (others are clipped).
+/// One policy action of `length` entries in [-1, 1] (others are clipped). One with a NaN is not taken, which counts as silence.
 ///
 /// # Safety
 /// As `aforce_drop`; `action` must be null or point to `length` numbers.

@@ -13,7 +13,7 @@ pub(crate) fn of_result(result: u32) -> &'static CStr {
         2 => c"the set-up is not allowed",
         3 => c"the arm's state is refused",
         4 => c"the law does not act: not started, stopped, or a fault",
-        5 => c"the action has not the length of the space",
+        5 => c"the action has not the length of the space, or an entry is NaN",
         6 => c"a defect of this library",
         _ => c"no such result",
     }

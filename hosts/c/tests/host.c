@@ -150,6 +150,9 @@ static void check_refusals(const AforceState *first) {
     }
     CHECK(aforce_start(&host, first, first->pose, message, sizeof message) == AFORCE_RESULT_OK);
     CHECK(aforce_set_goal(&host, action, 7) == AFORCE_RESULT_BAD_LENGTH);
+    const double unknown[6] = {0, 0, NAN, 0, 0, 0};
+    CHECK(aforce_set_goal(&host, unknown, 6) == AFORCE_RESULT_BAD_LENGTH);
+    CHECK(aforce_set_goal(&host, action, 6) == AFORCE_RESULT_OK);
 
     // A fault latches, and the torque stays finite.
     AforceState broken = *first;

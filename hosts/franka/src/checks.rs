@@ -63,8 +63,8 @@ pub fn push_by_hand(robot: &Robot, model: &Model, setup: &HostSetup, stop: &Atom
         }
         let axis = ["x", "y", "z"][axis];
         bail!(
-            "a push upwards reads {strength:.1} N along {axis}; right would be more than +{PUSH} N along z: look at \
-             interface.wrench_sign and wrench_axes in the set-up"
+            "a push upwards reads {strength:.1} N along {axis}; right would be more than +{PUSH} N along z: does the \
+             arm stand upright, and was the tool pushed upwards?"
         );
     }
     bail!("no push of {PUSH} N was felt within {} s (--no-push-check begins without)", PATIENCE.as_secs())

@@ -100,6 +100,16 @@ pub fn said(error: FrankaError) -> Result<String> {
     }
 }
 
+/// What an episode ends with. `ended` is why this program stopped the law, `seen` how the loop ended: [`End::Over`] if the arm has relaxed
+/// without a fault of the host. An answer that could not be read ends the program, whatever has happened to the arm meanwhile.
+fn outcome(ended: Option<Result<End>>, seen: Result<End>) -> Result<End> {
+    match (ended, seen) {
+        (Some(Err(error)), _) => Err(error),
+        (Some(Ok(end)), Ok(End::Over)) => Ok(end),
+        (_, seen) => seen,
+    }
+}
+
 /// The arm, and the script or policy that acts on it.
 pub struct Act<'a> {
     pub robot: &'a Robot,
@@ -152,11 +162,11 @@ impl Act<'_> {
             let tau = Torques::new(command.tau.into());
             if self.host.is_relaxed() {
                 let ended = match command.status {
-                    Status::Fault(fault) => Ok(End::Fault(fault)),
-                    _ => self.ended.take().unwrap_or(Ok(End::Over)),
+                    Status::Fault(fault) => End::Fault(fault),
+                    _ => End::Over,
                 };
                 break match control.write_once(&motion_finished(tau)) {
-                    Ok(()) => ended,
+                    Ok(()) => Ok(ended),
                     Err(error) => said(error).map(End::Reflex),
                 };
             }
@@ -167,7 +177,7 @@ impl Act<'_> {
             self.consult(&mut course, &command.status, &mut first);
         };
         println!("{course}, tank {:.2} J", self.host.tank());
-        end
+        outcome(self.ended.take(), end)
     }
 
     /// Stops the law if a joint comes close to the speed limit that the robot has at the joint's present angle.
@@ -317,6 +327,19 @@ mod tests {
         assert_eq!(testing::allocations() - before, 0);
         assert!(answers > 0);
         assert_eq!(log.finish().unwrap(), 0);
+    }
+
+    #[test]
+    fn an_answer_that_cannot_be_read_counts_more_than_a_fault() {
+        let unreadable = || Some(Err(anyhow!("unreadable")));
+        for seen in [Ok(End::Over), Ok(End::Fault(Fault::Mass)), Ok(End::Reflex("tau".into())), Err(anyhow!("lost"))] {
+            assert_eq!(outcome(unreadable(), seen).unwrap_err().to_string(), "unreadable");
+        }
+        assert!(matches!(outcome(Some(Ok(End::Asked(Ask::Reset))), Ok(End::Over)), Ok(End::Asked(Ask::Reset))));
+        assert!(matches!(outcome(Some(Ok(End::Over)), Ok(End::Fault(Fault::Mass))), Ok(End::Fault(Fault::Mass))));
+        assert!(matches!(outcome(None, Ok(End::Reflex("tau".into()))), Ok(End::Reflex(_))));
+        assert!(matches!(outcome(None, Ok(End::Over)), Ok(End::Over)));
+        assert_eq!(outcome(Some(Ok(End::Over)), Err(anyhow!("lost"))).unwrap_err().to_string(), "lost");
     }
 
     #[test]

@@ -77,14 +77,18 @@ impl Policy {
         }
     }
 
-    /// The latest answer since the last call, if there is one.
+    /// The latest answer since the last call, if there is one. An action that nobody asked for is dropped: it is no sign that the policy
+    /// still reads what the arm does. A request is taken whenever it comes, because it ends the episode.
     pub fn answer(&mut self) -> Result<Option<Answer>> {
         let mut latest = None;
         loop {
             match self.answers.try_recv() {
                 Ok(answer) => {
-                    self.waiting = false;
-                    latest = Some(answer?);
+                    let is_asked_for = std::mem::take(&mut self.waiting);
+                    let answer = answer?;
+                    if is_asked_for || matches!(answer, Answer::Ask(_)) {
+                        latest = Some(answer);
+                    }
                 }
                 Err(TryRecvError::Empty | TryRecvError::Disconnected) => return Ok(latest),
             }
@@ -92,11 +96,12 @@ impl Policy {
     }
 
     /// Between two episodes: the policy's answer to `told`. Only its first answer of all has a time limit. A late answer to an earlier
-    /// state is dropped. `None` if the policy has ended, or after a signal.
+    /// state is dropped, and so is what came before `told` was sent. `None` if the policy has ended, or after a signal.
     pub fn answer_to(&mut self, told: Told, stop: &AtomicBool) -> Result<Option<Answer>> {
         let begin = Instant::now();
         let mut late = self.waiting;
         if !late {
+            self.answer()?;
             self.tell(told.clone());
         }
         while !stop.load(Ordering::Relaxed) {
@@ -150,8 +155,9 @@ impl Drop for Policy {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::protocol::Ask;
     use crate::testing;
-    use aforce::host::Status;
+    use aforce::host::{Fault, Status};
 
     /// A policy may end while the arm rests between two episodes. An exit code other than 0 is an error.
     #[test]
@@ -172,6 +178,75 @@ mod tests {
                 (found, _) => panic!("{:?}", found.map(|answer| answer.is_some())),
             }
         }
+    }
+
+    /// A program that goes on printing actions whatever the arm does: the watchdog stops the arm, at the goal that it had. What cannot be
+    /// read is told nevertheless, and a request is taken.
+    #[test]
+    fn actions_that_nobody_asked_for_keep_no_watchdog_quiet() {
+        let folder = tempfile::tempdir().unwrap();
+        let [program, enough] = ["talking", "enough"].map(|name| folder.path().join(name));
+        let lines = format!(
+            "say() {{ echo '{{\"action\": [1, 0, 0, 0, 0, 0, -1]}}'; }}
+read -r line; say
+while [ ! -e {} ]; do sleep 0.01; say; done
+echo hello; echo '{{\"ask\": \"end\"}}'",
+            enough.display()
+        );
+        std::fs::write(&program, lines).unwrap();
+        let (mut host, (arm, _), begin) = (testing::host(), testing::panda(), Instant::now());
+        let expected = Expected::new(host.controller().space(), false).unwrap();
+        let mut policy = Policy::start(&format!("sh {}", program.display()), expected).unwrap();
+        let told = Told::running(&host, 1, 0.0, &Status::Stopped, None).unwrap();
+        assert!(matches!(policy.answer_to(told, &AtomicBool::new(false)).unwrap(), Some(Answer::Action(_))));
+        let goal = *host.controller().goal();
+        let mut status = Status::Stopped;
+        for _ in 0..300 {
+            status = host.update(&arm, 0.001).status;
+            if let Some(Answer::Action(action)) = policy.answer().unwrap() {
+                let _ = host.set_goal(action.entries());
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        assert!(matches!(status, Status::Fault(Fault::Silence { .. })), "{status:?}");
+        assert_eq!(*host.controller().goal(), goal);
+
+        std::fs::write(&enough, "").unwrap();
+        let mut next = || loop {
+            assert!(begin.elapsed() < PATIENCE, "nothing comes");
+            match policy.answer() {
+                Ok(None) => std::thread::sleep(LOOK),
+                found => break found,
+            }
+        };
+        let unreadable = next().unwrap_err().to_string();
+        assert!(unreadable.starts_with("the policy answers \"hello\""), "{unreadable}");
+        assert_eq!(next().unwrap(), Some(Answer::Ask(Ask::End)));
+    }
+
+    /// A program that answers twice would otherwise stay one answer behind.
+    #[test]
+    fn what_came_before_a_question_is_no_answer_to_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let [program, twice] = ["talking", "twice"].map(|name| folder.path().join(name));
+        let lines = format!(
+            "read -r line; echo '{{\"ask\": \"reset\"}}'; echo '{{\"ask\": \"reset\"}}'; touch {}
+read -r line; echo '{{\"ask\": \"end\"}}'",
+            twice.display()
+        );
+        std::fs::write(&program, lines).unwrap();
+        let (host, stop, begin) = (testing::host(), AtomicBool::new(false), Instant::now());
+        let told = || Told::running(&host, 1, 0.0, &Status::Stopped, None).unwrap();
+        let expected = Expected::new(&"aforce".parse().unwrap(), false).unwrap();
+        let mut policy = Policy::start(&format!("sh {}", program.display()), expected).unwrap();
+        assert_eq!(policy.answer_to(told(), &stop).unwrap(), Some(Answer::Ask(Ask::Reset)));
+        while !twice.exists() {
+            assert!(begin.elapsed() < PATIENCE, "no second answer");
+            std::thread::sleep(LOOK);
+        }
+        // The thread that reads the program's output takes the second answer meanwhile.
+        std::thread::sleep(10 * LOOK);
+        assert_eq!(policy.answer_to(told(), &stop).unwrap(), Some(Answer::Ask(Ask::End)));
     }
 
     /// The policy takes ten times as long as passes between two states, and answers with the last joint's angle.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use aforce::host::{CompensatedBy, Host, HostSetup, InertiaSide, WrenchAxes, WrenchSource, contact_axis};
+use aforce::host::{ArmInterface, CompensatedBy, Host, HostSetup, InertiaSide, WrenchSource, contact_axis};
 use aforce::{Arm, Vector3};
 use anyhow::{Context, Result, anyhow, ensure};
 use franka::{FciVersion, RealtimeConfig, Robot, RobotMode, RobotState};
@@ -117,15 +117,14 @@ fn check_arguments(args: &Args, setup: &HostSetup) -> Result<()> {
     );
     let wipes = args.script == Some(Script::Wipe);
     ensure!(!wipes || setup.space.force, "--script wipe presses: `{}` has space.force = false", setup.space);
-    let interface = &setup.interface;
-    let reported = interface.wrench == WrenchSource::Reported;
+    let reported = setup.interface.wrench == WrenchSource::Reported;
     ensure!(
         reported || args.no_push_check,
         "interface.wrench is observed: a push shows what the arm reports, which the law does not read; --no-push-check"
     );
     ensure!(
-        args.rehearse_table.is_none() || reported && interface.wrench_axes == WrenchAxes::Base,
-        "--rehearse-table adds to a wrench that the arm reports in base axes: see interface.wrench and wrench_axes"
+        args.rehearse_table.is_none() || reported,
+        "--rehearse-table adds to a wrench that the arm reports: interface.wrench is observed, \"reported\" would be right"
     );
     let up = (contact_axis(setup.contact_axis)?.into_inner() - Vector3::z()).norm() < 1e-6;
     for (option, given) in [("--script wipe", wipes), ("--rehearse-table", args.rehearse_table.is_some())] {
@@ -163,6 +162,7 @@ fn read_setup(args: &Args) -> Result<(HostSetup, RobotSetup)> {
         setup.interface.inertia == InertiaSide::Link,
         "{name}: interface.inertia is \"motor\": a Franka reports that of its links"
     );
+    check_wrench(&setup.interface).map_err(|error| anyhow!("{name}: {error}"))?;
     for (max, unit) in setup.limits.external_max.into_iter().zip(["N", "Nm"]) {
         ensure!(
             max < COLLISION_MAX,
@@ -171,6 +171,29 @@ fn read_setup(args: &Args) -> Result<(HostSetup, RobotSetup)> {
     }
     setup.arm.torque_rate_max = setup.arm.torque_rate_max.map(|rate| RATE_SHARE * rate);
     Ok((setup, own))
+}
+
+/// Refuses conventions of a reported wrench that are not a Franka's. Those of an observed one are not read.
+fn check_wrench(interface: &ArmInterface) -> Result<()> {
+    const FRANKA: ArmInterface = ArmInterface::FRANKA;
+    if interface.wrench != WrenchSource::Reported {
+        return Ok(());
+    }
+    ensure!(
+        interface.wrench_sign == FRANKA.wrench_sign,
+        "interface.wrench_sign is \"on-tool\": a Franka reports what the tool exerts, \"on-environment\" would be right"
+    );
+    ensure!(
+        interface.wrench_axes == FRANKA.wrench_axes,
+        "interface.wrench_axes is \"tool\": a Franka reports the wrench in the axes of its base, \"base\" would be right"
+    );
+    ensure!(
+        interface.wrench_point == FRANKA.wrench_point,
+        "interface.wrench_point is {:?}: franka-host has the moment reported about the tool point, {:?} would be right",
+        interface.wrench_point,
+        FRANKA.wrench_point
+    );
+    Ok(())
 }
 
 /// The joint angles of `--start` (rad), which must be within the arm's ranges.

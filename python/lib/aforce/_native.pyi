@@ -217,8 +217,8 @@ class State:
         """Velocity of a joint of the scene (rad/s or m/s)."""
 
     def grasped(self, name: str) -> bool:
-        """Whether both finger pads press on the shape of this name, or on one of the body of this name. Nothing presses before an
-        episode's first action."""
+        """Whether each finger pad presses on the shape of this name, or on a shape of the body of this name. A mesh of several parts is one
+        shape. Nothing presses before an episode's first action."""
 
 @final
 class Env:

@@ -1,5 +1,6 @@
 //! The bodies of a task's scene, from dicts and from files.
 
+use std::collections::HashMap;
 use std::path::PathBuf;
 
 use aforce::{Pose, Vector3};
@@ -131,6 +132,8 @@ pub fn pose(numbers: &[f64]) -> Result<Pose, String> {
 /// `parent` names, or on the world.
 pub struct Group {
     bodies: Vec<Body>,
+    /// Of each part of a shape but its first, which has the shape's name: the part's name, and that of the shape.
+    pub parts: HashMap<String, String>,
     parent: Option<String>,
     pose: Pose,
     /// Whether the joint gets the default end stop, which fits what the joint carries.
@@ -185,7 +188,7 @@ fn read_file(spec: FileSpec) -> Result<Group, String> {
         _ => return Err(format!("{}: an MJCF file (.xml) or a URDF file (.urdf) is wanted", spec.file.display())),
     };
     let bodies = read.map_err(|error| error.to_string())?.bodies;
-    Ok(Group { bodies, parent: None, pose: pose(&spec.pose)?, default_stop: false })
+    Ok(Group { bodies, parts: HashMap::new(), parent: None, pose: pose(&spec.pose)?, default_stop: false })
 }
 
 fn body(spec: BodySpec, axis: Option<AxisSpec>) -> Result<Group, String> {
@@ -201,7 +204,7 @@ fn body(spec: BodySpec, axis: Option<AxisSpec>) -> Result<Group, String> {
             ));
         }
     };
-    let (mut geoms, mut matter) = (vec![], Inertial::NONE);
+    let (mut geoms, mut parts, mut matter) = (vec![], HashMap::new(), Inertial::NONE);
     for shape in &spec.shapes {
         let place = geoms.len();
         let own = match place {
@@ -214,8 +217,12 @@ fn body(spec: BodySpec, axis: Option<AxisSpec>) -> Result<Group, String> {
         {
             let frame = pose(&shape.pose)? * within;
             matter = matter.merged(&Inertial::solid(&solid, 1.0).transformed(&frame));
+            let name = if i == 0 { named.clone() } else { format!("{named}_{i}") };
+            if i > 0 {
+                parts.insert(name.clone(), named.clone());
+            }
             geoms.push(Geom {
-                name: if i == 0 { named.clone() } else { format!("{named}_{i}") },
+                name,
                 shape: solid,
                 pose: frame,
                 friction: shape.friction.unwrap_or(1.0),
@@ -235,7 +242,7 @@ fn body(spec: BodySpec, axis: Option<AxisSpec>) -> Result<Group, String> {
     let inertial = Inertial { mass: matter.mass * factor, inertia: matter.inertia * factor, ..matter };
     let pose = pose(&spec.pose)?;
     let body = Body { name: spec.name, parent: None, pose: Pose::identity(), joint, inertial, geoms };
-    Ok(Group { bodies: vec![body], parent: spec.parent, pose, default_stop })
+    Ok(Group { bodies: vec![body], parts, parent: spec.parent, pose, default_stop })
 }
 
 fn moving(spec: AxisSpec, body: &str) -> Result<Joint, String> {

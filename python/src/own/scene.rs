@@ -1,5 +1,6 @@
 //! A task's scene, from a dict, with the robot, its tool, floor and table.
 
+use std::collections::HashMap;
 use std::path::PathBuf;
 
 use physics::model::Model;
@@ -24,6 +25,8 @@ pub struct Stage {
     pub site: [f64; 3],
     /// Index of the task's first body.
     pub first: usize,
+    /// Name of the shape of which a geom is a part, by the geom's name, where the two differ.
+    pub parts: HashMap<String, String>,
 }
 
 /// The arm's tool.
@@ -110,7 +113,9 @@ impl Stage {
             }
         };
         let first = scene.bodies.len();
-        for group in bodies {
+        let mut parts = HashMap::new();
+        for mut group in bodies {
+            parts.extend(std::mem::take(&mut group.parts));
             add(&mut scene, group, first).map_err(|words| part.value(words))?;
         }
         for index in first..scene.bodies.len() {
@@ -118,6 +123,6 @@ impl Stage {
             scene.bodies[index].geoms.iter_mut().for_each(|geom| geom.role = role);
         }
         scene.check().map_err(|wrong| part.value(wrong))?;
-        Ok(Stage { scene, tool, site, first })
+        Ok(Stage { scene, tool, site, first, parts })
     }
 }

@@ -1,5 +1,6 @@
 //! The state that a task's methods read, as it is when they are called.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use aforce::{Measurement, Pose, Vector3};
@@ -20,15 +21,15 @@ pub struct Places {
     bodies: Vec<(String, Option<usize>, Pose)>,
     /// Name and index of each joint.
     joints: Vec<(String, usize)>,
-    /// Name of each shape, name of its body, and index of the shape.
+    /// Of each geom the name of the shape of which it is a part, the name of its body, and its index.
     shapes: Vec<(String, String, usize)>,
     /// Indices of the finger pads' shapes, if there are fingers.
     pads: Option<[usize; 2]>,
 }
 
 impl Places {
-    /// The indices for the bodies from `first` on.
-    pub fn new(scene: &Scene, first: usize, fingers: bool) -> Self {
+    /// The indices for the bodies from `first` on. `parts` has the name of the shape of which a geom is a part, where the two differ.
+    pub fn new(scene: &Scene, first: usize, parts: &HashMap<String, String>, fingers: bool) -> Self {
         let mut places = Places { bodies: vec![], joints: vec![], shapes: vec![], pads: None };
         for (index, body) in scene.bodies.iter().enumerate().skip(first) {
             let (root, pose) = scene.moving_root(index);
@@ -36,9 +37,10 @@ impl Places {
             if let Joint::Hinge(axis) | Joint::Slide(axis) = &body.joint {
                 places.joints.push((axis.name.clone(), scene.joint(&axis.name)));
             }
-            places
-                .shapes
-                .extend(body.geoms.iter().map(|geom| (geom.name.clone(), body.name.clone(), scene.geom(&geom.name))));
+            places.shapes.extend(body.geoms.iter().map(|geom| {
+                let shape = parts.get(&geom.name).unwrap_or(&geom.name);
+                (shape.clone(), body.name.clone(), scene.geom(&geom.name))
+            }));
         }
         places.pads = fingers.then(|| ["left_pad", "right_pad"].map(|pad| scene.geom(pad)));
         places
@@ -63,8 +65,8 @@ struct Snapshot {
     fingers: Option<f64>,
     bodies: Vec<Motion>,
     joints: Vec<(f64, f64)>,
-    /// For each shape, whether both finger pads press on it.
-    grasped: Vec<bool>,
+    /// For each geom, whether the left and the right finger pad press on it.
+    pressed: Vec<[bool; 2]>,
 }
 
 /// State of the simulation that a task's methods read, as it was when they were called. World axes, SI units.
@@ -90,7 +92,7 @@ impl State {
             Motion { pose, velocity: halves(&velocity) }
         };
         let pressed =
-            |shape: usize| places.pads.is_some_and(|pads| pads.iter().all(|&pad| simulation.touching(pad, shape)));
+            |geom: usize| places.pads.map_or([false; 2], |pads| pads.map(|pad| simulation.touching(pad, geom)));
         State(Snapshot {
             y: y.clone(),
             time: simulation.time(),
@@ -99,7 +101,7 @@ impl State {
             fingers: simulation.fingers().map(|fingers| pads_apart(fingers.map(|finger| finger.0))),
             bodies: places.bodies.iter().map(motion).collect(),
             joints: places.joints.iter().map(|(_, place)| simulation.joint(*place)).collect(),
-            grasped: places.shapes.iter().map(|(.., place)| pressed(*place)).collect(),
+            pressed: places.shapes.iter().map(|(.., place)| pressed(*place)).collect(),
             places: Arc::clone(places),
         })
     }
@@ -190,16 +192,18 @@ impl State {
         self.joint_at(name).map(|(_, qd)| qd)
     }
 
-    /// Whether both finger pads press on the shape of this name, or on one of the body of this name; KeyError if there is none. Nothing
-    /// presses before an episode's first action, not even on a body in the hand.
+    /// Whether each finger pad presses on the shape of this name, or on a shape of the body of this name; KeyError if there is none. A mesh of
+    /// several parts is one shape. Nothing presses before an episode's first action, not even on a body in the hand.
     fn grasped(&self, name: &str) -> PyResult<bool> {
         let shapes = &self.0.places.shapes;
-        let mut named =
-            shapes.iter().zip(&self.0.grasped).filter(|((shape, body, _), _)| shape == name || body == name).peekable();
-        if named.peek().is_none() {
-            return Err(unknown("shape", name, shapes.iter().map(|(shape, ..)| shape.as_str())));
-        }
-        Ok(named.any(|(_, grasped)| *grasped))
+        let named = shapes.iter().zip(&self.0.pressed).filter(|((shape, body, _), _)| shape == name || body == name);
+        // The pads may press on different parts.
+        let by_pads = named.map(|(_, pressed)| *pressed).reduce(|[left, right], [l, r]| [left || l, right || r]);
+        by_pads.map(|pads| pads == [true; 2]).ok_or_else(|| {
+            let mut known: Vec<&str> = shapes.iter().map(|(shape, ..)| shape.as_str()).collect();
+            known.dedup();
+            unknown("shape", name, known.into_iter())
+        })
     }
 }
 

@@ -93,7 +93,7 @@ pub struct PythonTask {
 
 impl PythonTask {
     pub fn new(object: Py<PyAny>, sayings: Sayings, stage: Stage, fingers: bool, trouble: Trouble) -> Self {
-        let places = Arc::new(Places::new(&stage.scene, stage.first, fingers));
+        let places = Arc::new(Places::new(&stage.scene, stage.first, &stage.parts, fingers));
         PythonTask {
             object,
             sayings,
@@ -134,7 +134,7 @@ impl PythonTask {
             .lay_out(&mut scene, self.stage.first, &plant.robot, self.fingers)
             .map_err(|words| part.value(words))?;
         (self.start, self.joints) = (Some(start), joints);
-        self.places = Arc::new(Places::new(&scene, self.stage.first, self.fingers));
+        self.places = Arc::new(Places::new(&scene, self.stage.first, &self.stage.parts, self.fingers));
         Ok(Simulation::new(&scene, self.stage.tool, self.stage.site, plant))
     }
 

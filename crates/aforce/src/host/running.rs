@@ -102,6 +102,7 @@ impl Host {
         };
         self.check(&y)?;
         self.agreement.at_start(state, &y)?;
+        self.check_torques(state, &y)?;
         self.observer = observer;
         self.agreement.reset(state, &y);
         self.controller.reset(&y);
@@ -119,14 +120,18 @@ impl Host {
         }
     }
 
-    /// Takes one policy action, entries in [-1, 1] (others are clipped). The goal is computed from the state of the latest cycle.
+    /// Takes one policy action, entries in [-1, 1] (others are clipped). The goal is computed from the state of the latest cycle. An
+    /// action that is not taken leaves the goal as it is and counts as silence.
     ///
     /// # Errors
-    /// If the law does not act, or the action has another length than the space's.
+    /// If the law does not act, the action has another length than the space's, or an entry is NaN.
     pub fn set_goal(&mut self, action: &[f64]) -> Result<(), NotTaken> {
         let expected = self.controller.space().dim();
-        if action.len() != expected {
-            return Err(NotTaken::Length { found: action.len(), expected });
+        // To the law a NaN is an entry of 0, which asks for something: where the goal is absolute, to go back to the start.
+        let numbers = action.iter().filter(|entry| !entry.is_nan()).count();
+        let found = if action.len() == expected { numbers } else { action.len() };
+        if found != expected {
+            return Err(NotTaken::Length { found, expected });
         }
         let (Mode::Running, Some(y)) = (self.mode, &self.y) else { return Err(NotTaken::NotRunning) };
         let wanted = self.controller.interpret(action, y);
@@ -344,6 +349,21 @@ impl Host {
             return Ok(());
         }
         Err(Fault::Kinematics { distance, angle, max_distance, max_angle })
+    }
+
+    /// Checks at a start the torque that acts on the arm and the one that the law adds to hold it. Above the arm's limits the first torque
+    /// that is sent would be a jump, or too weak to hold the arm.
+    fn check_torques(&self, state: &ArmState, y: &Measurement) -> Result<(), Fault> {
+        let taken = ("the torque that the arm took last", &state.tau);
+        let holding = ("the torque against gravity and Coriolis forces", &y.bias);
+        for (what, torques) in [taken, holding] {
+            for (i, (&torque, max)) in torques.iter().zip(self.arm.torque_max).enumerate() {
+                if torque.abs() > max {
+                    return Err(Fault::TorqueMax { joint: i + 1, what, torque, max });
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Checks the ranges and speeds of the joints, the tool's workspace, and the external force and moment.

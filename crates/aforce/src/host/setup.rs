@@ -8,7 +8,7 @@ use crate::arm::Arm;
 use crate::error::{ConfigError, positive, within};
 use crate::host::interface::ArmInterface;
 use crate::host::limits::HostLimits;
-use crate::law::action_space::{ActionSpace, SetPoint};
+use crate::law::action_space::{ActionSpace, DAMPING_RATIO_MAX, SetPoint};
 use crate::law::built_in::{RecordError, UnknownActionSpace};
 use crate::law::commanded_psi::PsiParameter;
 use crate::law::config::ControllerConfig;
@@ -16,6 +16,7 @@ use crate::law::controller::Controller;
 use crate::law::force::ForceConfig;
 use crate::law::goal::GoalRule;
 use crate::law::interpolator::Interpolation;
+use crate::law::stiffness::Stiffness;
 use crate::record::{self, Problem};
 use crate::spatial::Vector3;
 
@@ -24,9 +25,10 @@ const SHORT_LEVER: f64 = 0.25;
 /// Largest share of `limits.external_max`, where a force is a fault, that an action may ask for: a controlled force swings about the value
 /// asked for.
 const PRESS_SHARE: f64 = 0.8;
-/// Largest stiffness of a joint's hold (Nm/rad), and its least damping ratio.
+/// Largest stiffness of a joint's hold (Nm/rad).
 const HOLD_STIFFNESS_MAX: f64 = 1000.0;
-const HOLD_RATIO: f64 = 0.3;
+/// Least damping ratio, of a joint's hold and of a space whose stiffness does not adapt.
+const LEAST_RATIO: f64 = 0.3;
 
 /// `controller` and `space` of a set-up whose text leaves them out.
 const GENTLE: &str = include_str!("gentle.toml");
@@ -147,11 +149,23 @@ impl HostSetup {
             let reason = "\"jump\": on an arm a set-point moves, \"interpolated\" would be right".to_owned();
             return Err(ConfigError::Contradiction { field: "space.set_point".into(), reason });
         }
+        self.damping_fits()?;
         self.rates_fit()?;
         self.limits_fit()?;
         self.forces_fit()?;
         self.steps_fit()?;
         self.contact_axis().map(|_| ())
+    }
+
+    /// Refuses a fixed or commanded stiffness with so little damping that the tool would swing. An adaptive one is checked
+    /// for stability with its space.
+    fn damping_fits(&self) -> Result<(), ConfigError> {
+        match &self.space.stiffness {
+            Stiffness::Adaptive(_) => Ok(()),
+            Stiffness::Fixed(_) | Stiffness::Commanded(_) => {
+                self.space.damping_ratio.within("space.damping_ratio", LEAST_RATIO..=DAMPING_RATIO_MAX)
+            }
+        }
     }
 
     /// Refuses rates with which every cycle or the time between two actions would be a fault, and a leak mu that would overshoot in the
@@ -193,14 +207,19 @@ impl HostSetup {
             }
         }
         for joint in 0..7 {
-            let (stiffness, inertia) = (hold.stiffness[joint], self.arm.rotor_inertia[joint]);
+            let (stiffness, damping, inertia) =
+                (hold.stiffness[joint], hold.damping[joint], self.arm.rotor_inertia[joint]);
             let place = |name: &str| format!("limits.hold.{name} (joint {})", joint + 1);
             within(&place("stiffness"), stiffness, 0.0..=HOLD_STIFFNESS_MAX)?;
             // The rotor alone, on the spring of the hold, must have the least damping ratio. A damping above half of inertia/dt would
             // overshoot within a cycle.
-            let (least, most) = (2.0 * HOLD_RATIO * (stiffness * inertia).sqrt(), 0.5 * inertia / self.controller.dt());
+            let (least, most) =
+                (2.0 * LEAST_RATIO * (stiffness * inertia).sqrt(), 0.5 * inertia / self.controller.dt());
             if inertia > 0.0 {
-                within(&place("damping"), hold.damping[joint], least..=most.max(least))?;
+                within(&place("damping"), damping, least..=most.max(least))?;
+            } else if stiffness > 0.0 {
+                // The joint's inertia is not known, so no ratio is. Without any damping it would swing whatever its inertia.
+                positive(&place("damping"), damping)?;
             }
         }
         Ok(())

@@ -269,6 +269,18 @@ pub enum Fault {
         /// The torque that was sent last (Nm).
         sent: f64,
     },
+    /// At the start: the torque that acts on a joint, or the one that holds it, is above the largest that may be sent.
+    #[error("joint {joint}: {what} is {torque:.2} Nm; arm.torque_max allows {max}")]
+    TorqueMax {
+        /// 1 to 7.
+        joint: usize,
+        /// Which of the two torques.
+        what: &'static str,
+        /// The torque (Nm).
+        torque: f64,
+        /// Largest torque allowed, either way (Nm).
+        max: f64,
+    },
     /// No action came for too long.
     #[error("no action for {silence:.3} s; allowed: {max}")]
     Silence {
@@ -304,6 +316,7 @@ impl Fault {
             Self::Coriolis { .. } => 18,
             Self::Jump { .. } => 19,
             Self::TorqueTaken { .. } => 20,
+            Self::TorqueMax { .. } => 21,
         }
     }
 
@@ -332,6 +345,7 @@ impl Fault {
             18 => c"a Coriolis torque that the joints' speeds cannot make",
             19 => c"Jacobian or gravity jumped",
             20 => c"the arm tells of a torque that it was not sent",
+            21 => c"a joint takes more torque at the start than it may be sent",
             _ => return None,
         })
     }
@@ -343,10 +357,10 @@ pub enum NotTaken {
     /// The law does not act: not started, stopped, or a fault.
     #[error("the law does not act: the action is not taken")]
     NotRunning,
-    /// The action has another length than the space's.
-    #[error("an action of {found} entries; the space has {expected}")]
+    /// The action has more or fewer numbers than the space's actions. NaN is no number.
+    #[error("an action of {found} numbers, NaN not counted; the space has {expected}")]
     Length {
-        /// Length of the action.
+        /// Length of the action; if that is right, how many of its entries are numbers.
         found: usize,
         /// Length of the space's actions.
         expected: usize,
@@ -381,6 +395,7 @@ mod tests {
             Fault::Coriolis { joint, torque: 0.0, max },
             Fault::Jump { field: "jacobian", change: 0.0, max },
             Fault::TorqueTaken { joint, told: 0.0, sent: 0.0 },
+            Fault::TorqueMax { joint, what: "the torque", torque: 1.0, max },
         ];
         for (fault, code) in faults.iter().zip(1..) {
             assert_eq!(fault.code(), code);

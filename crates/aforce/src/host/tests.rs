@@ -209,6 +209,38 @@ fn a_start_is_refused_with_the_two_numbers_that_disagree() {
     assert_eq!(host.set_goal(&[0.0; 7]), Err(NotTaken::Length { found: 7, expected: 6 }));
 }
 
+/// The first torque counts from the one that the arm took, and has to hold the arm. Neither is possible beyond the arm's limits.
+#[test]
+fn a_start_beyond_the_arms_torques_is_refused() {
+    let refused = |interface: ArmInterface, spoil: &dyn Fn(&mut ArmState)| {
+        let mut host = Host::new(&HostSetup { interface, ..setup("low") }).unwrap();
+        let mut y = gantry(INERTIA);
+        y.pose.translation.vector = HOME.into();
+        let mut state = state(&y, &JointVector::zeros());
+        spoil(&mut state);
+        let error = host.start(&state, &y.pose).err();
+        let started = host.update(&state, DT).status != Status::Stopped;
+        assert_eq!(started, error.is_none());
+        error.map_or(String::new(), |fault| fault.to_string())
+    };
+    let plain = ArmInterface::PLAIN;
+    for (value, told) in [(500.0, ""), (-500.0, ""), (500.5, "500.50"), (-501.0, "-501.00")] {
+        let by_tau = refused(plain, &|s| s.tau[1] = value);
+        let by_gravity = refused(plain, &|s| s.gravity[5] = value);
+        if told.is_empty() {
+            assert_eq!((by_tau, by_gravity), (String::new(), String::new()), "{value} Nm");
+            continue;
+        }
+        let allowed = format!("is {told} Nm; arm.torque_max allows 500");
+        assert_eq!(by_tau, format!("joint 2: the torque that the arm took last {allowed}"));
+        assert_eq!(by_gravity, format!("joint 6: the torque against gravity and Coriolis forces {allowed}"));
+    }
+    let both = |s: &mut ArmState| (s.gravity[0], s.coriolis[0]) = (450.0, 100.0);
+    assert!(refused(plain, &both).starts_with("joint 1: the torque against gravity and Coriolis forces is 550.00 Nm"));
+    // An arm that compensates gravity by itself has its torque besides the one that it is sent.
+    assert_eq!(refused(ArmInterface::FRANKA, &|s| s.gravity[5] = 900.0), "");
+}
+
 #[test]
 fn the_contact_axis_turns_and_needs_a_direction() {
     let mut plant = Plant::new(&HostSetup { limits: endless(), ..setup("low-force") });

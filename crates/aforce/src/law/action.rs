@@ -19,7 +19,8 @@ pub(crate) struct Decoded<'a> {
     pub(crate) force: Option<f64>,
 }
 
-/// Decodes an action. NaN entries ask for no motion, no force and the middle of a range.
+/// Decodes an action. NaN entries ask for no force and the middle of a range, and add nothing to the goal's origin, which an absolute goal
+/// has where the episode began. A host refuses them.
 ///
 /// # Panics
 /// If the action has another length than the space's.
@@ -99,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_a_number_asks_for_nothing() {
+    fn what_is_not_a_number_adds_nothing() {
         let command = |name: &str, action: &[f64]| {
             let command = decode(&name.parse().unwrap(), &ControllerConfig::default(), action);
             (command.stiffness, command.delta, command.force)

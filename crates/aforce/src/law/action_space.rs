@@ -16,6 +16,9 @@ use crate::law::stiffness::{Scale, Stiffness, StiffnessUnit};
 use crate::name;
 use crate::spatial::RotationError;
 
+/// Largest damping ratio of an axis.
+pub(crate) const DAMPING_RATIO_MAX: f64 = 10.0;
+
 /// An action space.
 ///
 /// An action lies in [-1, 1] and reads `[kp (6, or 1 if shared) if commanded] [psi (2 per parameter) if commanded] [delta position (3),
@@ -184,7 +187,7 @@ impl ActionSpace {
             |field: &str, reason: &str| Err(ConfigError::Contradiction { field: field.into(), reason: reason.into() });
         name::check(&self.name).or_else(|reason| contradiction("name", &reason))?;
         self.goal.validate()?;
-        self.damping_ratio.within("damping_ratio", 0.0..=10.0)?;
+        self.damping_ratio.within("damping_ratio", 0.0..=DAMPING_RATIO_MAX)?;
         self.stiffness.validate(control_hz)?;
         if self.set_point == SetPoint::Jump && self.rate == RateRule::SetPoint {
             return contradiction(

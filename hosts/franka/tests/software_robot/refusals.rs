@@ -47,6 +47,18 @@ fn an_interface_that_is_no_frankas_is_refused() {
             "{ extends = \"franka\", coriolis = \"arm\" }",
             "interface.coriolis is \"arm\": a Franka leaves Coriolis forces",
         ),
+        (
+            "{ extends = \"franka\", wrench_sign = \"on-tool\" }",
+            "interface.wrench_sign is \"on-tool\": a Franka reports what the tool exerts, \"on-environment\" would be right",
+        ),
+        (
+            "{ extends = \"franka\", wrench_axes = \"tool\" }",
+            "interface.wrench_axes is \"tool\": a Franka reports the wrench in the axes of its base",
+        ),
+        (
+            "{ extends = \"franka\", wrench_point = [0, 0, -0.1] }",
+            "interface.wrench_point is [0.0, 0.0, -0.1]: franka-host has the moment reported about the tool point, [0.0, 0.0, 0.0]",
+        ),
     ] {
         std::fs::write(&setup, fr3.replace("\"franka\"", interface)).unwrap();
         let output = host(&["--script", "hold", "--setup", setup.to_str().unwrap()]).output().unwrap();

@@ -65,6 +65,33 @@ fn a_force_that_would_be_a_fault_or_would_swing_is_refused() {
     }
 }
 
+/// Stiffness that adapts has its own limit of stability. Nothing else says that a fixed or a commanded one is damped.
+#[test]
+fn a_stiffness_that_swings_is_refused() {
+    let with = |space: &str| HostSetup::from_toml(&FILE.replace("'aforce-force'", space)).map(drop);
+    for base in ["high", "low-force", "variable", "osc"] {
+        for (ratio, axis, value) in [("0.0", "x", "0"), ("[1.0, 0.29]", "rx", "0.29")] {
+            let told = with(&format!("{{ extends = '{base}', damping_ratio = {ratio} }}")).unwrap_err().to_string();
+            let allowed = "is not allowed; allowed: 0.3 to 10";
+            assert_eq!(told, format!("space.damping_ratio (axis {axis}) = {value} {allowed}"), "{base}");
+        }
+        with(&format!("{{ extends = '{base}', damping_ratio = 0.3 }}")).unwrap();
+    }
+    with("{ extends = 'aforce', damping_ratio = 0.2, stiffness.adaptive.allow_unstable = true }").unwrap();
+}
+
+/// An arm that does not say its rotors, as a six-joint arm's seventh joint.
+#[test]
+fn a_hold_of_unknown_inertia_is_damped() {
+    let arm = FILE.replace("'fr3'", "{ extends = 'fr3', rotor_inertia = [0, 0, 0, 0, 0, 0, 0] }");
+    HostSetup::from_toml(&arm).unwrap();
+    let with = |lines: &str| HostSetup::from_toml(&format!("{arm}[limits.hold]\n{lines}")).map(drop);
+    let told = with("damping = [10, 10, 10, 10, 3, 0, 2]").unwrap_err().to_string();
+    assert_eq!(told, "limits.hold.damping (joint 6) = 0 is not allowed; allowed: above 0");
+    with("damping = [0, 0, 0, 0, 0, 0, 0]\nstiffness = [0, 0, 0, 0, 0, 0, 0]\nrelaxed = [0, 0, 0, 0, 0, 0, 0]")
+        .unwrap();
+}
+
 #[test]
 fn a_contact_axis_has_any_length_and_a_direction() {
     for short_or_long in [1e-8, 1.0, 1e8] {

@@ -100,6 +100,28 @@ fn a_hold_goes_on_when_the_clock_does_not() {
     }
 }
 
+/// A policy that has diverged sends NaN. Its actions move no goal and do not keep the watchdog quiet.
+#[test]
+fn an_action_with_a_nan_is_silence() {
+    let mut plant = Plant::new(&setup("low"));
+    plant.act(&[0.3; 6], 50);
+    let goal = *plant.host.controller().goal();
+    let mut action = [0.3; 6];
+    action[2] = f64::NAN;
+    let mut status = Status::Stopped;
+    for cycle in 50..260 {
+        if cycle % 50 == 0 {
+            let refused = plant.host.set_goal(&action).unwrap_err();
+            assert_eq!(refused.to_string(), "an action of 5 numbers, NaN not counted; the space has 6");
+        }
+        assert_eq!(*plant.host.controller().goal(), goal);
+        status = plant.step(&Wrench::zeros());
+    }
+    assert!(matches!(status, Status::Fault(Fault::Silence { .. })), "{status:?}");
+    let longer = [f64::NAN, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    assert_eq!(plant.host.set_goal(&longer), Err(NotTaken::Length { found: 7, expected: 6 }), "one NaN too many");
+}
+
 #[test]
 fn a_silent_policy_and_a_stalled_loop_are_faults() {
     let mut plant = Plant::new(&setup("low"));
