@@ -206,6 +206,9 @@ impl Engine {
         for (joint, axis) in self.joints.iter().zip(&self.axes) {
             let (multibody, link) = multibody_joints.get_mut(joint.handle).expect("inserted above");
             let dof = multibody.link(link).expect("inserted above").assembly_id();
+            // The engine brakes the turning of a free body that carries joints. Nobody asked for that.
+            let of_root = multibody.root().joint().ndofs();
+            multibody.damping_mut().rows_mut(0, of_root).fill(0.0);
             multibody.damping_mut()[dof] = axis.damping;
             multibody.armature_mut()[dof] = axis.armature;
         }
@@ -287,8 +290,7 @@ impl Engine {
     /// they are computed from the joints' velocities, because the engine's own are a step old there.
     fn motion(&self, body: RigidBodyHandle) -> [Vector3; 3] {
         let Some(i) = self.joints.iter().position(|joint| joint.child == body) else {
-            let body = &self.world.bodies[body];
-            return [body.center_of_mass(), body.linvel(), body.angvel()].map(coordinates);
+            return self.free_motion(body);
         };
         let joint = &self.joints[i];
         let pose = from_engine(self.world.bodies[body].position());
@@ -299,6 +301,19 @@ impl Engine {
         });
         velocity[joint.part()] += pose.rotation * joint.direction * self.coordinate(i).1;
         [origin, velocity[0], velocity[1]]
+    }
+
+    /// As [`motion`](Self::motion), of a body that moves freely. One that carries joints is the root of a multibody, of
+    /// which the first six velocities are the body's: linear and angular, world axes. The engine moves the body's origin
+    /// with the linear one. The velocity that the engine keeps with such a body is a step old.
+    fn free_motion(&self, body: RigidBodyHandle) -> [Vector3; 3] {
+        let multibodies = &self.world.multibody_joints;
+        let rigid = &self.world.bodies[body];
+        let Some(link) = multibodies.rigid_body_link(body) else {
+            return [rigid.center_of_mass(), rigid.linvel(), rigid.angvel()].map(coordinates);
+        };
+        let v = multibodies.get_multibody(link.multibody).expect("never removed").generalized_velocity();
+        [coordinates(rigid.translation()), Vector3::new(v[0], v[1], v[2]), Vector3::new(v[3], v[4], v[5])]
     }
 
     /// Puts a free body at rest at `pose`, and with it what joints carry on it.

@@ -317,18 +317,19 @@ impl Simulation {
         self.engine.contact_points(a, b)
     }
 
-    /// Deepest overlap of geoms in contact (m), at the start of the engine's last step.
+    /// Deepest overlap of geoms in contact (m), at the start of the engine's last step. The travel of a soft layer does
+    /// not count.
     pub fn deepest_penetration(&self) -> f64 {
         self.engine.deepest_penetration()
     }
 
-    /// Deepest overlap of any two geoms that may touch (m), as they stand now.
+    /// Deepest overlap of any two geoms that may touch (m), as they stand now. A soft layer counts as hard.
     pub fn overlap(&self) -> f64 {
         self.engine.overlap()
     }
 
     /// Geoms that may touch and overlap by more than `allowed` (m) as they stand now. A task's start should have none, because the
-    /// engine pushes such geoms apart with forces that no robot has.
+    /// engine pushes such geoms apart with forces that no robot has. A soft layer counts as hard.
     pub fn overlaps(&self, allowed: f64) -> Vec<Overlap> {
         let name = |geom: usize| self.solids[geom].name.clone();
         let found = self.engine.overlaps(allowed).into_iter();

@@ -5,15 +5,16 @@ mod mujoco_reference;
 
 use std::path::{Path, PathBuf};
 
-use aforce::{JointVector, Pose, Vector3};
+use aforce::{JointVector, Pose, Twist, Vector3};
 use mujoco_reference::reference;
 use nalgebra::UnitQuaternion;
 use physics::gripper::{GRIP_SITE, add_gripper};
+use physics::model::GRAVITY;
 use physics::objects::{ReadError, Root, read_mjcf, read_urdf};
 use physics::robots::RobotName;
 use physics::robots::panda::HOME;
-use physics::scene::{Body, Geom, Hull, Inertial, Joint, Role, Scene, Shape, at, pose};
-use physics::{Deviation, Plant, Simulation, SimulationConfig};
+use physics::scene::{Axis, Body, Geom, Hull, Inertial, Joint, Role, Scene, Shape, Stop, at, pose};
+use physics::{Deviation, Plant, Push, Simulation, SimulationConfig};
 
 const DT: f64 = 0.002;
 
@@ -285,7 +286,7 @@ fn a_wrong_scene_is_refused_with_the_name_of_its_body() {
 
 #[test]
 fn a_wrong_joint_is_refused_with_the_name_of_its_body() {
-    type Change = fn(&mut physics::scene::Axis);
+    type Change = fn(&mut Axis);
     let cases: [(Change, &str); 6] = [
         (|a| a.damping = -1.0, "body \"flap\": joint \"flap\": damping is -1; it must be finite and at least 0"),
         (|a| a.friction = f64::NAN, "body \"flap\": joint \"flap\": dry friction is NaN"),
@@ -318,6 +319,72 @@ fn a_start_that_overlaps_is_told() {
         let told: Vec<String> = simulation.overlaps(1e-3).iter().map(ToString::to_string).collect();
         assert_eq!(told, expected);
     }
+}
+
+/// A box that falls from a metre above the table, its centre of mass aside of its origin, with a lid on a hinge: the
+/// simulation, and the bodies of box and lid.
+fn falling_box() -> (Simulation, [usize; 2]) {
+    let (mut whole, gripper, plant) = arm();
+    whole.bodies.extend(scene().bodies);
+    let cube = whole.body("cube");
+    whole.bodies[cube].pose = at([0.0, 0.0, 1.0]);
+    whole.bodies[cube].inertial.com = Vector3::new(0.02, 0.01, 0.0);
+    let hinge = Axis {
+        name: "lid".into(),
+        direction: Vector3::y_axis(),
+        range: [f64::NEG_INFINITY, f64::INFINITY],
+        damping: 0.0,
+        friction: 0.0,
+        armature: 0.0,
+        spring: 0.0,
+        rest: 0.0,
+        stop: Stop::Spring { stiffness: 0.0, damping: 0.0 },
+    };
+    let lid = whole.add(Body {
+        name: "lid".into(),
+        parent: Some(cube),
+        pose: at([-0.1, 0.0, 0.05]),
+        joint: Joint::Hinge(hinge),
+        inertial: Inertial::diagonal(0.05, [0.1, 0.0, 0.0], [1e-4; 3]),
+        geoms: vec![],
+    });
+    let mut simulation = Simulation::new(&whole, gripper, GRIP_SITE, &plant);
+    simulation.reset(&HOME.into());
+    (simulation, [cube, lid])
+}
+
+/// A free body that carries a joint tells its velocity of now, as one that carries none does.
+#[test]
+fn a_box_with_a_lid_falls_from_the_first_step_on() {
+    let (mut simulation, bodies) = falling_box();
+    hold(&mut simulation);
+    for body in bodies {
+        let velocity = simulation.body_velocity(body);
+        let fall = Twist::new(0.0, 0.0, -GRAVITY * DT, 0.0, 0.0, 0.0);
+        assert!((velocity - fall).norm() < 1e-9, "{velocity}");
+    }
+}
+
+/// In every step a box that is turned by a push moves with the velocity that is told after the step.
+#[test]
+fn a_box_with_a_lid_moves_as_its_velocity_says() {
+    let (mut simulation, [cube, _]) = falling_box();
+    let (point, force) = (Vector3::new(0.1, -0.1, 0.05), Vector3::new(1.0, 2.0, 3.0));
+    simulation.set_hand(Some(Push { body: cube, point, force }));
+    let mut fastest = 0.0f64;
+    for _ in 0..20 {
+        let before = simulation.body_pose(cube);
+        hold(&mut simulation);
+        let now = simulation.body_pose(cube);
+        let velocity = simulation.body_velocity_at(cube, &now.translation.vector);
+        let [v, omega] = [0, 3].map(|row| velocity.fixed_rows::<3>(row).into_owned());
+        let moved = (now.translation.vector - before.translation.vector) / DT;
+        let turned = (now.rotation * before.rotation.inverse()).scaled_axis() / DT;
+        assert!((v - moved).norm() < 1e-6, "{v} m/s, it moved at {moved} m/s");
+        assert!((omega - turned).norm() < 1e-6, "{omega} rad/s, it turned at {turned} rad/s");
+        fastest = fastest.max(omega.norm());
+    }
+    assert!(fastest > 1.0, "{fastest} rad/s");
 }
 
 /// Rays meet balls and hulls where they are.

@@ -118,14 +118,21 @@ impl Drawn {
         acting
     }
 
-    /// The measurement: exact, or with noise and bias where these are not zero.
+    /// The measurement: exact, or with noise and bias where these are not zero. The seventh joint, which an arm of six
+    /// joints does not have, has no noise.
     pub fn sense(&mut self, simulation: &Simulation) -> Measurement {
         if self.noise == [0.0; 3] && self.bias == Vector3::zeros() {
             return simulation.measure();
         }
         let rng = &mut self.rng;
         let (q, qd) = simulation.joints();
-        let mut noisy = |v: JointVector, deviation: f64| v.map(|value| value + deviation * standard_normal(rng));
+        let joints = simulation.model().joints();
+        let mut noisy = |exact: JointVector, deviation: f64| {
+            // Seven numbers are drawn for every arm, so that its joints do not decide what is drawn after them.
+            let mut seen = exact.map(|value| value + deviation * standard_normal(rng));
+            seen.iter_mut().zip(&exact).skip(joints).for_each(|(seen, exact)| *seen = *exact);
+            seen
+        };
         let (q, qd) = (noisy(q, self.noise[0]), noisy(qd, self.noise[1]));
         let error = self.bias.map(|bias| bias + self.noise[2] * standard_normal(&mut self.rng));
         let error = Wrench::new(error.x, error.y, error.z, 0.0, 0.0, 0.0);

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use physics::robots::{RobotChoice, RobotName};
-use tasks::{Env, EnvConfig, TaskName, play};
+use tasks::{Disturbance, Draw, Env, EnvConfig, TaskName, play};
 
 fn config(task: TaskName, space: &str, robot: RobotName) -> EnvConfig {
     EnvConfig { task, space: space.parse().unwrap(), robot: robot.into(), ..EnvConfig::default() }
@@ -41,18 +41,29 @@ fn the_scripts_lift_and_wipe_with_the_six_joints_of_a_ur5e() {
     the_script_solves(RobotName::Ur5e, &BOTH, 4);
 }
 
-/// The seventh joint, which the arm does not have, stays at zero and gets no torque, whatever the action is.
+/// The seventh joint, which the arm does not have, stays at zero and gets no torque, whatever the action is. Noise is on
+/// the other six alone.
 #[test]
 fn an_arm_of_six_joints_has_a_seventh_that_does_nothing() {
-    let mut env = Env::new(config(TaskName::LIFT, "variable", RobotName::Ur5e), 0).unwrap();
-    env.reset(Some(1));
-    for i in 0..20 {
-        let action: Vec<f64> = (0..env.action_dim()).map(|k| (0.7 * f64::from(i) + 1.3 * k as f64).sin()).collect();
-        let step = env.step_watched(&action, |sample| assert_eq!(sample.tau[6], 0.0));
-        let y = env.measurement();
-        assert_eq!((y.q[6], y.qd[6], step.diverged), (0.0, 0.0, false));
+    let noise = Disturbance {
+        position_noise_rad: Some(Draw::Fixed(0.001)),
+        velocity_noise_rad_per_s: Some(Draw::Fixed(0.01)),
+        ..Disturbance::default()
+    };
+    for (disturbance, is_noisy) in [(Disturbance::default(), false), (noise, true)] {
+        let config = EnvConfig { disturbance, ..config(TaskName::LIFT, "variable", RobotName::Ur5e) };
+        let mut env = Env::new(config, 0).unwrap();
+        env.reset(Some(1));
+        for i in 0..20 {
+            let action: Vec<f64> = (0..env.action_dim()).map(|k| (0.7 * f64::from(i) + 1.3 * k as f64).sin()).collect();
+            let step = env.step_watched(&action, |sample| assert_eq!(sample.tau[6], 0.0));
+            let y = env.measurement();
+            assert_eq!((y.q[6], y.qd[6], step.diverged), (0.0, 0.0, false));
+            let (q, qd) = env.simulation().joints();
+            assert!((0..6).all(|joint| (y.q[joint] != q[joint]) == is_noisy && (y.qd[joint] != qd[joint]) == is_noisy));
+        }
+        assert!(env.simulation().joints().0[0] != env.robot().home[0]);
     }
-    assert!(env.measurement().q[0] != env.robot().home[0]);
 }
 
 #[test]

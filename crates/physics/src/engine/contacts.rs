@@ -90,20 +90,23 @@ impl Engine {
     /// Deepest overlap (m) of any two geoms that may touch, at the start of the last step; 0 without contact. The travel of
     /// a soft layer does not count as overlap.
     pub fn deepest_penetration(&self) -> f64 {
-        self.deepest_in(&self.world)
+        let pairs = self.world.narrow_phase.contact_pairs();
+        pairs.map(|pair| depth(pair) - self.travel(pair)).fold(0.0, f64::max)
     }
 
-    /// Deepest overlap (m) of the geoms as they stand now, found by stepping a copy of the world.
+    /// Deepest overlap (m) of the geoms as they stand now, found by stepping a copy of the world. A soft layer
+    /// counts as hard.
     pub fn overlap(&self) -> f64 {
-        self.deepest_in(&self.stepped())
+        let world = self.stepped();
+        world.narrow_phase.contact_pairs().map(depth).fold(0.0, f64::max)
     }
 
     /// Pairs of geoms (in the order of the scene) that may touch and overlap by more than `allowed` (m) as they stand now,
-    /// and by how much.
+    /// and by how much. A soft layer counts as hard.
     pub fn overlaps(&self, allowed: f64) -> Vec<([usize; 2], f64)> {
         let place = |collider| self.geoms.iter().position(|&(handle, _)| handle == collider).expect("a geom");
         let world = self.stepped();
-        let pairs = world.narrow_phase.contact_pairs().map(|pair| (pair, self.depth(pair)));
+        let pairs = world.narrow_phase.contact_pairs().map(|pair| (pair, depth(pair)));
         let deep = pairs.filter(|&(_, depth)| depth > allowed);
         let mut found: Vec<_> =
             deep.map(|(pair, depth)| ([pair.collider1, pair.collider2].map(place), depth)).collect();
@@ -118,21 +121,21 @@ impl Engine {
         copy
     }
 
-    fn deepest_in(&self, world: &PhysicsWorld) -> f64 {
-        world.narrow_phase.contact_pairs().map(|pair| self.depth(pair)).fold(0.0, f64::max)
-    }
-
-    /// Deepest overlap of a pair (m), at the start of the step that found it; negative where it is apart.
-    fn depth(&self, pair: &ContactPair) -> f64 {
+    /// How far a soft layer between the two gives way (m); 0 without one.
+    fn travel(&self, pair: &ContactPair) -> f64 {
         let layer = self.soft_layer.as_ref().filter(|layer| layer.between(pair.collider1, pair.collider2));
-        let soft = layer.map_or(0.0, |layer| layer.pad.travel);
-        let points = pair.manifolds().iter().flat_map(|manifold| &manifold.points);
-        points.map(|point| -point.dist - soft).fold(f64::NEG_INFINITY, f64::max)
+        layer.map_or(0.0, |layer| layer.pad.travel)
     }
 
     pub(super) fn role(&self, collider: ColliderHandle) -> Option<Role> {
         self.roles.get(collider.into_raw_parts().0 as usize).copied().flatten()
     }
+}
+
+/// Deepest overlap of a pair (m), at the start of the step that found it; negative where it is apart.
+fn depth(pair: &ContactPair) -> f64 {
+    let points = pair.manifolds().iter().flat_map(|manifold| &manifold.points);
+    points.map(|point| -point.dist).fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// The points of a manifold that the last step solved. The engine solves at most four, and none that is too far away. The others keep the

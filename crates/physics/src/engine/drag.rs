@@ -51,19 +51,19 @@ impl Engine {
         moving.iter().map(mover).collect()
     }
 
-    /// Updates poses and velocities of the movers and sets their loads to zero. For bodies on joints the engine's own
-    /// velocities are a step old.
+    /// Updates poses and velocities of the movers and sets their loads to zero. For bodies on joints, and for bodies that
+    /// carry joints, the engine's own velocities are a step old.
     fn update_movers(&mut self) {
         for i in 0..self.movers.len() {
             let Mover { body, joint, carrier, .. } = self.movers[i];
             let mut axis = Vector3::zeros();
-            let body = &self.world.bodies[body];
-            let (position, q) = (coordinates(body.position().translation), body.position().rotation);
+            let pose = self.world.bodies[body].position();
+            let (position, q) = (coordinates(pose.translation), pose.rotation);
             let rotation = UnitQuaternion::new_unchecked(Quaternion::new(q.w, q.x, q.y, q.z)).to_rotation_matrix();
             let velocity = match joint {
                 None => {
-                    let (omega, com) = (coordinates(body.angvel()), coordinates(body.center_of_mass()));
-                    [coordinates(body.linvel()) + omega.cross(&(position - com)), omega]
+                    let [at, v, omega] = self.free_motion(body);
+                    [v + omega.cross(&(position - at)), omega]
                 }
                 Some(joint) => {
                     let mut velocity = carrier.map_or(Default::default(), |carrier| {

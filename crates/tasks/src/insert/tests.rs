@@ -55,6 +55,10 @@ fn what_makes_no_insertion_is_refused_in_one_line() {
         ("clearance_mm", -1.0, "0.05"),
         ("clearance_mm", f64::NAN, "0.05"),
         ("clearance_mm", 5.1, "0.05 to 5"),
+        ("chamfer_mm", 1e-9, "0, or 0.01 to 5"),
+        ("chamfer_mm", -0.1, "0, or 0.01 to 5"),
+        ("chamfer_mm", f64::NAN, "0, or 0.01 to 5"),
+        ("chamfer_mm", 5.1, "0, or 0.01 to 5"),
         ("length_mm", 900.0, "200"),
         ("start_mm", 5.0, "11"),
     ] {
@@ -64,6 +68,32 @@ fn what_makes_no_insertion_is_refused_in_one_line() {
     }
     let misspelt = config("mid", &[("clearence_mm", 1.0)]).validate().unwrap_err().to_string();
     assert!(misspelt.contains("clearance_mm"), "{misspelt}");
+}
+
+/// A chamfer is left out, or is wide enough for the engine to find the hulls of its wedges.
+#[test]
+fn the_narrowest_chamfer_makes_a_hole() {
+    for chamfer in [0.0, 0.01] {
+        for clearance in [0.05, 0.114, 1.0, 3.5, 5.0] {
+            config("mid", &[("clearance_mm", clearance), ("chamfer_mm", chamfer)]).create_task().unwrap();
+        }
+    }
+}
+
+/// In a corner of the widest hole a square peg still counts as in. A wider hole is for round pegs.
+#[test]
+fn a_square_peg_counts_in_a_corner_of_its_hole() {
+    let square = |clearance: f64| {
+        let mut config = config("mid", &[("clearance_mm", clearance)]);
+        config.options.insert("profile".into(), Value::String("square".into()));
+        config
+    };
+    let (task, _) = begun(&square(3.5), 3);
+    let corner = task.base() + Vector3::new(0.5, 0.5, 0.0) * 3.5e-3;
+    assert!(task.height(&Pose::from_parts(Translation3::from(corner), straight_down(&Vector3::x()))).is_some());
+    let error = square(3.6).validate().unwrap_err().to_string();
+    assert_eq!(error, "env.options.clearance_mm = 3.6 is not allowed; allowed: 0.05 to 3.5 with profile = \"square\"");
+    config("mid", &[("clearance_mm", 3.6)]).validate().unwrap();
 }
 
 /// A robot that stands too far away is named.
