@@ -52,6 +52,15 @@ fn bad_input_is_named() {
     expect(&error(program("replay").arg("--expert"), 2), &["--html", "--png"]);
     expect(&error(program("replay").args(["--expert", "--png", "x.png", "--beside", "osc"]), 2), &["--html"]);
     expect(&error(replay().args(["--beside", "aforc"]), 2), &["aforc", "did you mean `aforce`"]);
+    // Options of pictures, of which the page is none.
+    for (without_effect, wanted) in [
+        (["--view", "top"], &["--png", "--sheet", "--gif"][..]),
+        (["--width", "64"], &["--png", "--sheet", "--gif"]),
+        (["--every", "4"], &["--gif"]),
+    ] {
+        expect(&error(replay().args(without_effect), 2), wanted);
+    }
+    expect(&error(program("replay").args(["--expert", "--png", "x.png", "--every", "4"]), 2), &["--gif"]);
     let doubled = ["--png", "x.png", "--plot", "x.svg"];
     expect(&error(replay().current_dir(out).args(doubled), 2), &["x.png", "two of the options"]);
     let spelt_otherwise = ["--png", "x.png", "--sheet", "./x.png"];

@@ -96,7 +96,9 @@ fn cheap(program: &str, arguments: &[String]) -> Vec<String> {
         "evaluate" => set("--episodes", "1"),
         "replay" => {
             set("--actions", "3");
-            set("--width", "32");
+            if ["--png", "--sheet", "--gif"].iter().any(|picture| arguments.iter().any(|word| word == picture)) {
+                set("--width", "32");
+            }
         }
         "baselines" => {
             set("--episodes", "1");

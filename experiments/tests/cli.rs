@@ -94,6 +94,13 @@ fn a_trained_run_is_evaluated_and_checked() {
         &String::from_utf8(evaluate().args(["--setup", "small-steps"]).output().unwrap().stdout).unwrap(),
         &["changed", "env.controller.position_step: there 0.05, here 0.02"],
     );
+    // `replay` without these flags would play another episode, so it is not suggested.
+    let mut of_start = program("evaluate");
+    of_start.args(["--episode-seed", "5", "--run"]).arg(&run);
+    for other in [evaluate().arg("--sample"), &mut of_start, evaluate().args(["--set", "env.horizon=50"])] {
+        let told = String::from_utf8(other.assert().success().get_output().stdout.clone()).unwrap();
+        assert!(told.contains("result:  return ") && !told.contains("next: "), "{told}");
+    }
     let rows = std::fs::read_to_string(&table).unwrap();
     assert_eq!(rows.lines().count(), 3);
     assert!(
@@ -313,9 +320,12 @@ fn baselines_make_their_folder() {
     let text = std::fs::read_to_string(&table).unwrap();
     assert!(text.lines().count() == 2 && text.contains("lift,osc,,random") && !text.contains("NaN"), "{text}");
     expect(&error(&mut command, 1), &["table.csv", "nothing was overwritten"]);
-    let mut twice = program("baselines");
-    twice.current_dir(&folder).args(["random", "--episodes", "1", "--out", "one.svg", "--plot", "one"]);
-    expect(&error(&mut twice, 2), &["one.svg", "two of --out, --plot and --map would write it"]);
+    for pictures in [&["--out", "one.svg", "--plot", "one"][..], &["--out", "one", "--plot", "one.svg", "--map", "one"]]
+    {
+        let mut twice = program("baselines");
+        twice.current_dir(&folder).args(["random", "--episodes", "1"]).args(pictures);
+        expect(&error(&mut twice, 2), &["one.svg", "two of --out, --plot and --map would write it"]);
+    }
     std::fs::write(folder.path().join("mine.svg"), "mine").unwrap();
     let mut mine = program("baselines");
     mine.current_dir(&folder).args(["random", "--episodes", "1", "--out", "two.csv", "--plot", "mine"]);
@@ -362,7 +372,7 @@ fn a_trained_policy_is_a_baseline_of_its_own_set_ups() {
     let table = folder.path().join("played.csv");
     let mut command = program("baselines");
     command.args([kept, "--episodes", "1", "--sweep"]).arg(&sweep).arg("--out").arg(&table);
-    command.arg("--map").arg(folder.path().join("map")).assert().success();
+    command.arg("--map").arg(folder.path().join("map.svg")).assert().success();
     let table = CsvTable::read_finished(&table).unwrap();
     let [task, space, variant, policy, k_min, tolerance, sign] =
         ["task", "space", "variant", "policy", "k_min_n_per_m", "tolerance_m", "delta_sign"]

@@ -3,8 +3,9 @@
 mod common;
 
 use common::{error, expect, few, note, program, start, states};
-use experiments::config::RunConfig;
+use experiments::config::{RunConfig, sweep};
 use experiments::run::csv_table::CsvTable;
+use experiments::run::folder::RunFolder;
 use rustix::process::{Pid, Signal, kill_process};
 
 #[test]
@@ -169,6 +170,23 @@ fn the_better_half_of_a_search_goes_on() {
         expect(&told, &["runs/tuned/search.csv: ranks lift osc,draw-", "is no candidate of this search"]);
         assert_eq!(table(), first);
     }
+}
+
+/// A candidate that was interrupted in a longer round cannot go on in a shorter one, and is not ranked last for it.
+#[test]
+fn a_round_does_not_become_shorter_than_what_was_begun() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, out) = (folder.path().join("tuned.toml"), folder.path().join("out"));
+    let draws = "draws = { count = 2, seed = 3, ranges.'env.space.stiffness.fixed' = { low = 20, high = 300, scale = 'log' } }\n";
+    std::fs::write(&file, "halving = [300]\n".to_string() + &few(900).replace("\"aforce\", ", "") + draws).unwrap();
+    let runs = sweep::read(&file).unwrap().runs;
+    // What is left of a candidate that was killed in its first episode, when the first round had 600 actions.
+    let begun = RunFolder::below(&out, &runs[1]);
+    std::fs::create_dir_all(begun.path()).unwrap();
+    std::fs::write(begun.config(), RunConfig { steps: 600, ..runs[1].clone() }.to_toml()).unwrap();
+    let told = error(program("sweep").arg(&file).arg("--out").arg(&out), 1);
+    expect(&told, &["lift osc,draw-1 1 was begun for a round of 600 actions", "the round has 300 now", "--out"]);
+    assert!(!RunFolder::below(&out, &runs[0]).path().exists(), "nothing was trained");
 }
 
 /// A killed run has not failed: the same command continues it. In a search no candidate is ranked then.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use aforce::record::{self, overlay};
+use aforce::record::{self, Problem, overlay};
 use anyhow::{Error, Result, anyhow, ensure};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -40,29 +40,57 @@ pub fn layered<T: DeserializeOwned>(mut base: Table, layers: Vec<(Source, Table)
             let name = setup.as_str().map_or_else(|| setup.to_string(), String::from);
             overlay(&mut base, setup::settings(&name).map_err(|error| anyhow!("{}: {error}", source.at("setup")))?);
         }
-        if let Some(key) = list_for_a_table(&base, &table, "") {
-            return Err(anyhow!("{}: {key} is a list; a table is wanted, name = value", source.at(&key)));
-        }
         robots::work_out(&mut table).map_err(|problem| anyhow!("{}: {problem}", source.at("env.robot")))?;
-        robots::make_room(&mut base, &table);
-        spaces::lay_over(&mut base, table);
+        lay_over(&mut base, table).map_err(|problem| anyhow!("{}: {problem}", source.at(&problem.key)))?;
         // The settings are checked after each layer, so that an error names the layer that it is in.
         record::read::<T>(base.clone()).map_err(|problem| anyhow!("{}: {problem}", source.at(&problem.key)))?;
     }
     record::read(base).map_err(Error::from)
 }
 
-/// The dotted key, if any, where `over` has a list and `base` a table: serde would take the list for the table's values
-/// in their order.
-fn list_for_a_table(base: &Table, over: &Table, above: &str) -> Option<String> {
+/// Lays a layer's settings over those below. A space or a robot that the layer names replaces the one below as a whole.
+/// Single keys change the one below; a robot that is only named there is written out first.
+///
+/// # Errors
+/// If a robot is not known; if a list, or a table without keys, lies over a table with keys.
+pub fn lay_over(base: &mut Table, layer: Table) -> Result<(), Problem> {
+    let wrong = |key: String, message: String| Problem { key, place: None, message };
+    robots::write_out(base, &layer).map_err(|problem| wrong("env.robot".into(), problem))?;
+    if let Some(key) = unfit(base, &layer, "", is_list) {
+        let message = format!("{key} is a list; a table is wanted, name = value");
+        return Err(wrong(key, message));
+    }
+    robots::make_room(base, &layer);
+    spaces::make_room(base, &layer);
+    if let Some(key) = unfit(base, &layer, "", is_empty) {
+        let message = format!("{key} = {{}} changes nothing: name its keys, with their neutral values");
+        return Err(wrong(key, message));
+    }
+    overlay(base, layer);
+    Ok(())
+}
+
+/// The first dotted key, if any, where `base` has a table and `over` a value that `is_unfit` says does not go over it.
+fn unfit(base: &Table, over: &Table, above: &str, is_unfit: fn(&str, &Table, &Value) -> bool) -> Option<String> {
     over.iter().find_map(|(key, value)| {
         let path = if above.is_empty() { key.clone() } else { format!("{above}.{key}") };
         match (base.get(key)?, value) {
-            (Value::Table(_), Value::Array(_)) => Some(path),
-            (Value::Table(base), Value::Table(over)) => list_for_a_table(base, over, &path),
+            (Value::Table(base), value) if is_unfit(&path, base, value) => Some(path),
+            (Value::Table(base), Value::Table(over)) => unfit(base, over, &path, is_unfit),
             _ => None,
         }
     })
+}
+
+/// serde would take a list for the table's values in their order.
+fn is_list(_: &str, _: &Table, over: &Value) -> bool {
+    over.is_array()
+}
+
+/// An empty table leaves every key of the one below it, though it reads as if there were none. Sections at the top, such
+/// as `env`, are no values: they may be empty.
+fn is_empty(key: &str, base: &Table, over: &Value) -> bool {
+    key.contains('.') && !base.is_empty() && over.as_table().is_some_and(Table::is_empty)
 }
 
 /// An environment's settings as they stand in a larger document.
@@ -107,6 +135,25 @@ mod tests {
         let config = keys("setup = 'small-steps'\n[env]\nspace = 'osc'\nforce_penalty.limit = 40").unwrap();
         assert_eq!((config.force_penalty.limit, config.force_penalty.weight), (40.0, 0.05));
         assert_eq!((config.space.name.as_str(), config.controller.position_step), ("osc", 0.02));
+    }
+
+    #[test]
+    fn an_empty_table_over_one_with_keys_is_refused() {
+        let layers = |texts: &[&str]| {
+            let named = texts.iter().map(|text| (Source::named("keys"), text.parse().unwrap()));
+            env(EnvConfig::default(), named.collect())
+        };
+        let slick = "env.disturbance.friction = 0.5";
+        for (emptied, key) in
+            [("env.disturbance = {}", "env.disturbance"), ("env.controller.force = {}", "env.controller.force")]
+        {
+            let error = layers(&[slick, emptied]).unwrap_err().to_string();
+            assert_eq!(error, format!("keys: {key} = {{}} changes nothing: name its keys, with their neutral values"));
+        }
+        for harmless in ["", "[env]", "env.disturbance = {}"] {
+            assert_eq!(layers(&[harmless]).unwrap(), EnvConfig::default(), "{harmless}");
+        }
+        assert_eq!(layers(&["env.disturbance = {}", slick]).unwrap(), layers(&[slick]).unwrap());
     }
 
     /// For each number in `settings`: its dotted key, and a table that sets this one number to NaN.

@@ -23,5 +23,5 @@ pub const RUN_KEYS: [&str; 9] = [
     "learner",
 ];
 
-pub use layers::{WANTED, env, layered, nested, of_file};
+pub use layers::{WANTED, env, lay_over, layered, nested, of_file};
 pub use source::{Source, parse, text};

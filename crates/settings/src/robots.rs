@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use physics::robots::{self, Robot, RobotChoice};
+use physics::robots::{self, RobotChoice, RobotName};
 use toml::{Table, Value};
 
 /// A built-in robot by its name, or a robot from a file, whose path is relative to `folder`.
@@ -46,15 +46,42 @@ pub(crate) fn work_out(layer: &mut Table) -> Result<(), String> {
     Ok(())
 }
 
+/// Writes out the robot that `base` names, with every number, if the layer changes single keys of it: these would
+/// otherwise take the place of the name.
+///
+/// # Errors
+/// As [`named`]; also if the layer gives a robot the name of a built-in one, which would not make it that one.
+pub(crate) fn write_out(base: &mut Table, layer: &Table) -> Result<(), String> {
+    let Some(Value::Table(changes)) = in_layer(layer).filter(|robot| !is_whole(robot)) else { return Ok(()) };
+    let name = changes.get("name").and_then(Value::as_str);
+    if let Some(name) = name.filter(|name| name.parse::<RobotName>().is_ok()) {
+        return Err(format!("env.robot.name = {name:?} renames a robot and chooses none: write env.robot = {name:?}"));
+    }
+    let Some(robot) = of(base) else { return Ok(()) };
+    if let Some(text) = robot.as_str() {
+        let whole = named(text, Path::new("")).map_err(|problem| format!("env.robot: {problem}"))?.robot();
+        *robot = Value::try_from(whole).expect("a robot is a table");
+    }
+    Ok(())
+}
+
 /// Removes the robot from `base` if the layer replaces it as a whole, so that no value of one robot stays in another.
 pub(crate) fn make_room(base: &mut Table, layer: &Table) {
-    let robot = layer.get("env").and_then(|env| env.get("robot"));
-    let is_whole = |robot: &Value| robot.clone().try_into::<Robot>().is_ok() || !robot.is_table();
-    if robot.is_some_and(is_whole)
+    if in_layer(layer).is_some_and(is_whole)
         && let Some(Value::Table(env)) = base.get_mut("env")
     {
         env.remove("robot");
     }
+}
+
+/// Whether a value stands for a whole robot: a name, a file or a complete record, not changes of one.
+fn is_whole(robot: &Value) -> bool {
+    let complete = |record: &Table| ["name", "joints", "links"].iter().all(|key| record.contains_key(*key));
+    robot.as_table().is_none_or(complete)
+}
+
+fn in_layer(layer: &Table) -> Option<&Value> {
+    layer.get("env")?.get("robot")
 }
 
 fn of(layer: &mut Table) -> Option<&mut Value> {
@@ -63,11 +90,15 @@ fn of(layer: &mut Table) -> Option<&mut Value> {
 
 #[cfg(test)]
 mod tests {
-    use physics::robots::RobotName;
+    use physics::robots::Robot;
     use tasks::EnvConfig;
 
     use super::*;
-    use crate::{Source, env};
+    use crate::{Source, env, lay_over};
+
+    fn table(text: &str) -> Table {
+        text.parse().unwrap()
+    }
 
     /// A configuration with a user's own robot, as it is read from the robot's file.
     fn own(name: &str) -> Table {
@@ -84,7 +115,6 @@ mod tests {
     /// What stands in a run's `config.toml` reads back to the last bit, and one robot replaces another as a whole.
     #[test]
     fn a_robot_stands_in_a_configuration_with_every_number() {
-        let table = |text: &str| text.parse::<Table>().unwrap();
         let mine = layers(vec![own("mine")]).unwrap();
         assert_eq!(mine.robot.robot(), Robot { name: "mine".into(), ..RobotName::Ur5e.robot() });
         let text = toml::to_string_pretty(&own("mine")).unwrap();
@@ -97,6 +127,57 @@ mod tests {
         assert_eq!(raised.robot.robot().mount.height, 0.8);
         let error = layers(vec![own("mine"), table("env.robot.mount.height = 80.0")]).unwrap_err();
         assert_eq!(error, "env.robot.mount.height = 80 is not allowed; allowed: -10 to 10");
+    }
+
+    /// A key changes the robot that is named below it, and no other.
+    #[test]
+    fn a_key_changes_the_robot_that_is_named_below_it() {
+        let raise = || table("env.robot.mount.height = 0.8");
+        for name in RobotName::ALL {
+            let mut raised = name.robot();
+            raised.mount.height = 0.8;
+            let named = table(&format!("env.robot = '{name}'"));
+            assert_eq!(layers(vec![named, raise()]).unwrap().robot.robot(), raised);
+        }
+        assert_eq!(layers(vec![raise()]).unwrap().robot.name(), RobotName::default().as_str());
+        let error = layers(vec![table("env.robot = { name = 'fr3', mount = { height = 0.8 } }")]).unwrap_err();
+        assert!(error.contains("keys: env.robot.name = \"fr3\"") && error.contains("write env.robot"), "{error}");
+        // What a complete record lacks is not taken from the robot below.
+        let mut lacking = own("mine");
+        of(&mut lacking).unwrap().as_table_mut().unwrap().remove("drives");
+        assert!(layers(vec![lacking]).unwrap_err().contains("missing field `drives`"));
+    }
+
+    /// A URDF of an arm without shapes, its axes by turns along and across it.
+    fn urdf() -> String {
+        let mut text = String::from("<robot name='arm'><link name='l0'/>");
+        for (i, height) in [0.3, 0.0, 0.3, 0.0, 0.3, 0.0, 0.1].into_iter().enumerate() {
+            let (axis, link) = (["0 0 1", "0 1 0"][i % 2], i + 1);
+            text += &format!(
+                "<link name='l{link}'><inertial><mass value='2'/>\
+                 <inertia ixx='0.02' ixy='0' ixz='0' iyy='0.02' iyz='0' izz='0.02'/></inertial></link>\
+                 <joint name='j{link}' type='revolute'><parent link='l{i}'/><child link='l{link}'/>\
+                 <origin xyz='0 0 {height}'/><axis xyz='{axis}'/>\
+                 <limit lower='-2.8' upper='2.8' effort='80' velocity='2'/></joint>"
+            );
+        }
+        text + "</robot>"
+    }
+
+    /// Keys that follow a robot's file in the same layer change the robot of the file.
+    #[test]
+    fn a_key_changes_the_robot_of_a_file_that_is_named_before_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mine.urdf");
+        fs_err::write(&path, urdf()).unwrap();
+        let mut layer = table(&format!("env.robot = '{}'", path.display()));
+        let mut raised = layers(vec![layer.clone()]).unwrap().robot.robot();
+        assert_ne!(raised.mount.height, 0.8);
+        raised.mount.height = 0.8;
+        lay_over(&mut layer, table("env.robot.mount.height = 0.8")).unwrap();
+        assert_eq!(layers(vec![layer]).unwrap().robot.robot(), raised);
+        let problem = lay_over(&mut table("env.robot = 'fr4'"), table("env.robot.joints = 6")).unwrap_err();
+        assert!(problem.message.starts_with("env.robot: no robot is called \"fr4\""), "{problem}");
     }
 
     #[test]

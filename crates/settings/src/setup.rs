@@ -3,7 +3,7 @@
 use aforce::GoalRule;
 use anyhow::{Result, bail};
 use tasks::EnvConfig;
-use toml::Table;
+use toml::{Table, Value};
 
 /// A named set-up.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,6 +48,25 @@ pub fn settings(name: &str) -> Result<Table> {
     Ok(text.parse().expect("three keys"))
 }
 
+/// Removes from `below` what every set-up sets, so that a set-up above it counts.
+pub fn make_room(below: &mut Table) {
+    remove(below, &settings(SETUPS[0].name).expect("a known set-up"));
+}
+
+/// Removes the keys of `keys` from `table`, and the tables that are empty then.
+fn remove(table: &mut Table, keys: &Table) {
+    table.retain(|key, value| match (keys.get(key), value) {
+        (None, _) => true,
+        (Some(Value::Table(keys)), Value::Table(inner)) => {
+            remove(inner, keys);
+            !inner.is_empty()
+        }
+        // A number in the place of a table is an error, which is not hidden here.
+        (Some(Value::Table(_)), _) => true,
+        (Some(_), _) => false,
+    });
+}
+
 /// The set-up of a configuration, in words.
 pub fn in_words(env: &EnvConfig) -> String {
     let steps = [0, 3].map(|axis| env.space.step(&env.controller, axis));
@@ -79,6 +98,20 @@ mod tests {
             assert_eq!([number("position_step"), number("rotation_step")], steps);
             assert_eq!(table["env"]["stops"].as_bool(), Some(stops));
         }
+    }
+
+    #[test]
+    fn room_is_made_for_all_that_a_set_up_sets_and_nothing_else() {
+        for Setup { name, .. } in SETUPS {
+            let mut table = settings(name).unwrap();
+            make_room(&mut table);
+            assert!(table.is_empty(), "{name}: {table:?}");
+        }
+        let text =
+            "steps = 3\nenv = { stops = true, horizon = 9, controller = { position_step = 0.1, policy_hz = 10 } }";
+        let mut table: Table = text.parse().unwrap();
+        make_room(&mut table);
+        assert_eq!(table, "steps = 3\nenv = { horizon = 9, controller = { policy_hz = 10 } }".parse().unwrap());
     }
 
     #[test]

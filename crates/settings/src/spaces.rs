@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use aforce::ActionSpace;
-use aforce::record::{self, overlay};
+use aforce::record;
 use anyhow::{Context, Result, bail, ensure};
 use toml::{Table, Value};
 
@@ -69,13 +69,12 @@ pub fn work_out(layer: &mut Table, folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Lays a layer's settings over those below; a complete record replaces the space that was there.
-pub fn lay_over(base: &mut Table, layer: Table) {
+/// Removes the space from `base` if the layer replaces it as a whole, so that no value of one space stays in another.
+pub(crate) fn make_room(base: &mut Table, layer: &Table) {
     let replaces = layer.get("env").and_then(|env| env.get("space")?.as_table()).is_some_and(is_whole);
     if replaces && let Some(Value::Table(env)) = base.get_mut("env") {
         env.remove("space");
     }
-    overlay(base, layer);
 }
 
 /// Whether a table is a complete record, not changes of one.

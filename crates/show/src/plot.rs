@@ -115,6 +115,12 @@ pub fn write_heat_map(map: &HeatMap, path_without_extension: &Path) -> Result<()
     file::replace(&file::with_suffix(path_without_extension, ".svg"), svg(&heat_map::draw(map)).as_bytes())
 }
 
+/// The path without the ending .svg or .png. In "seed_0.5" the dot belongs to the name.
+pub fn without_picture_extension(path: &Path) -> PathBuf {
+    let is_picture = path.extension().is_some_and(|extension| extension == "svg" || extension == "png");
+    if is_picture { path.with_extension("") } else { path.into() }
+}
+
 /// The files that [`write_with_png`] writes.
 pub fn files(path_without_extension: &Path) -> [PathBuf; 2] {
     [".svg", ".png"].map(|extension| file::with_suffix(path_without_extension, extension))
@@ -238,6 +244,13 @@ mod tests {
         let mut names: Vec<_> = folder.path().read_dir().unwrap().map(|entry| entry.unwrap().file_name()).collect();
         names.sort();
         assert_eq!(names, ["seed_0.5.png", "seed_0.5.svg"]);
+    }
+
+    #[test]
+    fn only_a_pictures_ending_is_taken_off() {
+        for (path, stem) in [("a/x.svg", "a/x"), ("a/x.png", "a/x"), ("a/seed_0.5", "a/seed_0.5"), ("x", "x")] {
+            assert_eq!(without_picture_extension(Path::new(path)), Path::new(stem));
+        }
     }
 
     #[test]

@@ -40,6 +40,11 @@ enum Bound {
 }
 
 impl Draws {
+    /// The dotted keys of what is drawn.
+    pub fn keys(&self) -> impl Iterator<Item = &String> {
+        self.ranges.keys()
+    }
+
     /// The candidates, as name and settings. `accepts` returns an error if a run cannot have the settings; these are drawn again.
     ///
     /// # Errors

@@ -8,7 +8,7 @@ use aforce::{name, within};
 use anyhow::{Context, Result, ensure};
 use output::program::bad;
 use serde::{Deserialize, Serialize};
-use settings::{Source, layered, nested, spaces};
+use settings::{Source, lay_over, layered, nested, spaces};
 use tasks::{EnvConfig, TaskName};
 use toml::{Table, Value};
 
@@ -72,14 +72,15 @@ impl RunConfig {
             layers.push(layer(path, settings::text(path).context(settings::WANTED)?)?);
         }
         let mut flags = Table::new();
+        let wrong = |problem: String| bad(format!("command line: {problem}"));
         for (key, value) in overrides {
             if let Some(whole) = in_its_section(key) {
-                return Err(bad(format!("command line: unknown key \"{key}\"; did you mean \"{whole}\"?")));
+                return Err(wrong(format!("unknown key \"{key}\"; did you mean \"{whole}\"?")));
             }
             let mut flag = nested(key, value.clone());
             // Resolved at once, because a later key may change the space that is named here.
-            spaces::work_out(&mut flag, Path::new("")).map_err(|problem| bad(format!("command line: {problem:#}")))?;
-            spaces::lay_over(&mut flags, flag);
+            spaces::work_out(&mut flag, Path::new("")).map_err(|problem| wrong(format!("{problem:#}")))?;
+            lay_over(&mut flags, flag).map_err(|problem| wrong(problem.to_string()))?;
         }
         layers.push((Source::named("command line"), flags));
         Self::from_layers(layers)
@@ -177,7 +178,6 @@ impl RunConfig {
     /// The first setting, of those in the hash, in which another run differs from this one, in words.
     pub fn difference(&self, other: &RunConfig) -> Option<String> {
         let (key, there, here) = self.differences(other).into_iter().next()?;
-        let word = |value: Option<Value>| value.map_or("absent".into(), |value| value.to_string());
         Some(format!("{key}: there {}, here {}", word(there), word(here)))
     }
 
@@ -203,6 +203,12 @@ fn in_its_section(key: &str) -> Option<String> {
 
 /// Dotted key of a setting, and its values in two configurations; `None` where one has no such setting.
 pub type Difference = (String, Option<Value>, Option<Value>);
+
+/// A value in words; of a table with a name, such as a robot with all its numbers, the name alone.
+fn word(value: Option<Value>) -> String {
+    let Some(value) = value else { return "absent".into() };
+    value.get("name").map_or_else(|| value.to_string(), |name| format!("{{ name = {name}, .. }}"))
+}
 
 fn five_minutes() -> f64 {
     5.0
@@ -380,6 +386,39 @@ mod tests {
     }
 
     #[test]
+    fn a_key_changes_the_robot_that_is_named_before_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("run.toml");
+        fs_err::write(&file, "env.robot = 'ur5e'").unwrap();
+        let robot = |file: Option<&Path>, sets: &[&str]| {
+            let sets: Vec<_> = sets.iter().map(|s| set(s)).collect();
+            RunConfig::resolve(file, &sets).map(|config| config.env.robot.robot())
+        };
+        let (fr3, raise) = ("env.robot=fr3", "env.robot.mount.height=0.8");
+        for (file, sets, name, height) in [
+            (None, &[fr3, raise][..], "fr3", 0.8),
+            (None, &[raise], "robosuite", 0.8),
+            (Some(&*file), &[raise], "ur5e", 0.8),
+            (Some(&*file), &[fr3, raise], "fr3", 0.8),
+            (Some(&*file), &[raise, fr3], "fr3", 0.912),
+        ] {
+            let robot = robot(file, sets).unwrap();
+            assert_eq!((robot.name.as_str(), robot.mount.height), (name, height), "{sets:?}");
+        }
+        let error = robot(None, &["env.robot=fr4", raise]).unwrap_err().to_string();
+        assert!(error.starts_with("command line: env.robot: no robot is called \"fr4\"; did you mean"), "{error}");
+    }
+
+    /// What a flag says is not undone by an empty table in a later one, which would change nothing.
+    #[test]
+    fn an_empty_table_does_not_pass_for_neutral_values() {
+        let sets = ["env.disturbance.friction=2.0", "env.disturbance={}"].map(set);
+        let error = RunConfig::resolve(None, &sets).unwrap_err().to_string();
+        assert!(error.starts_with("command line: env.disturbance = {} changes nothing: "), "{error}");
+        assert!(RunConfig::resolve(None, &sets[1..]).is_ok());
+    }
+
+    #[test]
     fn a_setup_is_two_keys_under_those_of_its_layer() {
         let steps = |sets: &[&str]| {
             let config = RunConfig::resolve(None, &sets.iter().map(|s| set(s)).collect::<Vec<_>>()).unwrap();
@@ -412,6 +451,8 @@ mod tests {
         let target = difference(&["learner.target_entropy=0.0"]).unwrap();
         assert!(target.starts_with("learner.target_entropy: there ") && target.ends_with("here 0.0"), "{target}");
         assert!(difference(&["learner.hidden=[8]"]).unwrap().starts_with("learner.hidden: "));
+        let robot = difference(&["env.robot=fr3", "env.robot.mount.height=0.8"]).unwrap();
+        assert_eq!(robot, "env.robot: there \"robosuite\", here { name = \"fr3\", .. }");
     }
 
     #[test]

@@ -162,7 +162,8 @@ impl Serialize for Row {
 /// # Errors
 /// If a setting is wrong, or a file exists or cannot be written.
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
-    let pictures = [&arguments.plot, &arguments.map].map(|path| path.as_ref().map(|path| plot::files(path)[0].clone()));
+    let stems = [&arguments.plot, &arguments.map].map(|path| path.as_deref().map(plot::without_picture_extension));
+    let pictures = stems.each_ref().map(|stem| stem.as_ref().map(|stem| plot::files(stem)[0].clone()));
     let files: Vec<&PathBuf> = [&arguments.out].into_iter().chain(pictures.iter().flatten()).collect();
     for file in &files {
         ensure!(!file.exists(), "{}: exists; nothing was overwritten", file.display());
@@ -214,11 +215,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     })?;
     let diverged: f64 = rows.iter().map(|row| row.number("diverged_episodes")).sum();
     file::write_new(&arguments.out, &packed::packed(&arguments.out, file::table(&rows)?)?)?;
-    if let Some(path) = &arguments.plot {
-        plot::write(&format!("{} actions", rows[0].policy), &panels(&rows), path)?;
+    let [dots, map] = &stems;
+    if let Some(stem) = dots {
+        plot::write(&format!("{} actions", rows[0].policy), &panels(&rows), stem)?;
     }
-    if let Some(path) = &arguments.map {
-        plot::write_heat_map(&map::map(&rows), path)?;
+    if let Some(stem) = map {
+        plot::write_heat_map(&map::map(&rows), stem)?;
     }
     program::written(&files);
     let (rows, episodes) = (rows.len(), u64::from(arguments.episodes) * rows.len() as u64);

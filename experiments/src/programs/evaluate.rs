@@ -83,8 +83,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         file::finish_new(file, path)?;
         program::written(&[path]);
     }
-    // Not shown if flags change the run's settings: the command would lack them, and `replay` would play another episode.
-    if let Some(run) = arguments.source.run.as_ref().filter(|_| arguments.source.env.overrides().is_empty()) {
+    if let Some(run) = arguments.run_to_replay() {
         let run = run.to_string_lossy();
         let which = arguments.source.checkpoint.map(|which| ["--checkpoint", which.name()]);
         let words = [&["--run", &run][..], which.as_ref().map_or(&[], |words| words), &["--html", "replay.html"]];
@@ -93,6 +92,16 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let undisturbed = if arguments.disturb.is_some() { "undisturbed episodes" } else { "episodes" };
     program::result(format_args!("{} {undisturbed}", in_words(&outcomes)));
     Ok(ExitCode::SUCCESS)
+}
+
+impl Arguments {
+    /// The run of which `replay` plays one of these episodes. `None` if flags change the run's settings, or choose other
+    /// starts or sampled actions: the suggested command lacks these flags, and would play another episode.
+    fn run_to_replay(&self) -> Option<&PathBuf> {
+        let changed = !self.source.env.overrides().is_empty();
+        let others = self.source.sample || !self.episode_seed.is_empty();
+        self.source.run.as_ref().filter(|_| !changed && !others)
+    }
 }
 
 /// Prints the policy, the environment and the number of episodes.

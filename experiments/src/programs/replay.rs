@@ -3,7 +3,7 @@
 mod pictures;
 
 use std::iter;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use self::pictures::Pictures;
@@ -11,8 +11,8 @@ use crate::run::seeds::{episode_seed, evaluation_seed};
 use crate::run::source::{Player, SourceArgs};
 use crate::run::which::Which;
 use anyhow::Result;
-use clap::Parser;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{ArgGroup, Parser};
 use output::file;
 use output::program::{self, bad};
 use show::plot;
@@ -25,6 +25,7 @@ use tasks::{Env, EnvConfig, Step};
 /// are replaced.
 #[derive(Parser)]
 #[command(name = "replay", version = output::VERSION, after_help = "Example: replay --expert --task door --space aforce --html door.html")]
+#[command(group = ArgGroup::new("pictures").multiple(true))]
 pub struct Arguments {
     #[command(flatten)]
     source: SourceArgs,
@@ -45,13 +46,13 @@ pub struct Arguments {
     #[arg(long, value_name = "TEXT", requires = "html")]
     note: Vec<String>,
     /// Last picture of the episode
-    #[arg(long, value_name = "FILE.png")]
+    #[arg(long, value_name = "FILE.png", group = "pictures")]
     png: Option<PathBuf>,
     /// Twelve moments of the episode in one picture, the last two seconds after the task is done
-    #[arg(long, value_name = "FILE.png")]
+    #[arg(long, value_name = "FILE.png", group = "pictures")]
     sheet: Option<PathBuf>,
     /// The episode as an animation
-    #[arg(long, value_name = "FILE.gif")]
+    #[arg(long, value_name = "FILE.gif", group = "pictures")]
     gif: Option<PathBuf>,
     /// Forces, stiffness, torques over time: FILE.svg and FILE.png
     #[arg(long, value_name = "FILE")]
@@ -59,20 +60,20 @@ pub struct Arguments {
     /// The same curves as numbers, with observation and action: a row per action
     #[arg(long, value_name = "FILE.csv")]
     csv: Option<PathBuf>,
-    /// Where PNG and GIF look from
-    #[arg(long, default_value = "task", value_parser = view_parser())]
+    /// Where PNG, sheet and GIF look from
+    #[arg(long, default_value = "task", requires = "pictures", value_parser = view_parser())]
     view: View,
     /// Actions from the start that are shown (default: the whole episode)
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     actions: Option<u32>,
     /// Actions between pictures of the animation
-    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, default_value_t = 2, requires = "gif", value_parser = clap::value_parser!(u32).range(1..))]
     every: u32,
     /// How many times faster than real time the animation runs
     #[arg(long, value_name = "TIMES", default_value_t = 1.0, requires = "gif", value_parser = speed)]
     speed: f64,
-    /// Width of the pictures; the height is three quarters of it
-    #[arg(long, default_value_t = 480, value_parser = clap::value_parser!(u16).range(16..=8192))]
+    /// Width of PNG and GIF, and of each of the sheet's moments; the height is three quarters of it
+    #[arg(long, default_value_t = 480, requires = "pictures", value_parser = clap::value_parser!(u16).range(16..=8192))]
     width: u16,
 }
 
@@ -163,7 +164,7 @@ impl Arguments {
 
     /// The plot's path without the ending.
     fn plot_stem(&self) -> Option<PathBuf> {
-        self.plot.as_ref().map(|path| without_picture_extension(path))
+        self.plot.as_deref().map(plot::without_picture_extension)
     }
 
     /// Who plays the second episode, if there is one.
@@ -227,12 +228,6 @@ fn played(source: &SourceArgs, checkpoint: Option<Which>) -> String {
         None if source.expert => "Played: the task's script, which learned nothing.".into(),
         None => "Played: uniformly random actions.".into(),
     }
-}
-
-/// The path without the ending .svg or .png. In "seed_0.5" the dot belongs to the name.
-fn without_picture_extension(path: &Path) -> PathBuf {
-    let is_picture = path.extension().is_some_and(|extension| extension == "svg" || extension == "png");
-    if is_picture { path.with_extension("") } else { path.into() }
 }
 
 /// Plays the episode of `source`. Also returns which checkpoint of a run played.

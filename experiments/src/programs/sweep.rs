@@ -130,6 +130,7 @@ fn halve(
     let (mut ranked, mut ending) = (vec![], ExitCode::SUCCESS);
     for &round in rounds.iter().chain([&all[0].1.steps]) {
         let shorter: Vec<_> = runs.iter().cloned().map(|(at, run)| (at, RunConfig { steps: round, ..run })).collect();
+        has_no_longer_run(&shorter, out)?;
         program::say(format_args!("until {round} actions:"));
         let trained = train_all(arguments, &shorter, out, stop)?;
         if trained.killed {
@@ -147,6 +148,20 @@ fn halve(
     }
     program::say(format_args!("candidates, ranked: {}", table.display()));
     Ok(ending)
+}
+
+/// Fails if one of the runs of a round was begun for a longer round and has not come as far as this one ends: its
+/// training would fail, and the candidate be ranked last.
+fn has_no_longer_run(round: &[(usize, RunConfig)], out: &Path) -> Result<()> {
+    for (_, run) in round {
+        if let Some(begun) = RunFolder::below(out, run).begun_for_more(run) {
+            let (id, now) = (RunId::of(run), run.steps);
+            let what =
+                format!("{id} was begun for a round of {begun} actions and is not done; the round has {now} now");
+            return Err(anyhow!("{}: {what}: put the round back, or take another folder (--out)", out.display()));
+        }
+    }
+    Ok(())
 }
 
 /// Fails unless every candidate that the table ranks is one of this search, drawn and set up as now: the ranks of

@@ -77,6 +77,13 @@ fn make(path: &Path, out: &Path, made: &mut Derived) -> Result<()> {
         if table.quarters.is_some() && table.reference.is_some() {
             return Err(wrong(format!("{}: quarters and a reference do not go together", table.name.display())));
         }
+        if let Some(key) = table.reference.iter().flat_map(BTreeMap::keys).find(|key| !table.by.contains(key)) {
+            return Err(wrong(format!(
+                "{}: reference.{key} is no column of by: {}",
+                table.name.display(),
+                table.by.join(", ")
+            )));
+        }
         let stays = table.name.components().all(|part| matches!(part, Component::Normal(_)));
         if !stays || table.from.contains(&table.name) {
             return Err(wrong(format!(
@@ -270,6 +277,10 @@ mod tests {
             ("from = ['a.csv']\nby = ['speed']\nof = []", "no column \"speed\""),
             ("from = ['a.csv']\nby = ['task']\nof = ['space']", "a.csv, row 1: space is \"low\", not a number"),
             ("from = ['a.csv']\nby = ['space']\nof = []\nreference = { space = 'osc' }", "no row with osc"),
+            (
+                "from = ['a.csv']\nby = ['task', 'space']\nof = []\nreference = { spcae = 'aforce' }",
+                "made.csv: reference.spcae is no column of by: task, space",
+            ),
             ("form = ['a.csv']", "form"),
             ("from = ['made.csv']\nby = []\nof = []", "made.csv: a table is made below its own folder"),
         ] {

@@ -197,6 +197,15 @@ impl RunFolder {
             && last_step(&self.episodes()).is_ok_and(|step| step >= config.steps)
     }
 
+    /// The steps for which this run was begun here, if they are more than those of `config` and the run was left before it
+    /// came as far as these. It cannot end there: [`RunFolder::prepare`] refuses fewer steps than it was begun for.
+    pub fn begun_for_more(&self, config: &RunConfig) -> Option<u64> {
+        let stored = RunConfig::resolve(Some(&self.config()), &[]).ok()?;
+        let is_longer = stored.steps > config.steps && stored.hash() == config.hash();
+        let was_left = self.state(config) == State::Begun && !self.has_come_past(config);
+        (is_longer && was_left).then_some(stored.steps)
+    }
+
     /// Fails if the run's checkpoint was removed. Without a checkpoint a run begins anew and cuts off its tables, which
     /// is allowed only to a run that was killed before its first checkpoint. A checkpoint is saved at the end of an
     /// episode, after so many actions or minutes, whichever come first.

@@ -2,11 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use aforce::record::overlay;
 use anyhow::{Context, Result};
 use output::program::bad;
 use serde::Deserialize;
-use settings::{parse, robots, spaces};
+use settings::{lay_over, parse, robots, setup, spaces};
 use toml::{Table, Value};
 
 use crate::config::cli::record;
@@ -17,8 +16,8 @@ use crate::config::sweep::group::{Group, is_name, no_identity};
 #[serde(deny_unknown_fields)]
 pub(super) struct File {
     pub(super) name: Option<String>,
-    /// Path, relative to this file, of the sweep that this one extends. Its settings apply below the settings here; its
-    /// groups, variants and halving apply if this file has none.
+    /// Path, relative to this file, of the sweep that this one extends. Its settings apply below the settings here, of
+    /// which a set-up replaces all that a set-up sets; its groups, variants and halving apply if this file has none.
     pub(super) extends: Option<PathBuf>,
     /// Any part of a run's configuration.
     #[serde(default)]
@@ -52,7 +51,10 @@ impl File {
         let Some(base) = &file.extends else { return Ok(file) };
         let base = File::read(&folder.join(base), readers).with_context(|| format!("{}: extends", path.display()))?;
         let mut run = base.run;
-        overlay(&mut run, file.run);
+        if file.run.contains_key("setup") {
+            setup::make_room(&mut run);
+        }
+        lay_over(&mut run, file.run).map_err(|problem| wrong(format!("run.{problem}")))?;
         let group = if file.group.is_empty() { base.group } else { file.group };
         let (variants, halving) = (file.variants.or(base.variants), file.halving.or(base.halving));
         Ok(File { run, group, variants, halving, ..file })

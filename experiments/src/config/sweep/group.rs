@@ -54,6 +54,7 @@ impl Group {
     /// first part of their variant's name, `source` names the file in messages.
     pub(super) fn runs(&self, variant: &str, shared: &[&Table], source: &str) -> Result<Vec<RunConfig>> {
         let wrong = |problem| bad(format!("{source}: {problem}"));
+        self.draws_nothing_varied().map_err(wrong)?;
         let of = |choice: &Choice| self.runs_of(choice, shared, source);
         let mut runs = vec![];
         for choice in self.choices(variant).map_err(wrong)? {
@@ -109,7 +110,7 @@ impl Group {
             if values.is_empty() {
                 return Err(format!("{}: the list is empty", of_key()));
             }
-            if self.vary.keys().any(|other| other.starts_with(&format!("{key}."))) {
+            if self.vary.keys().any(|other| is_below(other, key)) {
                 return Err(format!("{}: a part of it varies too", of_key()));
             }
             let label = self.shortest(key);
@@ -123,12 +124,28 @@ impl Group {
         Ok(choices)
     }
 
+    /// Refuses a range over a varied key, of which the runs would have another value than their names say.
+    fn draws_nothing_varied(&self) -> Result<(), String> {
+        for drawn in self.draws.iter().flat_map(Draws::keys) {
+            let same = |varied: &&String| *varied == drawn || is_below(varied, drawn) || is_below(drawn, varied);
+            if let Some(varied) = self.vary.keys().find(same) {
+                return Err(format!("draws.ranges.{drawn:?}: vary.{varied:?} sets it: draw it or vary it"));
+            }
+        }
+        Ok(())
+    }
+
     /// The shortest ending of a varied key, in whole parts, that no other varied key has.
     fn shortest<'a>(&self, key: &'a str) -> &'a str {
         let ends_alike = |tail: &str| self.vary.keys().filter(|other| format!(".{other}").ends_with(tail)).count() > 1;
         let dots = key.rmatch_indices('.').map(|(at, _)| &key[at + 1..]);
         dots.chain([key]).find(|tail| !ends_alike(&format!(".{tail}"))).unwrap_or(key)
     }
+}
+
+/// Whether a dotted key lies below another one.
+fn is_below(key: &str, other: &str) -> bool {
+    key.strip_prefix(other).is_some_and(|rest| rest.starts_with('.'))
 }
 
 /// Refuses settings that say which run it is: seed, variant, task or space. `section` is where the settings stand.

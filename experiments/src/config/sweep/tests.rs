@@ -53,6 +53,11 @@ fn what_is_wrong_is_named() {
         (group.to_string() + "vary = { seed = [1, 2] }", "vary.seed"),
         (group.to_string() + "vary = { \"learner.n_step\" = [3, 3] }", "lift aforce,n_step=3 1 stands there twice"),
         (group.to_string() + "name = \"a/b\"", "a/b"),
+        (
+            group.to_string()
+                + "run.env.disturbance.friction = 0.5\nvary = { \"env.disturbance\" = [{}, { payload_kg = 1.0 }] }",
+            "env.disturbance = {} changes nothing",
+        ),
     ] {
         let error = sweep(&text).unwrap_err().to_string();
         assert!(error.contains(word) && error.contains("sweep.toml"), "{error}");
@@ -127,6 +132,28 @@ fn a_group_draws_candidates_that_can_run() {
         let error = sweep(&text).unwrap_err().to_string();
         assert!(error.contains(word) && error.contains("sweep.toml"), "{error}");
     }
+}
+
+/// A run has the value that its name says: what varies is not drawn as well.
+#[test]
+fn what_varies_is_not_drawn() {
+    let of = |varied: &str, drawn: &str| {
+        sweep(&format!(
+            "[[group]]\ntasks = ['lift']\nspaces = ['osc']\nseeds = [1]\nvary = {{ {varied} }}\n\
+             draws = {{ count = 2, seed = 1, ranges = {{ '{drawn}' = {{ low = 0.01, high = 0.02, scale = 'log' }} }} }}\n"
+        ))
+    };
+    let controller = "'env.controller' = [{ position_step = 0.04 }]";
+    let step = "'env.controller.position_step' = [0.04]";
+    for (varied, drawn) in
+        [(step, "env.controller.position_step"), (controller, "env.controller.position_step"), (step, "env.controller")]
+    {
+        let error = of(varied, drawn).unwrap_err().to_string();
+        assert!(error.contains(&format!("sweep.toml: draws.ranges.{drawn:?}: vary.")), "{error}");
+    }
+    let runs = of(step, "env.controller.rotation_step").unwrap();
+    assert_eq!(labels(&runs), ["osc,position_step=0.04,draw-0", "osc,position_step=0.04,draw-1"]);
+    assert!(runs.iter().all(|run| run.env.controller.position_step == 0.04));
 }
 
 /// Runs are ordered by variant first, so that an interrupted sweep has every group of its first variants.
@@ -237,4 +264,34 @@ fn a_sweep_extends_another() {
     assert!(error(&circle).contains("b.toml: extends itself"), "{}", error(&circle));
     let lost = write("lost.toml", "extends = \"nowhere.toml\"");
     assert!(error(&lost).contains("lost.toml: extends") && error(&lost).contains("nowhere.toml"), "{}", error(&lost));
+}
+
+/// Settings of a file lie over those of the file that it extends: a set-up over its steps, a robot's key over its robot.
+#[test]
+fn a_set_up_and_a_robots_key_count_over_the_file_below() {
+    let folder = tempfile::tempdir().unwrap();
+    let group = "[[group]]\ntasks = ['lift']\nspaces = ['osc']\nseeds = [1]\n";
+    let base = "[run]\nsetup = 'small-steps'\nenv.robot = 'fr3'\nenv.disturbance.friction = 0.5\n\
+        env.controller = { position_step = 0.006, null_space_stiffness = 5.0 }\n";
+    fs_err::write(folder.path().join("base.toml"), base.to_string() + group).unwrap();
+    let path = folder.path().join("above.toml");
+    let above = |run: &str| {
+        fs_err::write(&path, format!("extends = 'base.toml'\nrun = {{ {run} }}\n")).unwrap();
+        read(&path).map(|sweep| sweep.runs[0].env.clone()).map_err(|error| format!("{error:#}"))
+    };
+    for (run, stops, steps) in [
+        ("steps = 9", false, (0.006, 0.15)),
+        ("setup = 'solve'", true, (0.044, 0.11)),
+        ("setup = 'solve', env.controller.rotation_step = 0.2", true, (0.044, 0.2)),
+        ("setup = 'solve', env.stops = false", false, (0.044, 0.11)),
+    ] {
+        let env = above(run).unwrap();
+        let controller = env.controller;
+        assert_eq!((env.stops, (controller.position_step, controller.rotation_step)), (stops, steps), "{run}");
+        assert_eq!((controller.null_space_stiffness, env.robot.name()), (5.0, "fr3"), "{run}");
+    }
+    let robot = above("env.robot.mount.height = 0.8").unwrap().robot.robot();
+    assert_eq!((robot.name.as_str(), robot.mount.height), ("fr3", 0.8));
+    let error = above("env.disturbance = {}").unwrap_err();
+    assert!(error.contains("above.toml: run.env.disturbance = {} changes nothing"), "{error}");
 }

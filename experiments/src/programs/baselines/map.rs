@@ -9,12 +9,17 @@ use super::{Law, Row};
 use crate::report::groups::Section;
 
 /// For every task and sign of delta a row per quarter of the lowest stiffness. Its columns are quarters of the tolerance, first for
-/// success, then for energy as a share of what the first row of the task spends.
+/// success, then for energy as a share of what the first row of the task spends, whether or not its stiffness adapts.
 pub(super) fn map(rows: &[Row]) -> HeatMap {
-    let rows: Vec<Adaptive> = rows.iter().filter_map(|row| Some(Adaptive { row, law: row.law.as_ref()? })).collect();
+    let adaptive: Vec<Adaptive> =
+        rows.iter().filter_map(|row| Some(Adaptive { row, law: row.law.as_ref()? })).collect();
     let axes = Axes {
-        stiffness: Quarters::of(&rows.iter().map(|row| row.law.k_min_n_per_m).collect::<Vec<_>>()),
-        tolerance: Quarters::of(&rows.iter().map(|row| row.law.tolerance_m).collect::<Vec<_>>()),
+        stiffness: Quarters::of(&adaptive.iter().map(|row| row.law.k_min_n_per_m).collect::<Vec<_>>()),
+        tolerance: Quarters::of(&adaptive.iter().map(|row| row.law.tolerance_m).collect::<Vec<_>>()),
+    };
+    let of_task = |task: TaskName| {
+        let first = rows.iter().find(|row| row.task == task.as_str())?;
+        Some(lines(task, first.number("energy_per_action_j"), &adaptive, &axes))
     };
     let columns = |what: &str| axes.tolerance.names(1000.0, "mm").map(|name| format!("{what}, {name}"));
     HeatMap {
@@ -22,7 +27,7 @@ pub(super) fn map(rows: &[Row]) -> HeatMap {
             "By lowest stiffness and tolerance: success before a stop, %; energy per action, % of the task's first row"
                 .into(),
         columns: [columns("success"), columns("energy")].concat(),
-        rows: TaskName::all().into_iter().flat_map(|task| of_task(task, &rows, &axes)).collect(),
+        rows: TaskName::all().into_iter().filter_map(of_task).flatten().collect(),
     }
 }
 
@@ -39,10 +44,10 @@ struct Axes {
     tolerance: Quarters,
 }
 
-fn of_task(task: TaskName, rows: &[Adaptive], axes: &Axes) -> Vec<HeatRow> {
+/// The map's rows of a task whose first row spends `first` (J per action).
+fn lines(task: TaskName, first: f64, rows: &[Adaptive], axes: &Axes) -> Vec<HeatRow> {
     let title = Section { experiment: "", task: task.as_str() }.title();
     let of_task: Vec<Adaptive> = rows.iter().filter(|row| row.row.task == task.as_str()).copied().collect();
-    let first = of_task.first().map_or(f64::NAN, |first| first.row.number("energy_per_action_j"));
     let signs = [
         (DeltaSign::Damping, "delta with the damping sign"),
         (DeltaSign::Literal, "delta with the printed sign"),
@@ -101,7 +106,36 @@ impl Quarters {
 
 #[cfg(test)]
 mod tests {
+    use tasks::columns::Cell;
+
     use super::*;
+
+    fn row(energy: f64, law: Option<Law>) -> Row {
+        Row {
+            task: TaskName::LIFT.as_str(),
+            space: String::new(),
+            variant: String::new(),
+            policy: "expert",
+            position_step_m: 0.05,
+            rotation_step_rad: 0.5,
+            law,
+            episodes: 1,
+            numbers: vec![("energy_per_action_j", Cell::Real(energy)), ("success_before_stop", Cell::Real(1.0))],
+            commit: String::new(),
+        }
+    }
+
+    /// The title says so: the first row counts even if its stiffness is fixed.
+    #[test]
+    fn energy_is_a_share_of_what_the_first_row_of_the_task_spends() {
+        let law = Law::of(&"aforce".parse().unwrap());
+        let energies = |rows: &[Row]| {
+            let energy = |line: HeatRow| line.shares[4..].to_vec();
+            map(rows).rows.into_iter().flat_map(energy).flatten().collect::<Vec<f64>>()
+        };
+        assert_eq!(energies(&[row(4.0, None), row(1.0, law), row(3.0, law)]), [0.5]);
+        assert_eq!(energies(&[row(1.0, law), row(3.0, law), row(4.0, None)]), [2.0]);
+    }
 
     /// A law whose stiffness does not grow (beta = 0) has an infinite tolerance.
     #[test]
