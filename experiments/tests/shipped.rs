@@ -257,6 +257,10 @@ fn change_of_insert(group: &str, run: &mut RunConfig) {
                           own = { hole_friction = [0.33, 1.67], peg_mass = [0.74, 1.26] }";
             run.env.disturbance = settings::parse(forges).unwrap();
         }
+        "16-mm" => {
+            run.env.controller.position_step = 0.0164;
+            run.env.controller.rotation_step = 0.0241;
+        }
         "2-cm" => {
             run.env.controller.position_step = 0.02;
             run.env.controller.rotation_step = 0.097;
@@ -293,7 +297,7 @@ fn groups_of_insertion_differ_in_what_they_are_about() {
         assert_eq!(run, like, "{id}");
         groups.entry(format!("{},{}", id.space, run.variant)).or_insert_with(Vec::new).push(run.seed);
     }
-    assert_eq!(groups.len(), 24);
+    assert_eq!(groups.len(), 28);
     for (group, seeds) in groups {
         assert!(seeds.into_iter().eq(21..=if group.ends_with(",half-mm") { 30 } else { 25 }), "{group}");
     }
