@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use aforce::{ActionSpace, DeltaSign, Gains, Psi, Stiffness};
+use aforce::{DeltaSign, Gains, Psi, Stiffness};
 use experiments::config::sweep::{self, Sweep};
 use experiments::config::{RunConfig, RunId};
 use experiments::report::summary::find_runs;
@@ -202,7 +202,8 @@ fn disturbances_of_every_task_begin_with_none() {
 }
 
 /// Five spaces with the same four draws of both action steps, of which the first draw is that of the other blocks.
-/// Otherwise they differ from block 1 in space, seed, length and evaluations alone.
+/// Otherwise they differ from block 1 in space, seed, length and evaluations alone. The tolerance of an adaptive space is
+/// in proportion to the steps, as in block 1.
 #[test]
 fn every_space_of_insert_gets_the_same_search() {
     let first = shipped_sweep("insert/again.toml").runs.swap_remove(0);
@@ -213,6 +214,7 @@ fn every_space_of_insert_gets_the_same_search() {
         assert_eq!(steps(&draw[0]) == steps(&first), at == 0, "draw {at}");
         for candidate in draw {
             assert_eq!((steps(candidate), candidate.seed, candidate.steps), (steps(&draw[0]), 452, 60_000));
+            assert!(tolerance_in_steps(candidate).is_none_or(|share| share == ROBOSUITES));
             let mut same = RunConfig { seed: first.seed, steps: first.steps, ..candidate.clone() };
             same.variant = first.variant.clone();
             (same.evaluate_every, same.evaluation_episodes) = (first.evaluate_every, first.evaluation_episodes);
@@ -269,24 +271,28 @@ fn change_of_insert(group: &str, run: &mut RunConfig) {
     }
 }
 
+/// The law's tolerance, translation and rotation, as thousandths of the action step: with `aforce` and robosuite's steps.
+const ROBOSUITES: [f64; 2] = [750.0, 550.0];
+
+/// The same of a run; `None` if its stiffness does not adapt.
+fn tolerance_in_steps(run: &RunConfig) -> Option<[f64; 2]> {
+    let (tolerance, steps) = (run.env.space.psi()?.tolerance(), &run.env.controller);
+    Some([tolerance[0] / steps.position_step, tolerance[3] / steps.rotation_step].map(|share| (1000.0 * share).round()))
+}
+
 /// The groups of insertion differ in the change that they are made for, and in nothing else. The law's tolerance, as a
 /// share of the action step, is that of `aforce` with robosuite's steps.
 #[test]
 fn groups_of_insertion_differ_in_what_they_are_about() {
     let runs = shipped_sweep("insert/again.toml").runs;
     let first = runs[0].clone();
-    let shares = |space: &ActionSpace, steps: [f64; 2]| {
-        let tolerance = space.psi()?.tolerance();
-        Some([tolerance[0] / steps[0], tolerance[3] / steps[1]].map(|share| (1000.0 * share).round()))
-    };
-    let robosuites = shares(&"aforce".parse().unwrap(), [0.05, 0.5]);
     let mut groups = BTreeMap::new();
     for run in runs {
-        let (id, steps) = (RunId::of(&run), &run.env.controller);
-        let share = shares(&run.env.space, [steps.position_step, steps.rotation_step]);
-        assert!(share.is_none() || share == robosuites, "{id}: {share:?}");
+        let id = RunId::of(&run);
+        let share = tolerance_in_steps(&run);
+        assert!(share.is_none_or(|share| share == ROBOSUITES), "{id}: {share:?}");
         match run.env.space.name.as_str() {
-            "aforce-scaled-force" | "aforce-scaled" => assert_eq!(share, robosuites),
+            "aforce-scaled-force" | "aforce-scaled" => assert_eq!(share, Some(ROBOSUITES)),
             "fixed-565" => assert_eq!(run.env.space.stiffness, Stiffness::Fixed(Gains::pair(565.0, 28.0))),
             "fixed-100" => assert_eq!(run.env.space.stiffness, Stiffness::Fixed(Gains::pair(100.0, 30.0))),
             name => assert_eq!(run.env.space, name.parse().unwrap(), "built in"),
