@@ -153,7 +153,7 @@ def insert(programs, again, out):
 
 
 PLAYED = (
-    "In Lift, Door and Wipe two learned policies play from the same start: AFORCE, where a law adapts the stiffness, and variable, where the "
+    "In Lift, Door and Wipe two learned policies play from the same start. In AFORCE a law adapts the stiffness, in variable the "
     "policy commands it. They play mean actions, without the noise of training."
 )
 
@@ -164,7 +164,7 @@ README = """# Gallery
 Each page is one file that needs no network: download it and open it in a browser. It loops until two seconds after the task is
 done.
 
-Shown in these three are typical runs, those of median energy of ten seeds. J per action with mean actions:
+In these tasks each run shown has the median energy of ten seeds (the lower of the middle two). J per action with mean actions:
 
 | task | AFORCE: shown, median of ten | variable: shown, median of ten |
 |---|---|---|
@@ -177,8 +177,8 @@ In training, with noise, variable spends {noise} times AFORCE's energy. That noi
 """
 
 
-INSERT = """Insert, in real time. Both have a constant of 565 N/m. Left, the policy feels force and torque; right, it does not. Of the first {starts} starts of the evaluation the left one
-puts the peg into the hole in {felt}, the right one in {unfelt}; shown is start {start}, the first in which the left one does and the right one does not. The arrow is the force on the hand. [All runs](../insert/README.md).
+INSERT = """Insert, in real time. Both policies have a constant stiffness of 565 N/m. The left one feels force and torque, the right one does not. Of the first {starts} starts of the evaluation the left one
+inserts the peg in {felt}, the right one in {unfelt}. Shown is start {start}, the first in which only the left one does. The arrow is the force on the hand. [All runs](../insert/README.md).
 
 ![Insert](insert.gif)
 """

@@ -54,19 +54,21 @@ pub fn csv(rows: &[Row]) -> String {
 const HEAD: &str = "\
 # Contact card
 
+Rapier, this workbench's engine, keeps to geometry: bodies hardly overlap, and a peg enters where it should. A cube slips at the friction that should just hold it.
+
 The same scenes in Rapier 0.36.1 (steps of 2 ms, this project's settings) and MuJoCo 3.17.0 (default contacts, and stiff ones with `solref`
-0.004; elliptic cone, `impratio` 20). *Expected* is what Coulomb or geometry says.
+0.004; elliptic cone, `impratio` 20). *Expected* is Coulomb's law or geometry.
 
 ";
 
 const FOOT: &str = "
-- **Held cube:** pads press with 2 N each; friction is a share of what just holds it. At 1.00 nothing stops what fell in the first step.
-- **Driven into itself:** springs of 200 Nm/rad within the torque limits pull the arm into overlapping postures; mean of the last of 4 s.
-- **Peg:** square, 7.986 mm wide, 25 mm deep, friction 0.75, on springs of 500 N/m, lowered at 20 mm/s; it enters where its offset is below
+- **Held cube:** pads press with 2 N each. Friction is a multiple of what just holds it. At 1.00 it only balances the weight, so the speed gained in the first step stays.
+- **Driven into itself:** springs of 200 Nm/rad pull the arm into overlapping postures; the force is the mean over the last of 4 s.
+- **Peg:** square, 7.986 mm wide, 25 mm deep, friction 0.75, on springs of 500 N/m, lowered at 20 mm/s. It should enter at offsets below
   half the clearance.
 - **Door:** 5 Nm open it, the handle at rest or turned by 3 Nm.
 
-Forces of the held cube and all else: [contact.csv](contact.csv). `cargo run --release -p physics --example contact_card -- results/contact` makes both; MuJoCo's half
+All numbers: [contact.csv](contact.csv). `cargo run --release -p physics --example contact_card -- results/contact` makes both; MuJoCo's half
 comes from `scripts/mujoco_contact_card.py`.
 ";
 
