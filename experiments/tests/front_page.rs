@@ -1,4 +1,4 @@
-//! The table on the README's front page says what the committed tables say.
+//! The README's front page and the page of first steps say what the committed tables say.
 
 use std::fs;
 use std::path::Path;
@@ -109,5 +109,16 @@ fn the_readme_tells_how_often_the_peg_is_in() {
         "inserts {aforce} % of the pegs, *variable* {variable} %, a constant {constant} %.\n  \
          In narrower holes success falls. If the policy observes no force, AFORCE inserts {unfelt} %, the constant {constant_unfelt} %."
     );
+    assert!(page.contains(&sentence), "{sentence}");
+}
+
+#[test]
+fn the_first_steps_tell_what_a_run_returns() {
+    let page = fs::read_to_string(root().join("docs/start.md")).unwrap();
+    let of_group = [("experiment", "learners"), ("space", "aforce"), ("variant", "swift")];
+    let mut returns = numbers("second-study/runs.csv", &of_group, "end_return");
+    returns.sort_by(f64::total_cmp);
+    assert_eq!(returns.len(), 10);
+    let sentence = format!("ended with {:.0} to {:.0}, one with {:.0}.", returns[1], returns[9], returns[0]);
     assert!(page.contains(&sentence), "{sentence}");
 }

@@ -206,7 +206,7 @@ impl Engine {
         for (joint, axis) in self.joints.iter().zip(&self.axes) {
             let (multibody, link) = multibody_joints.get_mut(joint.handle).expect("inserted above");
             let dof = multibody.link(link).expect("inserted above").assembly_id();
-            // The engine brakes the turning of a free body that carries joints. Nobody asked for that.
+            // By default the engine damps the rotation of a free body that carries joints. A scene has no such damping.
             let of_root = multibody.root().joint().ndofs();
             multibody.damping_mut().rows_mut(0, of_root).fill(0.0);
             multibody.damping_mut()[dof] = axis.damping;

@@ -269,22 +269,19 @@ fn train_all(arguments: &Arguments, runs: &[(usize, RunConfig)], out: &Path, sto
 
     // A run that was killed has not failed: the same command goes on with it.
     let stopped = |job: &Ended| job.killed || job.code == Some(cli::STOPPED.into());
-    let failed: Vec<&Ended> = ended.iter().filter(|job| job.code != Some(0) && !stopped(job)).collect();
-    for (what, job) in ended
-        .iter()
-        .filter(|job| job.killed)
-        .map(|job| ("killed", job))
-        .chain(failed.iter().map(|&job| ("failed", job)))
-    {
+    let has_failed = |job: &Ended| job.code != Some(0) && !stopped(job);
+    for job in ended.iter().filter(|job| job.killed || has_failed(job)) {
+        let what = if job.killed { "killed" } else { "failed" };
         program::tell(format_args!("{what}: {}: {} ({})", job.name, job.words, job.log.display()));
     }
+    let failed = ended.iter().filter(|job| has_failed(job)).count();
     let whole = done + ended.iter().filter(|job| job.code == Some(0)).count();
-    program::result(format_args!("{whole} of {} runs done, {} failed", runs.len(), failed.len()));
+    program::result(format_args!("{whole} of {} runs done, {failed} failed", runs.len()));
     // Some runs are unfinished without having failed, so the sweep has to be called again: the sweep or one of its runs
     // was stopped, or another process is at work on some of them.
     let ending = if stop.requested() || elsewhere > 0 || ended.iter().any(stopped) {
         ExitCode::from(cli::STOPPED)
-    } else if !failed.is_empty() {
+    } else if failed > 0 {
         ExitCode::from(cli::SOME_FAILED)
     } else {
         ExitCode::SUCCESS
